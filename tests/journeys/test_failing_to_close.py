@@ -65,7 +65,7 @@ def quit_by_key(window) -> None:
 
 STEPS = [
     "workspaces.to_keep",
-    "view.keep_camera",
+    "view.save_camera",
     "viewport.gestures.stop",
     "_photo_shown.close",
     "net.close_thread",

@@ -82,7 +82,7 @@ def wall(window, outcrop):
     window.actions_table.run("count_fractures")
     panel = window.findChild(FracturesPanel)
     assert not panel.visibleRegion().isEmpty()
-    window.docks.make_room("fractures", 330)
+    window.docks.ensure_height("fractures", 330)
     type_in(panel.plane.line, "180/90")
     settle(panel)
     return panel
@@ -212,7 +212,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     assert not panel.copy.isEnabled()
     origin = corner(panel)
     ends = origin + ([[3, 2], [3, 3.5]] if kind == "Circle" else [[4, 0.5], [4, 3.5]])
-    start, end = (QPoint(*np.rint(p).astype(int).tolist()) for p in panel.map.place_of(ends))
+    start, end = (QPoint(*np.rint(p).astype(int).tolist()) for p in panel.map.to_widget(ends))
     driver.drag(panel.map, start, end)
     settle(panel)
     assert panel.place.text()

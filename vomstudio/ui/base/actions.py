@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.signals import call_after_notifications
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 
 _log = logging.getLogger(__name__)
 
@@ -38,11 +38,11 @@ class Command:
     shortcut: str | tuple[str, ...] = ()
     tip: str = ""
     why_not: Callable[[], Finding | None] = lambda: None
-    in_viewport: bool = False
+    is_viewport_key: bool = False
     checked: Callable[[], bool] | None = None
     what: Callable[[], str | None] = lambda: None
-    text_now: Callable[[], str] | None = None
-    everywhere: bool = False
+    current_text: Callable[[], str] | None = None
+    is_global: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,11 +78,11 @@ class Actions(QObject):
             action.setIcon(theme.icon(command.icon))
         keys = (command.shortcut,) if isinstance(command.shortcut, str) else command.shortcut
         action.setShortcuts([QKeySequence(key) for key in keys])
-        if command.in_viewport:
+        if command.is_viewport_key:
             action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         else:
             context = Qt.ShortcutContext
-            reach = context.ApplicationShortcut if command.everywhere else context.WindowShortcut
+            reach = context.ApplicationShortcut if command.is_global else context.WindowShortcut
             action.setShortcutContext(reach)
             self._window.addAction(action)
         action.setCheckable(command.checked is not None)
@@ -90,10 +90,10 @@ class Actions(QObject):
         self._commands[command.name] = command
         self.all[command.name] = action
 
-    def give_keys_to(self, viewport: QWidget) -> None:
+    def assign_viewport_keys(self, viewport: QWidget) -> None:
         """Plain keys belong to the viewport, so that typing in a field types."""
         for name, command in self._commands.items():
-            if command.in_viewport:
+            if command.is_viewport_key:
                 viewport.addAction(self.all[name])
         viewport.installEventFilter(self)
 
@@ -108,15 +108,15 @@ class Actions(QObject):
 
     def _say_why_not(self, pressed: QKeySequence) -> None:
         for name, command in self._commands.items():
-            if command.in_viewport and pressed in self.all[name].shortcuts():
+            if command.is_viewport_key and pressed in self.all[name].shortcuts():
                 reason = command.why_not()
                 if reason is not None:
                     self.refused.emit(reason)
                     return
 
-    def of_viewport(self) -> list[QAction]:
+    def viewport_actions(self) -> list[QAction]:
         """The actions of the commands whose plain keys belong to the viewport."""
-        return [self.all[name] for name, each in self._commands.items() if each.in_viewport]
+        return [self.all[name] for name, each in self._commands.items() if each.is_viewport_key]
 
     def why_not(self, name: str) -> Finding | None:
         """Return why a command cannot run now; None if it can."""
@@ -141,7 +141,7 @@ class Actions(QObject):
 
     def _refresh(self) -> None:
         for name, command in self._commands.items():
-            shown = command.text if command.text_now is None else command.text_now()
+            shown = command.text if command.current_text is None else command.current_text()
             state = _State(
                 shown,
                 self.why_not(command.name),
@@ -165,16 +165,16 @@ def _show(action: QAction, command: Command, state: _State) -> None:
     keys = ", ".join(
         key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts()
     )
-    text = plain(state.text).rstrip("…")
+    text = strip_mnemonic(state.text).rstrip("…")
     lines = [f"{text} ({keys})" if keys else text]
     lines += [line for line in (command.tip, state.what) if line]
     if state.why_not is not None:
         lines.append(tr("Not now: {reason}", reason=state.why_not))
-    action.setToolTip(as_words("\n".join(lines)))
+    action.setToolTip(escape_markup("\n".join(lines)))
     if state.checked is not None:
         action.setChecked(state.checked)
 
 
-def plain(text: str) -> str:
+def strip_mnemonic(text: str) -> str:
     """A text of a menu without the `&` before the letter of its key."""
     return text.replace("&&", "\0").replace("&", "").replace("\0", "&")

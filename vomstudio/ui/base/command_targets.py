@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project.records import Feature, Model, OnAModel, Picked, Typed, get_feature
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.studio import Studio
 
 if TYPE_CHECKING:
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 Line = TypeVar("Line", bound=Picked)
 
 
-def chosen_features(studio: Studio) -> list[str]:
+def selected_features(studio: Studio) -> list[str]:
     """The ids of the selected features; models and other records are left out."""
     records = studio.records
     return [i for i in studio.selection.ids if get_feature(records, i) is not None]
 
 
-def why_none_chosen(studio: Studio) -> Finding | None:
+def why_no_feature(studio: Studio) -> Finding | None:
     """Return that no feature is selected; None if one is."""
     records = studio.records
     # Asked at every click, and nearly always told by the first one.
@@ -116,7 +116,7 @@ def ask_for_file(
         return Path(typed), chosen
     path = Path(typed + patterns[chosen])
     # The dialog has asked about the name without its ending, which is of another file.
-    if path.exists() and not may_replace(parent, [path.name]):
+    if path.exists() and not confirm_replacement(parent, [path.name]):
         return None
     return path, chosen
 
@@ -130,7 +130,7 @@ def current_measurement(studio: Studio) -> Measurement | None:
     return studio.measured([current])[current]
 
 
-def may_replace(parent: QWidget, names: list[str]) -> bool:
+def confirm_replacement(parent: QWidget, names: list[str]) -> bool:
     """Whether the user wants files that are there already to be replaced."""
     answer = QMessageBox.question(
         parent,
@@ -139,7 +139,7 @@ def may_replace(parent: QWidget, names: list[str]) -> bool:
             "{files} already exists. Replace it?",
             "{files} already exist. Replace them?",
             len(names),
-            files=as_words(", ".join(names)),
+            files=escape_markup(", ".join(names)),
         ),
     )
     return answer == QMessageBox.StandardButton.Yes

@@ -32,7 +32,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
 # Of what scrolls: some rows, and the arrows of the bar.
-_LEAST_HEIGHT = 100
+_MIN_HEIGHT = 100
 
 
 class Label(QLabel):
@@ -61,7 +61,7 @@ def rich_label(text: str = "") -> Label:
     return label
 
 
-def as_words(text: str) -> str:
+def escape_markup(text: str) -> str:
     """For a tooltip or message box, which decide by themselves: text in which Qt sees no HTML. A
     mark without width stands behind each `<`."""
     return text.replace("<", "<\N{WORD JOINER}")
@@ -128,7 +128,7 @@ def allow(widget: QWidget, why_not: Finding | None) -> None:
     why_not : None where it can be used now, else the reason"""
     now = widget.toolTip()
     own = widget.property("own_tip") if now and now == widget.property("refusal") else now
-    refusal = "" if why_not is None else as_words(tr("Not now: {reason}", reason=why_not))
+    refusal = "" if why_not is None else escape_markup(tr("Not now: {reason}", reason=why_not))
     widget.setProperty("own_tip", own)
     widget.setProperty("refusal", refusal)
     widget.setEnabled(why_not is None)
@@ -154,7 +154,7 @@ class ElidedLabel(Label):
 
     def setText(self, text: str) -> None:  # noqa: N802
         super().setText(text)
-        self.setToolTip(as_words(text))
+        self.setToolTip(escape_markup(text))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         return QSize(40, super().minimumSizeHint().height())
@@ -176,7 +176,7 @@ class ElidedLabel(Label):
         )
 
 
-class Scrolling(QScrollArea):
+class PanelScrollArea(QScrollArea):
     """Shows a panel that may be higher than its place, and has the width that the panel needs."""
 
     def __init__(self, panel: QWidget) -> None:
@@ -192,28 +192,28 @@ class Scrolling(QScrollArea):
             # Qt leaves the place as narrow as the panel was before.
             self.updateGeometry()
             if watched is self._panel:
-                self.give_height()
+                self.update_panel_height()
         return super().eventFilter(watched, event)
 
-    def give_height(self) -> None:
+    def update_panel_height(self) -> None:
         """Give the panel the height that it needs now. Qt does so only after it has squeezed the
         panel into the height that it had, and a frame of that may be drawn."""
         super().event(QEvent(QEvent.Type.LayoutRequest))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         bar = self.verticalScrollBar().sizeHint().width()
-        return QSize(self._panel.minimumSizeHint().width() + bar, _LEAST_HEIGHT)
+        return QSize(self._panel.minimumSizeHint().width() + bar, _MIN_HEIGHT)
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
 
 
-class ScrollingLater(Scrolling):
+class LazyScrollArea(PanelScrollArea):
     """Makes its panel when its place is first painted, or asked for."""
 
     def __init__(self, make: Callable[[], QWidget]) -> None:
         self._make: Callable[[], QWidget] | None = make
-        super().__init__(_Unmade(self._seen))
+        super().__init__(_Placeholder(self._seen))
 
     def widget(self) -> QWidget:
         if self._make is not None:
@@ -227,7 +227,7 @@ class ScrollingLater(Scrolling):
         QTimer.singleShot(0, self, self.widget)
 
 
-class _Unmade(QWidget):
+class _Placeholder(QWidget):
     """Stands where a panel will be. It covers what it stands on, which Qt then never paints: only
     this one knows that it is seen, as when its tab is clicked."""
 
@@ -243,7 +243,7 @@ def lay_out_now(widget: QWidget) -> None:
     """A widget within a scrolling panel has other words now: no frame is drawn in which they are
     cut."""
     inside, place = [widget], widget.parentWidget()
-    while place is not None and not isinstance(place, Scrolling):
+    while place is not None and not isinstance(place, PanelScrollArea):
         inside.append(place)
         place = place.parentWidget()
     if place is None or not place.isVisible():
@@ -252,10 +252,10 @@ def lay_out_now(widget: QWidget) -> None:
     for each in inside[:-2]:
         if (layout := each.layout()) is not None:
             layout.activate()
-    place.give_height()
+    place.update_panel_height()
 
 
-class LowTable(QTableWidget):
+class CompactTable(QTableWidget):
     """It asks for its least height and takes what is left: what stands below it in a low dock stays
     in sight."""
 
@@ -263,7 +263,7 @@ class LowTable(QTableWidget):
         return QSize(super().sizeHint().width(), self.minimumHeight())
 
 
-def column_of() -> tuple[QWidget, QVBoxLayout]:
+def create_column() -> tuple[QWidget, QVBoxLayout]:
     """A plain widget and its column of widgets, without margins."""
     widget = QWidget()
     column = QVBoxLayout(widget)
@@ -271,7 +271,7 @@ def column_of() -> tuple[QWidget, QVBoxLayout]:
     return widget, column
 
 
-def row_of(*widgets: QWidget) -> QWidget:
+def create_row(*widgets: QWidget) -> QWidget:
     """Arrange widgets in a row without margins; text fields take the remaining width."""
     row = QWidget()
     line = QHBoxLayout(row)
@@ -321,7 +321,7 @@ def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QL
     return field, row
 
 
-def side_by_side(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
+def add_splitter(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
     """Fill a page with two widgets whose border can be dragged; the right one grows with it."""
     split = QSplitter(Qt.Orientation.Horizontal)
     split.addWidget(left)

@@ -43,7 +43,7 @@ def tables() -> str:
     return _and_all(tr("Tables ({patterns})", patterns=_patterns(TABLE_EXTENSIONS)))
 
 
-def listed() -> str:
+def layers_and_tables() -> str:
     """What holds stations, contact lines and rock areas."""
     endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".csv")
     return _and_all(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
@@ -60,7 +60,7 @@ def sidecars() -> str:
     return _and_all(tr("Sidecars of orthophotos ({patterns})", patterns=_patterns([".json"])))
 
 
-def control() -> str:
+def ground_control() -> str:
     """Ground control points, and marks of them in photos."""
     from vomstudio.io.control.registry import extensions
 

@@ -12,29 +12,29 @@ from vomstudio.project.figures import Figure
 
 _PROPERTY = "explained_by"
 
-Explained = str | Figure
+HelpTopic = str | Figure
 """A place in the documentation, "PAGE.md#HEADING", or a figure."""
-At = Callable[[QPoint], Explained | None]
+TopicFinder = Callable[[QPoint], HelpTopic | None]
 """From a place in the widget, in pixels, to what is explained of it."""
 
 
-def explain(widget: QWidget, what: Explained | At) -> None:
+def explain(widget: QWidget, what: HelpTopic | TopicFinder) -> None:
     """From now on F1 explains this widget. what : or what tells it for a place in the widget"""
     widget.setProperty(_PROPERTY, _Holder(what))
 
 
-def explained_here() -> Explained | None:
+def current_help_topic() -> HelpTopic | None:
     """What lies under the cursor, else what has the focus, and is explained somewhere."""
     at = QCursor.pos()
     under = QApplication.widgetAt(at)
-    found = None if under is None else explanation_of(under, at)
+    found = None if under is None else find_help_topic(under, at)
     focused = QApplication.focusWidget()
     if found is None and focused is not None:
-        found = explanation_of(focused, focused.mapToGlobal(focused.rect().center()))
+        found = find_help_topic(focused, focused.mapToGlobal(focused.rect().center()))
     return found
 
 
-def explanation_of(widget: QWidget, at: QPoint) -> Explained | None:
+def find_help_topic(widget: QWidget, at: QPoint) -> HelpTopic | None:
     """Of a widget, or of the nearest one in which it lies. at : on the screen"""
     above: QWidget | None = widget
     while above is not None:
@@ -51,5 +51,5 @@ def explanation_of(widget: QWidget, at: QPoint) -> Explained | None:
 class _Holder:
     """Qt would take a text or a list apart."""
 
-    def __init__(self, what: Explained | At) -> None:
+    def __init__(self, what: HelpTopic | TopicFinder) -> None:
         self.what = what

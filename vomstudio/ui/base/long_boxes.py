@@ -12,20 +12,20 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.ui.base.controls import Scrolling
+from vomstudio.ui.base.controls import PanelScrollArea
 
 # Of the frame that the system draws around a window, with its title.
 _FRAME = QSize(8, 40)
 _TEXT_WIDTH = 560
 
 
-def room_for(window: QWidget) -> QRect:
+def available_area(window: QWidget) -> QRect:
     """Where a window can stand on its screen with its frame, in logical pixels."""
     area = window.screen().availableGeometry()
     return QRect(area.topLeft(), area.size() - _FRAME)
 
 
-def make_room_for_text(window: QWidget) -> None:
+def fit_height_to_text(window: QWidget) -> None:
     """Make a window as high as its texts need, whose lines depend on its width: Qt asks for less,
     and squeezes what stands below them."""
     layout = window.layout()
@@ -35,7 +35,7 @@ def make_room_for_text(window: QWidget) -> None:
     layout.activate()
     needed = layout.totalHeightForWidth(size.width())
     if needed > size.height():
-        window.resize(size.width(), min(needed, room_for(window).height()))
+        window.resize(size.width(), min(needed, available_area(window).height()))
 
 
 def _size_when_shown(window: QWidget) -> QSize:
@@ -57,11 +57,11 @@ def fit_to_screen(window: QWidget) -> None:
     """Make a window that is about to be shown no larger than its screen, and let a dialog scroll
     whose contents need more height than that, now or once they have grown."""
     _polish(window)
-    make_room_for_text(window)
+    fit_height_to_text(window)
     if isinstance(window, QDialog):
         _make_room(window)
         _Growth(window)
-    window.resize(window.size().boundedTo(room_for(window).size()))
+    window.resize(window.size().boundedTo(available_area(window).size()))
 
 
 class _Growth(QObject):
@@ -81,7 +81,7 @@ class _Growth(QObject):
 
 def _make_room(dialog: QDialog) -> None:
     """Make it as high as it must be for nothing to be squeezed, or let it scroll."""
-    layout, room = dialog.layout(), room_for(dialog)
+    layout, room = dialog.layout(), available_area(dialog)
     if layout is None:
         return
     needed = _needed_height(dialog, layout)
@@ -100,7 +100,7 @@ def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
     page.setLayout(layout)
     column = QVBoxLayout(dialog)
     column.setContentsMargins(0, 0, 0, 0)
-    column.addWidget(Scrolling(page))
+    column.addWidget(PanelScrollArea(page))
     if buttons is not None:
         below = QVBoxLayout()
         below.setContentsMargins(margins)
@@ -117,7 +117,7 @@ def _needed_height(dialog: QDialog, layout: QLayout) -> int:
     least = dialog.minimumSizeHint().height()
     if not layout.hasHeightForWidth():
         return least
-    width = min(dialog.width(), room_for(dialog).width())
+    width = min(dialog.width(), available_area(dialog).width())
     return max(least, layout.totalMinimumHeightForWidth(width))
 
 

@@ -20,10 +20,10 @@ area, length = area_text, length_text
 __all__ = [
     "area",
     "degrees",
-    "drawn_points",
+    "extent_points",
     "gigabytes",
     "length",
-    "natural",
+    "natural_sort_key",
     "number",
     "orientation_text",
     "slip_names",
@@ -43,7 +43,7 @@ def slip_names() -> dict[str, str]:
     return {code: tr(name) for code, name in dict(SENSES).items()}
 
 
-def drawn_points(measured: Measurement) -> FloatArray:
+def extent_points(measured: Measurement) -> FloatArray:
     """(n, 3) World points that show how far a feature reaches."""
     fit = measured.fit
     if fit is None or fit.extent is None or len(measured.points) > 1:
@@ -58,7 +58,7 @@ def gigabytes(size: float) -> str:
     return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
 
 
-def natural(name: str) -> tuple[tuple[int, int, str], ...]:
+def natural_sort_key(name: str) -> tuple[tuple[int, int, str], ...]:
     """A key that sorts names by the numbers in them: B2 before B10."""
     return tuple(
         (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold())

@@ -49,7 +49,9 @@ class Picture:
         return sum(level.sizeInBytes() for level in self.levels)
 
 
-def upright(orientation: QImageIOHandler.Transformation, width: int, height: int) -> QTransform:
+def orientation_transform(
+    orientation: QImageIOHandler.Transformation, width: int, height: int
+) -> QTransform:
     """From stored pixels to upright ones; both count from the outer corner of the first."""
     w, h = float(width), float(height)
     # x' = m11 x + m21 y + dx, y' = m12 x + m22 y + dy
@@ -70,8 +72,8 @@ class PhotoImages(QObject):
     """pictured: path and a Picture, or a sentence that says why there is none; first a smaller one
     of a large photo. thumbnailed: path and an upright QImage."""
 
-    pictured = Signal(str, object)
-    thumbnailed = Signal(str, object)
+    picture_loaded = Signal(str, object)
+    thumbnail_loaded = Signal(str, object)
 
     def __init__(self) -> None:
         super().__init__()
@@ -93,7 +95,7 @@ class PhotoImages(QObject):
             self._background.run_request(
                 partial(_read, path),
                 partial(self._store, key),
-                lambda error: self.pictured.emit(key, error.message),
+                lambda error: self.picture_loaded.emit(key, error.message),
                 key=_PICTURE,
                 first=True,
             )
@@ -121,11 +123,11 @@ class PhotoImages(QObject):
             self._kept.move_to_end(key)
             while len(self._kept) > 1 and sum(p.bytes for p in self._kept.values()) > _KEPT_BYTES:
                 self._kept.popitem(last=False)
-        self.pictured.emit(key, picture)
+        self.picture_loaded.emit(key, picture)
 
     def _store_thumbnail(self, key: str, image: QImage) -> None:
         self._thumbnails[key] = image
-        self.thumbnailed.emit(key, image)
+        self.thumbnail_loaded.emit(key, image)
 
 
 def _read(path: Path, request: Request[Picture]) -> Picture:
@@ -141,7 +143,7 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
         quick.setScaledSize(size.scaled(QSize(_FIRST_LOOK, _FIRST_LOOK), _KEEP))
         image = quick.read()
         if not image.isNull():
-            turn = upright(orientation, width, height)
+            turn = orientation_transform(orientation, width, height)
             request.emit(Picture((_drawable(image),), width, height, turn, False))
         request.check()
     image = reader.read()
@@ -151,7 +153,7 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
     levels = [_drawable(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
         levels.append(_halved(levels[-1]))
-    return Picture(tuple(levels), width, height, upright(orientation, width, height))
+    return Picture(tuple(levels), width, height, orientation_transform(orientation, width, height))
 
 
 def _read_thumbnail(path: Path) -> QImage:

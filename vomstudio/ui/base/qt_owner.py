@@ -64,12 +64,12 @@ class QtOwner(QObject):
         return QtTimer(self, seconds, call)
 
 
-class Portions:
+class IncrementalWork:
     """Long work of the window's own thread, done in portions between the events, so that the window
     answers meanwhile: one portion of all that is under way at a time, each in its turn. A portion
     is what an iterator does for one of its items."""
 
-    _under_way: ClassVar[list[Portions]] = []
+    _under_way: ClassVar[list[IncrementalWork]] = []
 
     def __init__(self, parent: QObject) -> None:
         self._timer = QTimer(parent)
@@ -78,7 +78,7 @@ class Portions:
         self._work: Iterator[object] = iter(())
 
     @property
-    def working(self) -> bool:
+    def is_running(self) -> bool:
         """Whether some of the work is left."""
         return self in self._under_way
 
@@ -95,17 +95,17 @@ class Portions:
         """Leave what is left undone: nobody wants it any more."""
         self._timer.stop()
         self._work = iter(())
-        if self.working:
+        if self.is_running:
             self._under_way.remove(self)
             self._next()
 
     def finish(self) -> None:
         """Do what is left at once: something is wanted that needs all of it."""
-        while self.working:
+        while self.is_running:
             self._step()
 
     def _in_turn(self) -> None:
-        if self.working:
+        if self.is_running:
             self._under_way.append(self._under_way.pop(self._under_way.index(self)))
             self._step()
             self._next()

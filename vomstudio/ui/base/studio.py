@@ -33,11 +33,11 @@ class Studio(QObject):
     tool_changed_signal = Signal()
     active_tool_changed = Signal(str)
     preview = Signal(object)  # Preview | None
-    sets_wanted = Signal()
+    sets_requested = Signal()
     """A proposal of sets is asked for."""
     sets_proposed = Signal(object)
     """Of a preview on the net: names with the ids of their planes, None where it ends."""
-    surface_wanted = Signal(str)
+    surface_page_requested = Signal(str)
     """A page of the dock of the surface is asked for: "fields", "facets" or "traces"."""
     extension_shown = Signal(object)
     """ExtendedLines of a plane that is carried on, None where none is shown any more."""

@@ -9,7 +9,7 @@ from vomstudio.core.words import tr_n
 _ENDS = ".!?…"
 
 
-def as_sentence(text: str) -> str:
+def format_sentence(text: str) -> str:
     """A text with a capital at the beginning and a full stop at the end; "" stays as it is."""
     text = text.strip()
     if not text:
@@ -17,7 +17,7 @@ def as_sentence(text: str) -> str:
     return text[:1].upper() + text[1:] + ("" if text[-1] in _ENDS else ".")
 
 
-def names_in_short(names: Sequence[str], shown: int = 3) -> str:
+def abbreviate_names(names: Sequence[str], shown: int = 3) -> str:
     """The first names of a list with commas between them, and how many more there are."""
     first = ", ".join(names[:shown])
     more = len(names) - shown

@@ -108,7 +108,7 @@ def _palette(dark: bool) -> QPalette:
     return palette
 
 
-def toggles_sheet() -> str:
+def toggle_style_sheet() -> str:
     """Style sheet in which what is switched on is plain to see, in light and in dark: filled and
     framed in blue (Okabe-Ito), with texts and icons that keep their contrast."""
     filled, framed, over = (
@@ -140,13 +140,13 @@ class _Toggles(QObject):
         self.follow()
 
     def follow(self, *_: object) -> None:
-        sheet = toggles_sheet()
+        sheet = toggle_style_sheet()
         if sheet != self._sheet:
             self._sheet = sheet
             self._widget.setStyleSheet(sheet)
 
 
-def show_toggles(widget: QWidget) -> None:
+def highlight_toggles(widget: QWidget) -> None:
     """Make a button, or those of a bar, plain to see where they are switched on, whatever the theme
     becomes. (A style sheet of the whole window would cost time with every panel.)"""
     _Toggles(widget)
@@ -321,7 +321,7 @@ def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
     return icon
 
 
-def at_least_nine_points(application: QApplication) -> None:
+def enlarge_small_font(application: QApplication) -> None:
     """Enlarge the font of the program where it is smaller than 9 points."""
     font: QFont = application.font()
     if font.pointSizeF() < 9.0:

@@ -11,7 +11,7 @@ class Docks(Protocol):
     def bring_forward(self, name: str) -> None:
         """Show a panel, in front of those that share its place."""
 
-    def make_room(self, name: str, height: int) -> None:
+    def ensure_height(self, name: str, height: int) -> None:
         """Let a panel that is docked in the window be at least so high, in pixels."""
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from PySide6.QtWidgets import QApplication
 
 from vomstudio.core.findings import Finding
-from vomstudio.ui.base.command_targets import chosen_features
+from vomstudio.ui.base.command_targets import selected_features
 from vomstudio.ui.base.studio import Studio
 
 
 def delete_selected(studio: Studio) -> None:
     """In a list the rows that its filter hides stay, however they came to be selected. Elsewhere
     all that is selected is in sight and goes, and it is said how many of them no list shows."""
-    ids = chosen_features(studio)
+    ids = selected_features(studio)
     focus = QApplication.focusWidget()
     own = [
         hidden

@@ -221,7 +221,7 @@ def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
     shown = studio.display
     if shown.clipping:
         shown.set_clip(shown.box, False)
-    elif shown.box is not None and view.clip_holds_something():
+    elif shown.box is not None and view.has_content_in_clip_box():
         shown.set_clip(shown.box, True)
         docks.bring_forward(_DOCK)
     else:

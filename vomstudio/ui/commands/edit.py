@@ -11,7 +11,7 @@ from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.studio.history import step_title
 from vomstudio.ui.base.actions import Actions, Command
-from vomstudio.ui.base.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.commands.deletion import delete_selected
@@ -21,7 +21,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
     """find : asks for a command by its words. parent : of the dialogs"""
 
     def none_chosen() -> Finding | None:
-        return why_none_chosen(studio)
+        return why_no_feature(studio)
 
     def nothing_to_undo() -> Finding | None:
         return None if studio.undo_label else Finding("edit.nothing-to-undo")
@@ -42,7 +42,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
         return tr("&Redo {step}", step=_in_menu(label)) if label else tr("&Redo")
 
     def rename() -> None:
-        current = chosen_features(studio)[-1]
+        current = selected_features(studio)[-1]
         before = studio.records[current].name
         name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=before)
         if accepted and name.strip() != before:
@@ -57,7 +57,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             "Ctrl+Z",
             "",
             nothing_to_undo,
-            text_now=undo_text,
+            current_text=undo_text,
         ),
         Command(
             "redo",
@@ -67,7 +67,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             ("Ctrl+Shift+Z", "Ctrl+Y"),
             "",
             nothing_to_redo,
-            text_now=redo_text,
+            current_text=redo_text,
         ),
         Command(
             "delete",

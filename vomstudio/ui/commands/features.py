@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 
@@ -40,10 +40,10 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     surroundings = studio.workspace.surroundings
 
     def chosen() -> list[str]:
-        return chosen_features(studio)
+        return selected_features(studio)
 
     def none_chosen() -> Finding | None:
-        return why_none_chosen(studio)
+        return why_no_feature(studio)
 
     def nothing_hidden() -> Finding | None:
         return None if studio.hidden else Finding("action.nothing-hidden")

@@ -40,7 +40,7 @@ def commands(
     def show() -> None:
         docks.bring_forward(_DOCK)
         # A tab that was never in front has a height of its own until it is laid out.
-        QTimer.singleShot(0, parent, lambda: docks.make_room(_DOCK, _HEIGHT))
+        QTimer.singleShot(0, parent, lambda: docks.ensure_height(_DOCK, _HEIGHT))
 
     def open_cameras() -> None:
         model = current_model(studio)

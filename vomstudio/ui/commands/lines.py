@@ -110,6 +110,6 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             "I",
             tr("Orthographic view along the selected lineation or intersection."),
             directions.why_no_line,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]

@@ -25,7 +25,7 @@ from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.figure_export import NetDock, style_of, write_shown
-from vomstudio.ui.widgets.figure_file import ask_for_picture
+from vomstudio.ui.widgets.figure_file import ask_for_figure_file
 
 if TYPE_CHECKING:
     from vomstudio.ui.dialogs.readings_dialog import Place
@@ -191,7 +191,7 @@ def place_of(studio: Studio) -> Place:
 # --- the net as a figure ---------------------------------------------------------------------
 def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
     """Ask for a file, and write the stereonet to it."""
-    path = ask_for_picture(parent, studio, tr("Export stereonet"), "stereonet")
+    path = ask_for_figure_file(parent, studio, tr("Export stereonet"), "stereonet")
     if path is not None:
         export_net(studio, panel, path)
 

@@ -38,7 +38,7 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
 
     def propose_sets() -> None:
         count("sets")()
-        studio.sets_wanted.emit()
+        studio.sets_requested.emit()
 
     make = partial(bring, "views")
     count = partial(bring, "analyse")

@@ -163,4 +163,4 @@ def open_photos(survey: PhotoSurvey, docks: Docks, folder: Path) -> None:
     """Open a folder of photos and bring the Photos panel forward."""
     survey.open(folder)
     docks.bring_forward(_DOCK)
-    docks.make_room(_DOCK, _HEIGHT)
+    docks.ensure_height(_DOCK, _HEIGHT)

@@ -13,7 +13,7 @@ from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.tool_entry import ToolEntry
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_model, why_none_chosen
+from vomstudio.ui.base.command_targets import why_no_feature, why_no_model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.commands.deletion import delete_selected
@@ -53,7 +53,7 @@ class _OpenFeature:
         return None
 
     def why_not_delete(self) -> Finding | None:
-        return self.why_no_vertex() if self.tool is not None else why_none_chosen(self._studio)
+        return self.why_no_vertex() if self.tool is not None else why_no_feature(self._studio)
 
     def why_not_continue(self) -> Finding | None:
         if self._studio.open_tool is not None:
@@ -140,7 +140,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
         entry.key,
         tr(entry.tip),
         lambda: why_no_model(studio),
-        in_viewport=True,
+        is_viewport_key=True,
         checked=lambda: studio.tool_name == name,
     )
 
@@ -157,7 +157,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "cursor-move",
             "N",
             tr("Orbit, pan and zoom; click a feature to select it."),
-            in_viewport=True,
+            is_viewport_key=True,
             checked=lambda: studio.tool_name == "navigate",
         ),
         *(_choose_tool(studio, entry) for entry in TOOLS),
@@ -172,7 +172,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
                 "goes straight."
             ),
             following.why_not,
-            in_viewport=True,
+            is_viewport_key=True,
             checked=lambda: following.tool.cost is not None,
         ),
         Command(
@@ -183,7 +183,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             ("Return", "Enter"),
             tr("Finish the open feature and keep it."),
             picking.why_not_finish,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "cancel",
@@ -193,7 +193,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "Esc",
             tr("Discard the open feature; a continued one stays as it was."),
             picking.why_not_cancel,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "continue_trace",
@@ -224,7 +224,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "Del",
             tr("Delete the marked vertex of the open feature, else the selected features."),
             picking.why_not_delete,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "undo_click",
@@ -234,7 +234,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "Backspace",
             "",
             picking.why_nothing,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "along_beta",
@@ -244,7 +244,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "B",
             tr("Orthographic view along the fold axis of the bedding."),
             directions.why_no_beta,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "face_plane",
@@ -254,7 +254,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "Shift+P",
             tr("Orthographic view perpendicular to the selected plane."),
             directions.why_no_plane,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),
     ]

@@ -62,12 +62,12 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
         Command(
             "home",
             tr("&Whole model"),
-            view.see_all,
+            view.frame_all,
             "home-outline",
             "Home",
             "",
             view.why_not,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "frame_selection",
@@ -77,7 +77,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             "F",
             tr("Show the selected features."),
             none_chosen,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "view_back",
@@ -87,7 +87,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             "Shift+Z",
             tr("Back to the camera and the clipping box before their last change."),
             view.history.why_not_back,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "view_forward",
@@ -97,7 +97,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             "Shift+Y",
             tr("Forward again, after going back."),
             view.history.why_not_forward,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "orthographic",
@@ -107,7 +107,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             "O",
             tr("Without perspective: lengths perpendicular to the view are true."),
             view.why_not,
-            in_viewport=True,
+            is_viewport_key=True,
             checked=lambda: view.orthographic,
         ),
         Command(
@@ -130,7 +130,9 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
         ),
     ]
     table += [
-        Command(f"view_{name}", tr(text), look(name), None, key, "", view.why_not, in_viewport=True)
+        Command(
+            f"view_{name}", tr(text), look(name), None, key, "", view.why_not, is_viewport_key=True
+        )
         for name, text, key in _VIEWS
     ]
     table += [

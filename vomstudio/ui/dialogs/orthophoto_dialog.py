@@ -40,18 +40,18 @@ from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoRequest, WrittenOrthophoto
-from vomstudio.ui.base.command_targets import current_model, may_replace, start_folder
+from vomstudio.ui.base.command_targets import confirm_replacement, current_model, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.long_boxes import make_room_for_text
+from vomstudio.ui.base.long_boxes import fit_height_to_text
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.interpretation_box import InterpretationBox
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 from vomstudio.ui.widgets.copied_command import (
     CopyCommandButton,
     copy_command,
-    model_words,
-    numbers_text,
+    format_numbers,
+    model_arguments,
 )
 from vomstudio.ui.widgets.vertex_table import parse_number
 
@@ -222,7 +222,7 @@ class OrthoDialog(QDialog):
         self._cost.setText(cost.message)
         self._check()
         # Labels of several lines have their text only now.
-        make_room_for_text(self)
+        fit_height_to_text(self)
 
     def _check(self, *_: object) -> None:
         gsd = parse_number(self.gsd.text())
@@ -269,7 +269,7 @@ class OrthoDialog(QDialog):
 
     def copy_command(self) -> None:
         """Put the command that makes the same orthophoto on the clipboard."""
-        place = model_words(self._studio, self._model())
+        place = model_arguments(self._studio, self._model())
         gsd = parse_number(self.gsd.text())
         if place is None or gsd is None:
             self._studio.warn(Finding("model.file-missing", model=self._model().name))
@@ -289,7 +289,7 @@ class OrthoDialog(QDialog):
             draw=str(self._studio.project.folder) if parts or domain is not None else None,
             show=",".join(parts) if parts and parts != interpretation.PARTS else None,
             domain=domain,
-            around=numbers_text([*seen.centre, seen.width, seen.height])
+            around=format_numbers([*seen.centre, seen.width, seen.height])
             if self.seen.isChecked()
             else None,
         )
@@ -329,7 +329,7 @@ class OrthoDialog(QDialog):
             beside += drawing_targets(out).values()
         domain = self.domain.currentData()
         there = [p.name for p in (out, *beside) if p.exists()]
-        if there and not may_replace(self, there):
+        if there and not confirm_replacement(self, there):
             return
         studio.jobs.submit(
             ORTHOPHOTO,

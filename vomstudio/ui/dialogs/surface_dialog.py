@@ -40,7 +40,7 @@ from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.axis_titles import axes_of, unit_of
+from vomstudio.ui.widgets.axis_titles import length_unit, project_axes
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _SIZE = (760, 520)
@@ -61,7 +61,7 @@ class SurfaceDialog(QDialog):
         self.picture.setMinimumSize(*_SIZE)
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.limits = OptionFields(SurfaceOptions, "surface")
-        self.limits.show_unit(unit_of(axes_of(studio)))
+        self.limits.show_unit(length_unit(project_axes(studio)))
         self.limits.changed.connect(self.start)
         form = QFormLayout()
         self.limits.add_rows(form)
@@ -116,7 +116,7 @@ class SurfaceDialog(QDialog):
         self._part, self.found, image = made
         self.picture.setPixmap(QPixmap.fromImage(image))
         self.said.setText(
-            "\n".join(describe_figures(self.found, metric=axes_of(self._studio).metric))
+            "\n".join(describe_figures(self.found, metric=project_axes(self._studio).metric))
         )
         if self._looked_at == SurfaceOptions():
             self.limits.show_automatic("noise_m", self.found.noise_m)

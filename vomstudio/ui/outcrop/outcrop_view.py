@@ -12,7 +12,7 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.camera_view import CameraView
 from vomstudio.ui.outcrop.extended_plane_drawings import ExtendedPlaneDrawings
@@ -42,7 +42,7 @@ class OutcropView(QObject):
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
         self._camera_timer.setInterval(_KEEP_CAMERA_MS)
-        self._camera_timer.timeout.connect(self.keep_camera)
+        self._camera_timer.timeout.connect(self.save_camera)
 
     def join(self, viewport: Viewport) -> None:
         """From now on the viewport shows what the studio holds."""
@@ -127,15 +127,15 @@ class OutcropView(QObject):
             self.viewport.gestures.set_turntable(on)
 
     # --- what is in sight --------------------------------------------------------------------
-    def see_all(self) -> None:
+    def frame_all(self) -> None:
         """Show all visible models and cameras."""
         if self._presenter is not None:
-            self._presenter.see_all(self._cameras.corners())
+            self._presenter.frame_all(self._cameras.corners())
 
     def frame_selection(self) -> None:
         """Show the selected features."""
         measured = self._studio.measured(self._studio.selection.ids).values()
-        points = [p for m in measured if len(p := drawn_points(m))]
+        points = [p for m in measured if len(p := extent_points(m))]
         if self.viewport is not None and points:
             self.viewport.moves.frame(np.concatenate(points))
 
@@ -143,7 +143,7 @@ class OutcropView(QObject):
         """The box around all visible models; None where there are none."""
         return None if self._presenter is None else self._presenter.models_box()
 
-    def clip_holds_something(self) -> bool:
+    def has_content_in_clip_box(self) -> bool:
         """Whether the clipping box has a part of the visible models in it."""
         box, around = self._studio.display.box, self.models_box()
         return box is not None and around is not None and box.meets(around)
@@ -172,7 +172,7 @@ class OutcropView(QObject):
             trend, plunge = self.viewport.moves.view_direction()
             self.turned.emit(trend, plunge, self.viewport.moves.orthographic)
 
-    def keep_camera(self) -> None:
+    def save_camera(self) -> None:
         """Keep the camera with the project, so that it opens as it was left."""
         # Before a model is there the camera looks at nothing: no better than the one that is kept.
         if self.viewport is not None and self._studio.models:

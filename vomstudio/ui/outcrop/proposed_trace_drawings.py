@@ -14,7 +14,7 @@ from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.studio import Studio
 
-SURE = 0.05
+MAX_DOUBT = 0.05
 _COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
 """Okabe and Ito's orange and sky blue."""
 
@@ -47,7 +47,7 @@ class ProposedTraceDrawings:
             lines = [
                 proposals.lines[row].points
                 for row in left
-                if (proposals.lines[row].doubt <= SURE) == (key == "sure")
+                if (proposals.lines[row].doubt <= MAX_DOUBT) == (key == "sure")
             ]
             area = line_area(lines)
             if area is not None:

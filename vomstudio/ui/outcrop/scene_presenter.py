@@ -38,8 +38,8 @@ from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import line_symbol, plane_symbol, small_disc
 from vomstudio.studio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.studio.tools.polyline import rgb
-from vomstudio.ui.base.number_formatting import drawn_points, orientation_text
-from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.base.number_formatting import extent_points, orientation_text
+from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 
@@ -57,7 +57,7 @@ class ScenePresenter:
         self._shown: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
-        self._portions = Portions(viewport)
+        self._portions = IncrementalWork(viewport)
         self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
         self._seen_settings = self._settings()
         studio.project_opened.connect(self.rebuild)
@@ -105,7 +105,7 @@ class ScenePresenter:
         except (ValueError, KeyError, TypeError):
             pass
         measured = self._studio.measured(f.id for f in self._studio.session.features())
-        points = [p for m in measured.values() if len(p := drawn_points(m))]
+        points = [p for m in measured.values() if len(p := extent_points(m))]
         if points:
             self._moves.frame(np.concatenate(points))
         return False
@@ -200,7 +200,7 @@ class ScenePresenter:
             self._models.remove(PREVIEW + key)
         self._spent_previews.clear()
 
-    def see_all(self, besides: FloatArray | None = None) -> None:
+    def frame_all(self, besides: FloatArray | None = None) -> None:
         """All visible models, from the exposed side of the first, and the World points `besides`
         (n, 3)."""
         ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
@@ -268,7 +268,7 @@ class ScenePresenter:
                     before = edit.before[id_]
                     if isinstance(before, Model) and before.to_world != record.to_world:
                         # Another unit or axis takes the model out of sight.
-                        self.see_all()
+                        self.frame_all()
                     self._frame()
                 else:
                     self._model_loaded(id_)
@@ -351,21 +351,21 @@ class ScenePresenter:
         text = sketch.label
         if text is None:
             text = orientation_text(measured, studio.settings.notation)
-        extent = extent_of(measured)
+        extent = feature_extent(measured)
         ring, symbol = None, None
         if studio.settings.planes_as == "symbols":
-            symbol = symbol_of(feature, measured, sketch.sign, extent)
+            symbol = feature_symbol(feature, measured, sketch.sign, extent)
             if symbol is not None:
                 # Its number stands beside the symbol.
                 text = "–"
         elif studio.settings.planes_as == "discs" and piece is None:
-            ring, symbol = disc_of(measured)
+            ring, symbol = feature_disc(measured)
         if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
             # A place without a direction is a dot.
             symbol = small_disc(sketch.anchor, 0.0)
         area = piece
         if kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2:
-            area = self._pieces.enclosed(feature)
+            area = self._pieces.outlined_area(feature)
         return FeatureDrawing(
             id=feature.id,
             line=sketch.line if piece is None else np.zeros((0, 3)),
@@ -398,7 +398,7 @@ class ScenePresenter:
             return min(found)[1]
         areas = [
             (float(getattr(feature, "area", None) or 0.0), id_)
-            for id_ in self._pieces.enclosing(self._viewport.world_of(hit))
+            for id_ in self._pieces.find_enclosing(self._viewport.world_of(hit))
             if (feature := get_feature(self._studio.records, id_)) is not None
             and self._studio.visible(id_)
             and self._studio.visible(group_of(feature))
@@ -459,7 +459,7 @@ def _painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
     return sum(r.n for id_ in ids if (r := get(records, id_, Painted)) is not None)
 
 
-def extent_of(measured: Measurement) -> float:
+def feature_extent(measured: Measurement) -> float:
     """Extent of a feature, m: its longest axis or the diagonal of its box; 0 for a point."""
     if measured.fit is not None and measured.fit.extent is not None:
         return float(measured.fit.extent)
@@ -468,7 +468,7 @@ def extent_of(measured: Measurement) -> float:
     return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
 
 
-def disc_of(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
+def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
     """(c, 3) the ring of a disc as wide as the feature, and what stands for it where it is small;
     none for a plane of no extent, or one that may as well stand across."""
     fit, ring = measured.fit, disc_of_fit(measured.fit)
@@ -477,7 +477,7 @@ def disc_of(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
     return ring, small_disc(fit.centroid, fit.extent)
 
 
-def symbol_of(
+def feature_symbol(
     feature: Feature,
     measured: Measurement,
     place: FloatArray | None,

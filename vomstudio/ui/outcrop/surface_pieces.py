@@ -55,7 +55,7 @@ class SurfacePieces:
             kept = self._kept[patch.id] = _Kept(patch.runs, model.to_world, area, False)
         return kept.area
 
-    def enclosed(self, feature: Picked) -> Area | None:
+    def outlined_area(self, feature: Picked) -> Area | None:
         """What the outline of a feature encloses; it is looked for beside the window, and None
         until then."""
         found = self._open(feature.model_id)
@@ -72,7 +72,7 @@ class SurfacePieces:
             )
         return kept.area
 
-    def enclosing(self, point: FloatArray) -> list[str]:
+    def find_enclosing(self, point: FloatArray) -> list[str]:
         """Ids of the features whose outline encloses a point of World on the surface, as far as
         they are known."""
         return [

@@ -35,21 +35,21 @@ from vomstudio.project.kinds import has_plane
 from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
 from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import LowTable, allow, button_row, narrow_form
+from vomstudio.ui.base.controls import CompactTable, allow, button_row, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
-from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit, project_axes
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_with_file,
-    numbers_text,
+    format_numbers,
 )
 from vomstudio.ui.widgets.line_field import LineField
 from vomstudio.ui.widgets.options_form import OptionFields
-from vomstudio.ui.widgets.plane_choice import TakenPlane
+from vomstudio.ui.widgets.plane_choice import PlaneChoice
 from vomstudio.ui.widgets.vertex_table import parse_number
 
 if TYPE_CHECKING:
@@ -91,8 +91,8 @@ class DisplacementPanel(LazyPanel):
         explain(self, "window.md#fault-displacement")
         self.pairs: list[tuple[str, str]] = []
         self.result: Answered | None = None
-        self.fault = TakenPlane(studio, "displacement_fault", tr("select it and take it"))
-        self.bed = TakenPlane(studio, "displacement_bed", tr("fitted to the cut-offs"))
+        self.fault = PlaneChoice(studio, "displacement_fault", tr("select it and take it"))
+        self.bed = PlaneChoice(studio, "displacement_bed", tr("fitted to the cut-offs"))
         self.slip = LineField(studio, "displacement_slip", tr("unknown: separations only"))
         self.slip.line.setToolTip(
             tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
@@ -261,8 +261,8 @@ class DisplacementPanel(LazyPanel):
         return rake_of(line, fault), line
 
     def _show_axes(self, axes: Axes) -> None:
-        _show_unit(self.table, unit_of(axes))
-        self.options.show_unit(unit_of(axes))
+        _show_unit(self.table, length_unit(axes))
+        self.options.show_unit(length_unit(axes))
 
     def _show(self, why: str) -> None:
         result = self.result
@@ -286,7 +286,7 @@ class DisplacementPanel(LazyPanel):
 
     def _result_text(self, result: Answered) -> str:
         found, notation = result.found, self._studio.settings.notation
-        unit = unit_of(axes_of(self._studio))
+        unit = length_unit(project_axes(self._studio))
         known = result.rake_deg is not None
         lines = [
             tr("Net slip of the hanging wall, {unit}, with 95 % errors.", unit=unit)
@@ -357,7 +357,7 @@ class DisplacementPanel(LazyPanel):
             )
 
 
-def words_of(result: Answered, points: Path) -> Words:
+def words_of(result: Answered, points: Path) -> CommandArguments:
     """The command that says the same of these points."""
     return ["displacement", points, *option_words(result.options)]
 
@@ -373,7 +373,7 @@ def _write_points(result: Answered, path: Path) -> None:
     out.writerow(["name", *sides])
     for name, cut in zip(result.names, result.cuts, strict=True):
         points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
-        out.writerow([escape_formula(name), *numbers_text(points).split(",")])
+        out.writerow([escape_formula(name), *format_numbers(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
@@ -440,7 +440,7 @@ def _table() -> QTableWidget:
         ("", tr("Along the strike; sinistral is positive.")),
         (tr("Slip rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
-    table = LowTable(0, len(heads))
+    table = CompactTable(0, len(heads))
     table.setObjectName("displacement_table")
     table.setAccessibleName(tr("Pairs of cut-offs"))
     for column, (title, tip) in enumerate(heads):

@@ -21,14 +21,14 @@ from vomstudio.project.repeated_features import set_interpreter
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.controls import allow, button_row, narrow_form
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.tools.common import hint_label
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.results_page import FiguresPage
 from vomstudio.ui.widgets.vertex_table import parse_number
 
@@ -70,7 +70,9 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         form.addRow(tr("Share (%)"), self.share)
         first = button_row(self.begin, self.name)
         second = button_row(self.look, self.skip, self.stop)
-        FormBeside.fill(self, form, first, second, self.offered, self.message, picture=self.figures)
+        FormWithPicture.fill(
+            self, form, first, second, self.offered, self.message, picture=self.figures
+        )
 
     def _connect(self) -> None:
         studio = self._studio
@@ -108,7 +110,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
 
     def _name(self) -> None:
         studio = self._studio
-        ids, who = chosen_features(studio), self.interpreter.text().strip()
+        ids, who = selected_features(studio), self.interpreter.text().strip()
         studio.attempt(set_interpreter, ids, who)
 
     def _offer(self) -> None:
@@ -141,7 +143,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         if id_ is None or viewport is None:
             return
         measured = self._studio.measured([id_])[id_]
-        points = drawn_points(measured)
+        points = extent_points(measured)
         middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
         radius = max(float(np.linalg.norm(points - middle, axis=1).max()) * 1.15, 1e-6)
         trend, plunge = viewport.moves.view_direction()
@@ -216,7 +218,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         # The picks that could be offered do not change with what is selected.
         if not self._studio.has_project:
             return
-        allow(self.name, why_none_chosen(self._studio))
+        allow(self.name, why_no_feature(self._studio))
 
 
 def figures_html(found: TableRepeats, names: dict[str, str]) -> str:

@@ -30,7 +30,7 @@ from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
 from vomstudio.ui.shell.screens import restore_geometry
 from vomstudio.ui.shell.workspaces import Workspaces, geometry_of
-from vomstudio.ui.widgets.failure_notices import close_all, may_close
+from vomstudio.ui.widgets.failure_notices import can_close, close_all
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
@@ -207,7 +207,7 @@ class MainWindow(QMainWindow):
         self._place = OutcropPlace(self.start_page)
         self.message_bar = MessageBar(self._place.room)
         self._place.set_bar(self.message_bar)
-        self.photo_tab.join(self._place, self.actions_table.of_viewport())
+        self.photo_tab.join(self._place, self.actions_table.viewport_actions())
         self.setCentralWidget(self._place)
         self._following = WorkspaceFollowing(
             self.studio, self.survey, self.docks, self.workspaces, self._place
@@ -300,7 +300,7 @@ class MainWindow(QMainWindow):
         studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
-        studio.tool_changed_signal.connect(self.message_bar.end_hint)
+        studio.tool_changed_signal.connect(self.message_bar.hide_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
         studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(
@@ -324,7 +324,7 @@ class MainWindow(QMainWindow):
 
         self.viewport = viewport = Viewport(self)
         viewport.setMinimumSize(200, 150)
-        self.actions_table.give_keys_to(viewport)
+        self.actions_table.assign_viewport_keys(viewport)
         self._place.set_outcrop(viewport)
         self.start_page.setParent(viewport)
         self.start_page.place_over(viewport)
@@ -359,7 +359,7 @@ class MainWindow(QMainWindow):
         self.in_photos.watch(viewport)
         self.in_photos.listed.connect(self.actions_table.refresh)
         self._photo_shown.pointer.connect(self.status_line.show_pointer)
-        self.actions_table.give_keys_to(self._photo_shown.canvas)
+        self.actions_table.assign_viewport_keys(self._photo_shown.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
 
     def _add_stereonet(self) -> None:
@@ -435,7 +435,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             return
-        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_keep]):
+        if not can_close(self, self, [self.photo_opening.may_close, self.files.ask_to_keep]):
             event.ignore()
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []
@@ -444,7 +444,7 @@ class MainWindow(QMainWindow):
             self,
             [
                 self._keep_arrangement,
-                self.view.keep_camera,
+                self.view.save_camera,
                 self._imports.stop,
                 self.view.close,
                 self._photo_shown.close,

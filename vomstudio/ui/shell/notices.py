@@ -33,7 +33,7 @@ class Notices(QObject):
         super().__init__()
         self._messages, self._bar, self._status = messages, bar, status
         self._actions = actions
-        bar.show_earlier_by(lambda: docks.bring_forward("messages"))
+        bar.connect_history(lambda: docks.bring_forward("messages"))
 
     def show(self, notice: Notice) -> None:
         """Add it to the list, and show it where its level belongs, with a button for its action."""

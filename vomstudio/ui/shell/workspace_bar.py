@@ -13,7 +13,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.shell.workspace_table import WORKSPACES
 from vomstudio.ui.shell.workspaces import Workspaces
-from vomstudio.ui.widgets.collapsing_texts import FittingTexts
+from vomstudio.ui.widgets.collapsing_texts import CollapsingTexts
 
 _ARROW = 16
 _TEXT = Qt.ToolButtonStyle.ToolButtonTextOnly
@@ -62,8 +62,8 @@ class FittingBar(QToolBar):
         self.setMovable(False)
         self.toggleViewAction().setVisible(False)
         self.setIconSize(QSize(18, 18))
-        theme.show_toggles(self)
-        self._texts = FittingTexts(self, self._needed)
+        theme.highlight_toggles(self)
+        self._texts = CollapsingTexts(self, self._needed)
         self.drop_texts = self._texts.drop
 
     def _needed(self) -> int:

@@ -13,7 +13,7 @@ from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.studio import Studio
 
 
-def axes_of(studio: Studio) -> Axes:
+def project_axes(studio: Studio) -> Axes:
     """Of all models of the project together: metres and north where all have them. Without a model
     points can only be those of World."""
     if not studio.has_project or not studio.session.of(Model):
@@ -21,7 +21,7 @@ def axes_of(studio: Studio) -> Axes:
     return Axes(studio.metres_known(), studio.north_known())
 
 
-def unit_of(axes: Axes) -> str:
+def length_unit(axes: Axes) -> str:
     """As it stands behind a number or in a title."""
     return "m" if axes.metric else tr("units")
 
@@ -31,7 +31,7 @@ def follow_axes(studio: Studio, show: Callable[[Axes], object]) -> None:
     shown: list[Axes] = []
 
     def look(*_: object) -> None:
-        axes = axes_of(studio)
+        axes = project_axes(studio)
         if shown != [axes]:
             shown[:] = [axes]
             show(axes)
@@ -49,4 +49,4 @@ def add_length_row(
     if isinstance(field, QWidget):
         label.setBuddy(field)
     form.addRow(label, field)
-    follow_axes(studio, lambda axes: label.setText(title(unit_of(axes))))
+    follow_axes(studio, lambda axes: label.setText(title(length_unit(axes))))

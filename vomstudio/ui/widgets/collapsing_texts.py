@@ -11,7 +11,7 @@ _BESIDE = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
 _ICON = Qt.ToolButtonStyle.ToolButtonIconOnly
 
 
-class FittingTexts(QObject):
+class CollapsingTexts(QObject):
     """Buttons of a row show icon and text as far as there is room; the others one of both."""
 
     def __init__(self, row: QWidget, needed: Callable[[], int]) -> None:
@@ -35,7 +35,7 @@ class FittingTexts(QObject):
             self.fit()
         return False
 
-    def again(self) -> None:
+    def refit(self) -> None:
         """Texts have changed, or buttons have come or gone."""
         self._widths = []
         self.fit()

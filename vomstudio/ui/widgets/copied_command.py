@@ -19,8 +19,8 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import ask_for_target
 from vomstudio.ui.base.studio import Studio
 
-Word = str | Path | float
-Words = Sequence[Word | tuple[str, Word]]
+CommandArgument = str | Path | float
+CommandArguments = Sequence[CommandArgument | tuple[str, CommandArgument]]
 """Of a command; an option with its value is a pair."""
 
 
@@ -46,7 +46,7 @@ class CopyCommandButton(QToolButton):
         )
 
 
-def shell_line(words: Words) -> str:
+def format_command_line(words: CommandArguments) -> str:
     """A command with its arguments, quoted for the shell of this system. Numbers keep all their
     digits."""
     said: list[str] = []
@@ -60,18 +60,18 @@ def shell_line(words: Words) -> str:
     return subprocess.list2cmdline(said) if sys.platform == "win32" else shlex.join(said)
 
 
-def numbers_text(values: Iterable[float]) -> str:
+def format_numbers(values: Iterable[float]) -> str:
     """Numbers with all their digits, between commas."""
     return ",".join(_text(float(value)) for value in values)
 
 
-def _text(word: Word) -> str:
+def _text(word: CommandArgument) -> str:
     return repr(word).removesuffix(".0") if isinstance(word, float) else str(word)
 
 
-def copy_command(studio: Studio, words: Words, file: Path | None = None) -> None:
+def copy_command(studio: Studio, words: CommandArguments, file: Path | None = None) -> None:
     """Put `vomstudio` and these words on the clipboard. file : what was written for it"""
-    QGuiApplication.clipboard().setText(shell_line(["vomstudio", *words]))
+    QGuiApplication.clipboard().setText(format_command_line(["vomstudio", *words]))
     if file is None:
         studio.info(Finding("command.copied"))
     else:
@@ -83,7 +83,7 @@ def copy_with_file(
     studio: Studio,
     proposed: str,
     write: Callable[[Path], object],
-    words: Callable[[Path], Words],
+    words: Callable[[Path], CommandArguments],
 ) -> None:
     """Ask where what the command reads shall be written, write it, and copy the command. proposed :
     name of the file, whose ending it gets. write : may raise VomError; it replaces what is there,
@@ -101,7 +101,7 @@ def copy_with_file(
     copy_command(studio, words(path), path)
 
 
-def model_words(studio: Studio, model: Model) -> Words | None:
+def model_arguments(studio: Studio, model: Model) -> CommandArguments | None:
     """The file of a model and the option by which it stands as it does in this project; None where
     the file was not found."""
     path = studio.project.find_model(model)

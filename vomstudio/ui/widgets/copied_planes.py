@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.copied_command import Words, copy_with_file
+from vomstudio.ui.widgets.copied_command import CommandArguments, copy_with_file
 
 
 def copy_with_table(
@@ -16,7 +16,7 @@ def copy_with_table(
     studio: Studio,
     proposed: str,
     ids: Iterable[str],
-    words: Callable[[Path], Words],
+    words: Callable[[Path], CommandArguments],
 ) -> None:
     """Ask where the orientation table of these features shall be written, write it, and copy the
     command. proposed : its name, which ends in .csv"""
@@ -31,6 +31,6 @@ def copy_with_table(
     copy_with_file(parent, studio, proposed, write, words)
 
 
-def beside(table: Path, ending: str) -> Path:
+def result_path(table: Path, ending: str) -> Path:
     """A result of the command: NAME_result.ENDING beside its table."""
     return table.with_name(f"{table.stem}_result.{ending}")

@@ -66,7 +66,7 @@ class DrawingView(QWidget):
         self.mark = mark
         self.update()
 
-    def let_mark(self, on: bool) -> None:
+    def enable_marking(self, on: bool) -> None:
         self._marking = on
         self.setCursor(Qt.CursorShape.CrossCursor if on else Qt.CursorShape.ArrowCursor)
 
@@ -95,7 +95,7 @@ class DrawingView(QWidget):
         middle = 0.5 * (low + high)
         return middle - half, middle + half, scale
 
-    def place_of(self, points: FloatArray) -> FloatArray:
+    def to_widget(self, points: FloatArray) -> FloatArray:
         """(n, 2) pixels of the widget of points (n, 2) of the drawing."""
         room = self._room()
         low, _, scale = self._seen()
@@ -155,13 +155,13 @@ class DrawingView(QWidget):
         assert self.shown is not None
         labels: list[tuple[QPointF, str, QColor]] = []
         for shape in self.shown.shapes:
-            at = self.place_of(shape.points)
+            at = self.to_widget(shape.points)
             color = QColor(shape.color)
             painter.setPen(QPen(color, 1.4))
             if len(at) == 1:
                 centre = QPointF(*at[0].tolist())
                 for line in shape.marks(_DIP_TICK / self._seen()[2]):
-                    there = self.place_of(line).tolist()
+                    there = self.to_widget(line).tolist()
                     painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in there]))
                 painter.setBrush(color)
                 painter.drawEllipse(centre, 2.4, 2.4)
@@ -197,7 +197,7 @@ class DrawingView(QWidget):
     def _draw_mark(self, painter: QPainter) -> None:
         if self.mark is None or not len(self.mark.points):
             return
-        at = [QPointF(x, y) for x, y in self.place_of(self.mark.points).tolist()]
+        at = [QPointF(x, y) for x, y in self.to_widget(self.mark.points).tolist()]
         painter.setPen(QPen(_MARK, 2.0))
         if self.mark.circle:
             step = at[1] - at[0]
@@ -217,12 +217,12 @@ class DrawingView(QWidget):
         high = metrics.height()
         low, top, scale = self._seen()
         wide = metrics.horizontalAdvance("-0000")
-        for value in spaced(choose_ticks(float(low[0]), float(top[0])), wide / scale):
+        for value in thin_ticks(choose_ticks(float(low[0]), float(top[0])), wide / scale):
             x = room.left() + (value - float(low[0])) * scale
             painter.drawLine(QPointF(x, room.bottom()), QPointF(x, room.bottom() + _TICK))
             box = QRectF(x - 50, room.bottom() + _TICK, 100, high)
             painter.drawText(box, int(Qt.AlignmentFlag.AlignHCenter), f"{value:g}")
-        for value in spaced(choose_ticks(float(low[1]), float(top[1])), high / scale):
+        for value in thin_ticks(choose_ticks(float(low[1]), float(top[1])), high / scale):
             y = room.bottom() - (value - float(low[1])) * scale
             painter.drawLine(QPointF(room.left() - _TICK, y), QPointF(room.left(), y))
             box = QRectF(0, y - high / 2, room.left() - _TICK - 2, high)
@@ -264,7 +264,7 @@ class DrawingView(QWidget):
         )
 
 
-def spaced(ticks: FloatArray, least: float) -> list[float]:
+def thin_ticks(ticks: FloatArray, least: float) -> list[float]:
     """Of equally spaced ticks as many as stand at least so far apart: every second, every third
     and so on, counted from zero."""
     if len(ticks) < 2:

@@ -20,7 +20,7 @@ def error_field(name: str, empty: str, tip: str) -> QLineEdit:
     return field
 
 
-def number_in(field: QLineEdit, code: str) -> float | None:
+def read_number(field: QLineEdit, code: str) -> float | None:
     """Return the number in a field, None if the field is empty.
 
     Parameters

@@ -18,7 +18,7 @@ from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.notices import Notice
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 
 # This is there before the window is filled, and so before anything heavy.
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class FailureNotices(QObject):
             tr(
                 "The program cannot start because of an internal error ({kind}: {error}).",
                 kind=type(error).__name__,
-                error=as_words(str(error)),
+                error=escape_markup(str(error)),
             ),
             QMessageBox.StandardButton.Close,
             self._parent,
@@ -123,7 +123,7 @@ class FailureNotices(QObject):
             _log.exception("an error could not be shown: %s", notice.text)
 
 
-def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
+def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
     """Whether the user lets the window close, asked one after the other. Where a question itself
     fails they are told, and decide."""
     try:
@@ -137,7 +137,7 @@ def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
                 "What to do with unsaved changes could not be asked because of an internal error "
                 "({kind}: {error}).",
                 kind=type(error).__name__,
-                error=as_words(str(error)),
+                error=escape_markup(str(error)),
             ),
         )
         leave = box.addButton(tr("Close all the same"), QMessageBox.ButtonRole.DestructiveRole)
@@ -165,7 +165,7 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
             "The window closes, but not all could be put in order because of an internal error "
             "({kind}: {error}).",
             kind=type(failed[0]).__name__,
-            error=as_words(str(failed[0])),
+            error=escape_markup(str(failed[0])),
         ),
     )
     box.addButton(QMessageBox.StandardButton.Close)
@@ -187,7 +187,7 @@ def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
     box.setInformativeText(
         tr("All that was done is in the project's journal, and is there when it is opened again.")
         if failure is None
-        else as_words(failure.message)
+        else escape_markup(failure.message)
     )
     return box
 
@@ -216,7 +216,7 @@ def save_report(host: Host, parent: QWidget) -> None:
         if host.filled:
             host.studio.fail(error)
         else:
-            QMessageBox.critical(parent, "VOM Studio", as_words(str(error)))
+            QMessageBox.critical(parent, "VOM Studio", escape_markup(str(error)))
         return
     if host.filled:
         host.studio.info(Finding("program.report-written", file=path))

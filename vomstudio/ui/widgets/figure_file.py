@@ -17,7 +17,7 @@ _FORMATS = {
 }
 
 
-def ask_for_picture(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
+def ask_for_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
     """A path that ends in .svg, .pdf or .png, or None. stem : proposed, behind the name of the
     project"""
     project = studio.project

@@ -14,7 +14,7 @@ from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.kinds import kind_named
 from vomstudio.project.measurement import Measurement
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, as_words, lay_out_now
+from vomstudio.ui.base.controls import Label, escape_markup, lay_out_now
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import orientation_text
 
@@ -190,7 +190,7 @@ class FitView(QWidget):
         if len(shown) < len(lines):
             shown[-1] += f"  (+{len(lines) - len(shown)})"
         self._reasons.setText("\n".join(shown))
-        self._reasons.setToolTip(as_words("\n".join(lines)))
+        self._reasons.setToolTip(escape_markup("\n".join(lines)))
         self._reasons.setVisible(bool(lines))
         rows = (self._more.text(), self._reasons.text(), [w.isHidden() for w in self._values])
         if rows != self._rows:

@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, QSize
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QLayout, QVBoxLayout, QWidget
 
-from vomstudio.ui.base.controls import Scrolling
+from vomstudio.ui.base.controls import PanelScrollArea
 
 _BESIDE_FROM = 620
 _FORM_WIDTH, _FORM_SHARE = 330, 0.44
@@ -14,7 +14,7 @@ _LEAST_PICTURE = 120
 _NO_LIMIT = 16_777_215
 
 
-class FormBeside(QWidget):
+class FormWithPicture(QWidget):
     """It fills a panel. column : of the form, which scrolls by itself beside the picture"""
 
     def __init__(self, panel: QWidget) -> None:
@@ -29,12 +29,12 @@ class FormBeside(QWidget):
         self.column = QVBoxLayout(self._form)
         self.column.setContentsMargins(0, 0, 0, 0)
         self.column.setSpacing(4)
-        self._scrolls = Scrolling(self._form)
+        self._scrolls = PanelScrollArea(self._form)
         self._form.installEventFilter(self)
         self._beside = False
 
     @classmethod
-    def fill(cls, panel: QWidget, *parts: QWidget | QLayout, picture: QWidget) -> FormBeside:
+    def fill(cls, panel: QWidget, *parts: QWidget | QLayout, picture: QWidget) -> FormWithPicture:
         """Fill a panel with a column of parts and a picture, table or text beside it."""
         body = cls(panel)
         for part in parts:
@@ -42,10 +42,10 @@ class FormBeside(QWidget):
                 body.column.addLayout(part)
             else:
                 body.column.addWidget(part)
-        body.put_beside(picture)
+        body.add_picture(picture)
         return body
 
-    def put_beside(self, picture: QWidget) -> None:
+    def add_picture(self, picture: QWidget) -> None:
         """Once the column of the form is full."""
         self.column.addStretch()
         picture.setMinimumHeight(_LEAST_PICTURE)

@@ -8,7 +8,7 @@ from vomstudio.project.kinds import kind_of
 from vomstudio.project.records import FeatureType, Record, Typed
 from vomstudio.project.repeated_features import first_picks
 from vomstudio.ui.base.controls import ComboBox
-from vomstudio.ui.base.number_formatting import natural
+from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 
 Choice = tuple[str, str, str]
@@ -46,7 +46,7 @@ class GroupBox(ComboBox):
             if not own:
                 continue
             groups.append((type_.name, ("type", type_.id, "")))
-            names = sorted({f.set_name for f in own if f.set_name}, key=natural)
+            names = sorted({f.set_name for f in own if f.set_name}, key=natural_sort_key)
             for name in names:
                 title = tr("{type}: {set}", type=type_.name, set=name)
                 groups.append((title, ("set", type_.id, name)))

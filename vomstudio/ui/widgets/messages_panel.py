@@ -131,7 +131,7 @@ class MessageBar(QFrame):
         self.show()
         self._place()
 
-    def show_earlier_by(self, call: Callable[[], None]) -> None:
+    def connect_history(self, call: Callable[[], None]) -> None:
         """call : shows the list that holds all that this bar has said"""
         self._counts = True
         self._earlier.clicked.connect(lambda: call())
@@ -143,13 +143,13 @@ class MessageBar(QFrame):
         button.clicked.connect(call)
         self._buttons.addWidget(button)
 
-    def end_hint(self) -> None:
+    def hide_hint(self) -> None:
         """The user has gone on."""
         if self._hint_timer.isActive():
             self._hint_timer.stop()
             self.hide()
 
-    def lie_below(self, tools: QWidget | None) -> None:
+    def set_top_tools(self, tools: QWidget | None) -> None:
         """Leave free what has tools at the top of the parent; None for nothing."""
         self._tools = tools
         self._place()

@@ -35,7 +35,7 @@ class ModelBox(ComboBox):
                 at = self.findData(current.id)
             self.setCurrentIndex(max(at, 0) if there else -1)
 
-    def chosen_model(self) -> Model | None:
+    def selected_model(self) -> Model | None:
         """The chosen one, None where there is none."""
         record = self._studio.records.get(str(self.currentData() or ""))
         open_one = isinstance(record, Model) and record.id in self._studio.models

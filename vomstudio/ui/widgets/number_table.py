@@ -18,8 +18,8 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import as_words
-from vomstudio.ui.base.number_formatting import natural
+from vomstudio.ui.base.controls import escape_markup
+from vomstudio.ui.base.number_formatting import natural_sort_key
 
 _Index = QModelIndex | QPersistentModelIndex
 
@@ -75,7 +75,7 @@ class NumberModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole and column.number:
             return int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return as_words(note) or None
+            return escape_markup(note) or None
         if role == Qt.ItemDataRole.DecorationRole and column.icon is not None:
             return column.icon(value)
         if role == Qt.ItemDataRole.DecorationRole and note and index.column() == 0:
@@ -90,7 +90,7 @@ class NumberModel(QAbstractTableModel):
 
         def key(row: tuple[tuple[Any, ...], str]) -> Any:
             value = row[0][column]
-            return natural(value) if isinstance(value, str) else value
+            return natural_sort_key(value) if isinstance(value, str) else value
 
         # What has no value comes last either way.
         known = [row for row in self.rows if row[0][column] is not None]

@@ -46,13 +46,13 @@ class OtherModel:
         """The registration, else the frame."""
         return self.registration or self.frame
 
-    def standing(self, cache: Path) -> PlacedModel:
+    def to_placed_model(self, cache: Path) -> PlacedModel:
         """For a job. cache : of the project"""
         crs = world_crs(self.frame.crs, self.frame.unit_m) if self.frame.crs else None
         return PlacedModel(self.name, self.path, cache, self.to_world, crs, self.registration)
 
 
-def of_project(studio: Studio, model: Model) -> OtherModel | None:
+def project_model(studio: Studio, model: Model) -> OtherModel | None:
     """A model of the project; None where its file is not open."""
     opened, path = studio.models.get(model.id), studio.project.find_model(model)
     if opened is None or path is None:
@@ -93,7 +93,7 @@ class OtherModelBox(QWidget):
         if key in self._files:
             return self._files[key]
         record = self._studio.records.get(key)
-        return of_project(self._studio, record) if isinstance(record, Model) else None
+        return project_model(self._studio, record) if isinstance(record, Model) else None
 
     def close_reading(self) -> None:
         """Nothing is handed over any more."""
@@ -101,7 +101,7 @@ class OtherModelBox(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
 
-    def offer_besides(self, besides: str) -> None:
+    def list_models_except(self, besides: str) -> None:
         """The models of the project, but for this one, and the files that were read. What was
         chosen stays chosen where it can."""
         before = self.models.currentData()

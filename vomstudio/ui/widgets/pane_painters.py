@@ -16,14 +16,14 @@ Painter = Callable[[QPainter, QRectF, Callable[[FloatArray], FloatArray], float]
 """Draws over a pane: painter, the pane, its pixels to screen, screen pixels for one of them."""
 
 
-def inside(box: QRectF, at: FloatArray) -> BoolArray:
+def mask_inside(box: QRectF, at: FloatArray) -> BoolArray:
     """Which points (n, 2) of the screen lie in a box."""
     x, y = at[:, 0], at[:, 1]
     across, down = (x >= box.left()) & (x <= box.right()), (y >= box.top()) & (y <= box.bottom())
     return np.asarray(across & down)
 
 
-def nothing(
+def paint_nothing(
     painter: QPainter, box: QRectF, place: Callable[[FloatArray], FloatArray], zoom: float
 ) -> None:
     return
@@ -36,7 +36,7 @@ def _premultiplied(color: QColor) -> int:
     return alpha << 24 | red << 16 | green << 8 | blue
 
 
-def dots(places: FloatArray, color: QColor, size: float) -> Painter:
+def dot_painter(places: FloatArray, color: QColor, size: float) -> Painter:
     """Marks at places (n, 2) of a picture."""
 
     def paint(
@@ -44,7 +44,7 @@ def dots(places: FloatArray, color: QColor, size: float) -> Painter:
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
         at = on_screen(places)
-        at = (at[inside(box, at)] - [box.left(), box.top()]) * ratio
+        at = (at[mask_inside(box, at)] - [box.left(), box.top()]) * ratio
         wide, high = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
         # Thousands of marks: written into a picture, since drawing them takes half a second.
         marks = np.zeros((high, wide), np.uint32)
@@ -64,7 +64,7 @@ def dots(places: FloatArray, color: QColor, size: float) -> Painter:
     return paint
 
 
-def both(*painters: Painter) -> Painter:
+def combined_painter(*painters: Painter) -> Painter:
     """One after the other."""
 
     def paint(
@@ -76,7 +76,9 @@ def both(*painters: Painter) -> Painter:
     return paint
 
 
-def vectors(places: FloatArray, offsets: FloatArray, factor: float, color: QColor) -> Painter:
+def vector_painter(
+    places: FloatArray, offsets: FloatArray, factor: float, color: QColor
+) -> Painter:
     """Lines from places (n, 2) along `offsets` (n, 2) times `factor`, each with a dot at its begin,
     and the length of a pixel at the bottom left."""
 
@@ -88,7 +90,7 @@ def vectors(places: FloatArray, offsets: FloatArray, factor: float, color: QColo
         for tint, wide in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
             painter.setPen(QPen(tint, wide))
             painter.drawLines(lines)
-        dots(places, color, 2.0)(painter, box, on_screen, zoom)
+        dot_painter(places, color, 2.0)(painter, box, on_screen, zoom)
         _key(painter, box, factor * zoom)
 
     return paint

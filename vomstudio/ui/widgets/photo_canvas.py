@@ -88,9 +88,9 @@ class PhotoCanvas(QWidget):
         self.setMinimumSize(160, 110)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setObjectName("photo_canvas")
-        self.left_paints = False
+        self.is_left_button_painting = False
         """The left button belongs to a brush; the others move the photo."""
-        self.look_through: Callable[[FloatArray], tuple[FloatArray, BoolArray]] | None = None
+        self.projection: Callable[[FloatArray], tuple[FloatArray, BoolArray]] | None = None
         self.direction: FloatArray = np.array([0.0, 0.0, 1.0])
         """In World, of the photo's axis."""
         self.message = ""
@@ -149,7 +149,7 @@ class PhotoCanvas(QWidget):
         box = turn.mapRect(QRectF(0, 0, *self._size))
         self._upright = QSize(round(box.width()), round(box.height()))
 
-    def set_drawn(self, drawn: Sequence[Drawn], selected: frozenset[str]) -> None:
+    def set_features(self, drawn: Sequence[Drawn], selected: frozenset[str]) -> None:
         self._drawn, self._selected = drawn, selected
         self.update()
 
@@ -163,7 +163,7 @@ class PhotoCanvas(QWidget):
             self._cross = pixel
             self.update()
 
-    def set_spot(self, pixel: FloatArray | None) -> None:
+    def set_marker(self, pixel: FloatArray | None) -> None:
         """The place that was asked for."""
         self._spot = pixel
         self.update()
@@ -180,7 +180,7 @@ class PhotoCanvas(QWidget):
         there = inverse.map(QPointF(at))
         return there.x(), there.y()
 
-    def screen_of(self, pixels: npt.ArrayLike) -> FloatArray:
+    def to_widget(self, pixels: npt.ArrayLike) -> FloatArray:
         """(n, 2) of pixels (n, 2) of the stored photo."""
         m = self.to_screen
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
@@ -215,9 +215,9 @@ class PhotoCanvas(QWidget):
             self._scale = wanted
             self._centre(QPointF((x.min() + x.max()) / 2, (y.min() + y.max()) / 2))
 
-    def sees(self, pixels: FloatArray) -> bool:
+    def contains_pixels(self, pixels: FloatArray) -> bool:
         """All of these pixels are within the widget."""
-        on = self.screen_of(pixels)
+        on = self.to_widget(pixels)
         return bool(
             (on > 0).all() and (on[:, 0] < self.width()).all() and (on[:, 1] < self.height()).all()
         )
@@ -257,7 +257,7 @@ class PhotoCanvas(QWidget):
         self._paint_labels(painter)
         if self._spot is not None:
             self._paint_cross(painter, self._spot, 11.0, QColor("#56b4e9"))
-        if self._preview is not None and self.look_through is not None:
+        if self._preview is not None and self.projection is not None:
             extent = float(self.width()), float(self.height())
             eye = PreviewPainter(painter, _Eye(self), extent, self._project, self._reading_place)
             shown = self._cursor if self.underMouse() else None
@@ -288,7 +288,7 @@ class PhotoCanvas(QWidget):
     def _paint_feature(self, painter: QPainter, drawn: Drawn) -> None:
         color = painting.to_color(drawn.color)
         chosen = drawn.id in self._selected
-        pixels = self.screen_of(drawn.pixels)
+        pixels = self.to_widget(drawn.pixels)
         if drawn.pairs:
             edges = pixels.reshape(-1, 4)[drawn.seen.reshape(-1, 2).all(axis=1)]
             lines = [QLineF(*edge) for edge in edges.tolist()]
@@ -307,7 +307,7 @@ class PhotoCanvas(QWidget):
                 continue
             font = painting.system_font(bold=drawn.id in self._selected)
             metrics = QFontMetricsF(font)
-            x, y = self.screen_of(drawn.anchor)[0] + (8.0, -7.0)
+            x, y = self.to_widget(drawn.anchor)[0] + (8.0, -7.0)
             wide, high = metrics.horizontalAdvance(drawn.label), metrics.height()
             x = min(x, self.width() - wide - 4.0)
             box = QRectF(x, y - metrics.ascent(), wide, high)
@@ -318,7 +318,7 @@ class PhotoCanvas(QWidget):
     def _paint_cross(
         self, painter: QPainter, pixel: FloatArray, size: float, color: QColor
     ) -> None:
-        x, y = self.screen_of(pixel)[0]
+        x, y = self.to_widget(pixel)[0]
         if not (np.isfinite(x) and np.isfinite(y)):
             return
         at = QPointF(x, y)
@@ -329,9 +329,9 @@ class PhotoCanvas(QWidget):
                 painter.drawLine(at + way * 3.0, at + way * size)
 
     def _project(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
-        assert self.look_through is not None
-        pixels, seen = self.look_through(points)
-        return self.screen_of(pixels), seen
+        assert self.projection is not None
+        pixels, seen = self.projection(points)
+        return self.to_widget(pixels), seen
 
     # --- gestures ----------------------------------------------------------------------------
     def _emit(
@@ -350,7 +350,7 @@ class PhotoCanvas(QWidget):
         )
 
     def _handle_at(self, at: QPointF) -> int | None:
-        if self._preview is None or self.look_through is None or not len(self._preview.line):
+        if self._preview is None or self.projection is None or not len(self._preview.line):
             return None
         pixels, seen = self._project(np.asarray(self._preview.line, np.float64))
         off = np.hypot(pixels[:, 0] - at.x(), pixels[:, 1] - at.y())
@@ -359,11 +359,11 @@ class PhotoCanvas(QWidget):
 
     def feature_at(self, x: float, y: float) -> str | None:
         """The feature drawn at a pixel of the photo."""
-        at = self.screen_of([x, y])[0]
+        at = self.to_widget([x, y])[0]
         best, found = LINE_PIXELS, None
         for drawn in self._drawn:
             seen = drawn.seen[:-1] & drawn.seen[1:]
-            on = self.screen_of(drawn.pixels)
+            on = self.to_widget(drawn.pixels)
             if drawn.pairs:
                 off = np.hypot(*(on[drawn.seen] - at).T)
             else:
@@ -418,7 +418,7 @@ class PhotoCanvas(QWidget):
     def _begin(self, event: QMouseEvent) -> str:
         assert self._press is not None
         left = self._button == Qt.MouseButton.LeftButton
-        if self._handle is None and not (left and self.left_paints):
+        if self._handle is None and not (left and self.is_left_button_painting):
             return "pan"
         self._drag(Pointer.DRAG_START, self._press, event)
         return "tool"
@@ -438,7 +438,7 @@ class PhotoCanvas(QWidget):
         self._action, self._handle, self._doubled = None, None, False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self.left_paints:
+        if self.is_left_button_painting:
             self.mousePressEvent(event)
             return
         self._press = self._last = event.position()
@@ -468,7 +468,7 @@ class _Eye:
     def project(
         self, points: FloatArray, size: tuple[float, float]
     ) -> tuple[FloatArray, FloatArray]:
-        look = self._canvas.look_through
+        look = self._canvas.projection
         assert look is not None
         pixels, _ = look(points)
-        return self._canvas.screen_of(pixels), np.ones(len(pixels))
+        return self._canvas.to_widget(pixels), np.ones(len(pixels))

@@ -25,14 +25,14 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.core.arrays import ByteArray, FloatArray, IndexArray, IntArray
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
-from vomstudio.ui.widgets.pane_painters import Painter, inside, nothing
+from vomstudio.ui.widgets.pane_painters import Painter, mask_inside, paint_nothing
 
-GROUND = QColor(46, 48, 52)
-GAP = 6.0
+BACKGROUND = QColor(46, 48, 52)
+GAP_PIXELS = 6.0
 ZOOM_PER_NOTCH = 0.8
-DEEPEST = 24.0
+MAX_ZOOM = 24.0
 """Screen pixels for a pixel of a photo, at most."""
-REACH = 10.0
+PICK_RADIUS_PIXELS = 10.0
 _FEW = 300
 """Lines up to which each is drawn as finely as can be."""
 
@@ -118,16 +118,16 @@ class PicturePanes(QWidget):
         self._links, self._hot = links, None
         self._renew()
 
-    def draw_over(self, painters: Sequence[Painter | None]) -> None:
+    def set_overlays(self, painters: Sequence[Painter | None]) -> None:
         """What is drawn over each pane."""
-        self._over = [each or nothing for each in painters]
+        self._over = [each or paint_nothing for each in painters]
         self._renew()
 
     # --- geometry ----------------------------------------------------------------------------
     def box(self, pane: int) -> QRectF:
         count = len(self._pictures)
-        wide = (self.width() - GAP * (count - 1)) / count
-        return QRectF(pane * (wide + GAP), 0.0, wide, float(self.height()))
+        wide = (self.width() - GAP_PIXELS * (count - 1)) / count
+        return QRectF(pane * (wide + GAP_PIXELS), 0.0, wide, float(self.height()))
 
     def middle(self, pane: int) -> QPointF:
         """Where on the screen what is looked at lies."""
@@ -172,7 +172,7 @@ class PicturePanes(QWidget):
         about = self.to_picture(pane, at)
         centre, zoom = self._view(pane)
         least = 0.5 * self._fit(pane)[1]
-        now = min(max(zoom * factor, least), DEEPEST)
+        now = min(max(zoom * factor, least), MAX_ZOOM)
         view = self._views[pane]
         view.centre, view.zoom = about + (centre - about) * (zoom / now), now
         self._renew()
@@ -211,7 +211,7 @@ class PicturePanes(QWidget):
     def _paint_all(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().window())
         if self._words or all(p is None for p in self._pictures):
-            painter.fillRect(self.rect(), GROUND)
+            painter.fillRect(self.rect(), BACKGROUND)
             painter.setPen(TEXT)
             painter.setFont(system_font())
             room = QRectF(self.rect()).adjusted(24, 12, -24, -12)
@@ -232,7 +232,7 @@ class PicturePanes(QWidget):
         box = self.box(pane)
         painter.save()
         painter.setClipRect(box)
-        painter.fillRect(box, GROUND)
+        painter.fillRect(box, BACKGROUND)
         corners = self.to_screen(pane, [[0, 0], picture.size])
         target = QRectF(QPointF(*corners[0]), QPointF(*corners[1]))
         if picture.image is not None:
@@ -303,7 +303,7 @@ class PicturePanes(QWidget):
         """Between places (n, 2) that both panes show; null lines for the others."""
         ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
         for pane, at in ((0, ends[:, :2]), (1, ends[:, 2:])):
-            ends[~inside(self.box(pane), at)] = 0.0
+            ends[~mask_inside(self.box(pane), at)] = 0.0
         return [QLineF(*row) for row in ends.tolist()]
 
     # --- mouse and keys ----------------------------------------------------------------------
@@ -314,7 +314,7 @@ class PicturePanes(QWidget):
             return None
         off = np.hypot(*(self.to_screen(pane, places) - [at.x(), at.y()]).T)
         best = int(off.argmin())
-        return best if off[best] <= REACH else None
+        return best if off[best] <= PICK_RADIUS_PIXELS else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         pane = self.pane_at(event.position())

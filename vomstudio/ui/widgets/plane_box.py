@@ -7,8 +7,8 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from vomstudio.core.words import tr
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import has_plane
-from vomstudio.ui.base.controls import ComboBox, as_words
-from vomstudio.ui.base.number_formatting import natural, orientation_text
+from vomstudio.ui.base.controls import ComboBox, escape_markup
+from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
 from vomstudio.ui.base.studio import Studio
 
 SELECTED = "*"
@@ -46,7 +46,9 @@ class PlaneBox(ComboBox):
     def showPopup(self) -> None:  # noqa: N802
         """All planes are listed only when they are asked for: there may be thousands."""
         features = self._studio.session.features()
-        planes = sorted((f for f in features if has_plane(f)), key=lambda f: natural(f.name))
+        planes = sorted(
+            (f for f in features if has_plane(f)), key=lambda f: natural_sort_key(f.name)
+        )
         self._studio.measured(f.id for f in planes)
         self._fill([f.id for f in planes])
         super().showPopup()
@@ -64,7 +66,7 @@ class PlaneBox(ComboBox):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
                 self.setCurrentIndex(self.findData(self._shown))
-        self.setToolTip(as_words(self.currentText()))
+        self.setToolTip(escape_markup(self.currentText()))
 
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
@@ -77,7 +79,7 @@ class PlaneBox(ComboBox):
         data = str(self.itemData(index))
         self._follows = data == SELECTED
         self._shown = self._last if self._follows else data
-        self.setToolTip(as_words(self.currentText()))
+        self.setToolTip(escape_markup(self.currentText()))
         self.chosen.emit(self._shown)
 
     def _selected(self, ids: tuple[str, ...]) -> None:

@@ -14,7 +14,7 @@ from vomstudio.ui.base.number_formatting import orientation_text
 from vomstudio.ui.base.studio import Studio
 
 
-class TakenPlane(QWidget):
+class PlaneChoice(QWidget):
     """id : of the plane, empty for none; changed : there is another one. none : what is said where
     there is none"""
 

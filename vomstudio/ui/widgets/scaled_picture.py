@@ -10,7 +10,7 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base.controls import Label
 
 
-class FittingPicture(Label):
+class ScaledPicture(Label):
     """A picture as large as there is room for."""
 
     def __init__(self) -> None:

@@ -17,7 +17,7 @@ from vomstudio.rendering.qt.bar_painting import ColorBar
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.scalars import Scale, map_table
 from vomstudio.studio.jobs.inspection_tasks import DepthFacts
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, column_of, side_by_side
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, add_splitter, create_column
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData, Arrays, to_image
 from vomstudio.ui.widgets.number_table import Column, NumberTable
 from vomstudio.ui.widgets.pane_painters import Painter
@@ -75,7 +75,7 @@ class DepthPage(QWidget):
         self.panes = PicturePanes(2, together=True, reserve=_BAR)
         self.panes.setObjectName("depth_panes")
         self.panes.hovered.connect(self._hovered)
-        right, rows = column_of()
+        right, rows = create_column()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
         row.addWidget(Label(tr("Show")))
@@ -83,7 +83,7 @@ class DepthPage(QWidget):
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
         rows.addWidget(self._under)
-        side_by_side(self, self.table, right, [_WIDTH, 1000])
+        add_splitter(self, self.table, right, [_WIDTH, 1000])
 
     @property
     def unit(self) -> str:
@@ -160,7 +160,7 @@ class DepthPage(QWidget):
             over = partial(_compass, letters="NESW" if self._data.overview.crs else "yx")
         else:
             over = partial(_bar, scale=self._scale(what))
-        self.panes.draw_over([None, over])
+        self.panes.set_overlays([None, over])
 
     def _image(self, what: str) -> QImage:
         """Made when it is first looked at."""

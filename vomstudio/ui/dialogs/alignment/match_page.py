@@ -10,11 +10,11 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
 from vomstudio.core.words import tr
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, column_of, side_by_side
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, add_splitter, create_column
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.dialogs.alignment.pair_matrix import PairMatrix
 from vomstudio.ui.widgets.number_table import Column, NumberTable
-from vomstudio.ui.widgets.pane_painters import both, dots
+from vomstudio.ui.widgets.pane_painters import combined_painter, dot_painter
 from vomstudio.ui.widgets.picture_panes import Links, PicturePanes
 
 _LINES = (60, 250, 1000)
@@ -82,12 +82,12 @@ class MatchPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        side, column = column_of()
+        side, column = create_column()
         self._legend.setWordWrap(True)
         column.addWidget(self._legend)
         column.addWidget(self.matrix)
         column.addWidget(self.table, 1)
-        right, rows = column_of()
+        right, rows = create_column()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
         for widget in (self.lines, self.features, self.outliers):
@@ -95,7 +95,7 @@ class MatchPage(QWidget):
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
         rows.addWidget(self._hint)
-        side_by_side(self, side, right, [440, 820])
+        add_splitter(self, side, right, [440, 820])
 
     # --- choosing ----------------------------------------------------------------------------
     def fill(self) -> None:
@@ -182,11 +182,13 @@ class MatchPage(QWidget):
             )
         painters = []
         for photo, points, own in ((left, "left", ends[0]), (right, "right", ends[1])):
-            marks = dots(own, _MATCH, 2.6)
+            marks = dot_painter(own, _MATCH, 2.6)
             if self.features.isChecked():
-                marks = both(dots(photo.upright_points(arrays[points]), _FEATURE, 2.4), marks)
+                marks = combined_painter(
+                    dot_painter(photo.upright_points(arrays[points]), _FEATURE, 2.4), marks
+                )
             painters.append(marks)
-        self.panes.draw_over(painters)
+        self.panes.set_overlays(painters)
         self.panes.show_links(Links(*ends, _by_place(ends[0], left), drawn, faint))
         if fresh:
             self.panes.say("")

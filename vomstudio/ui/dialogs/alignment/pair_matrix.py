@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 from vomstudio.core.words import tr
 from vomstudio.rendering.qt.painting import system_font
 from vomstudio.rendering.view.scalars import map_table
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 
 _LARGEST, _SMALLEST = 34.0, 2.0
 _TALLEST = 360.0
@@ -141,6 +141,6 @@ class PairMatrix(QWidget):
                     matches=tried,
                     inliers=kept,
                 )
-            QToolTip.showText(event.globalPos(), as_words(words), self)
+            QToolTip.showText(event.globalPos(), escape_markup(words), self)
             return True
         return super().event(event)

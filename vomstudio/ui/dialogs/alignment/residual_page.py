@@ -11,12 +11,12 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.inspection_tasks import AlignmentOverview
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, column_of, side_by_side
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, add_splitter, create_column
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.dialogs.alignment.residual_scale import exaggeration
 from vomstudio.ui.widgets.number_table import Column, NumberTable
-from vomstudio.ui.widgets.pane_painters import vectors
+from vomstudio.ui.widgets.pane_painters import vector_painter
 from vomstudio.ui.widgets.picture_panes import PicturePanes
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
@@ -69,17 +69,17 @@ class ResidualPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        side, column = column_of()
+        side, column = create_column()
         column.addWidget(self._summary)
         column.addWidget(self.table, 1)
-        right, rows = column_of()
+        right, rows = create_column()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
         row.addWidget(Label(tr("Exaggeration")))
         row.addWidget(self.factor)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
-        side_by_side(self, side, right, [520, 740])
+        add_splitter(self, side, right, [520, 740])
 
     def fill(self) -> None:
         """Show the photos of the overview, and the one with the largest median error."""
@@ -117,7 +117,8 @@ class ResidualPage(QWidget):
         registered = facts.registration
         if "refused" in registered:
             words += " " + tr(
-                "There are no GPS residuals: {reason}", reason=as_sentence(registered["refused"])
+                "There are no GPS residuals: {reason}",
+                reason=format_sentence(registered["refused"]),
             )
         elif registered.get("rms_m") is not None:
             words += " " + tr(
@@ -157,7 +158,7 @@ class ResidualPage(QWidget):
             self.panes.show_pictures([photo.picture])
         if not len(arrays["pixels"]):
             self._said.setText(tr("This photo has no tie points and is not part of the model."))
-            self.panes.draw_over([])
+            self.panes.set_overlays([])
             return
         lengths = np.linalg.norm(arrays["vectors"], axis=1)
         factor = int(self.factor.currentData())
@@ -178,4 +179,4 @@ class ResidualPage(QWidget):
             self._said.setText(f"{self._said.text()} {said}")
         places = photo.upright_points(arrays["pixels"][::step])
         offsets = photo.upright_vectors(arrays["vectors"][::step])
-        self.panes.draw_over([vectors(places, offsets, factor, _COLOR)])
+        self.panes.set_overlays([vector_painter(places, offsets, factor, _COLOR)])

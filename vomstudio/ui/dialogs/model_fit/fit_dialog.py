@@ -44,7 +44,7 @@ from vomstudio.ui.dialogs.model_fit.pair_table import (
 from vomstudio.ui.dialogs.model_fit.picking_view import PickingView
 from vomstudio.ui.dialogs.model_fit.point_pairs import PointPairs
 from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
-from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, of_project
+from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, project_model
 
 _FEW = 20
 """So many points are solved in less time than a thread takes to hand over."""
@@ -75,7 +75,7 @@ class FitDialog(QDialog):
         self.here, self.there = PickingView(), PickingView()
         self._arrange(model)
         self._connect()
-        self.here.show_model(of_project(studio, model))
+        self.here.show_model(project_model(studio, model))
         self._reference_chosen()
 
     # --- parts -------------------------------------------------------------------------------
@@ -251,7 +251,7 @@ class FitDialog(QDialog):
             return
         opened = self._studio.models.get(model.id)
         bounds = None if opened is None else opened.data.bounds
-        crs = reference.standing(self._studio.project.cache).crs
+        crs = reference.to_placed_model(self._studio.project.cache).crs
 
         def work() -> Placed:
             extent = None if opened is None else some_points(opened.data)
@@ -364,7 +364,7 @@ class FitDialog(QDialog):
             self._studio.jobs.cancel(self._job)
             return
         model, reference = self._model(), self.reference
-        own = None if model is None else of_project(self._studio, model)
+        own = None if model is None else project_model(self._studio, model)
         if own is None or model is None or reference is None:
             self.said.setText(Finding("model.not-open").message)
             return
@@ -372,8 +372,8 @@ class FitDialog(QDialog):
         self.fitted = None
         self.said.setText(tr("Fitting the surfaces…"))
         order = FitRequest(
-            own.standing(cache),
-            reference.standing(cache),
+            own.to_placed_model(cache),
+            reference.to_placed_model(cache),
             not model.frame.has_metres,
             self.points.pairs,
             self.stable.part(self.points.pairs),
@@ -407,7 +407,7 @@ class FitDialog(QDialog):
         if model is None or reference is None or self.fitted is None:
             return None
         pairs = self.points.as_pairs() if self.points.pairs else None
-        crs = reference.standing(self._studio.project.cache).crs
+        crs = reference.to_placed_model(self._studio.project.cache).crs
         record = create_registration(self.fitted.placed, pairs, model, crs, reference.name)
         return add_reference_error(
             record, reference.registration, scale_fitted=not model.frame.has_metres

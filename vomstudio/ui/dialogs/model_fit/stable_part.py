@@ -98,7 +98,7 @@ class StablePartBox(QWidget):
             return StablePart(box=(box.low, box.high))
         mask = self.stable_model.current()
         if which == _MODEL and mask is not None:
-            return StablePart(model=mask.standing(self._studio.project.cache))
+            return StablePart(model=mask.to_placed_model(self._studio.project.cache))
         return StablePart(polygons=self._polygons) if which == _POLYGONS else None
 
     def mask_file(self) -> Path | None:

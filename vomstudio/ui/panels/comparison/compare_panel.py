@@ -53,10 +53,10 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.comparison.agreement_table import AgreementTable
 from vomstudio.ui.panels.comparison.histogram import Histogram, counts_of
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_command
 from vomstudio.ui.widgets.options_form import OptionFields
-from vomstudio.ui.widgets.other_model_box import OtherModelBox, of_project
+from vomstudio.ui.widgets.other_model_box import OtherModelBox, project_model
 
 FIELD = "distance_m"
 _COLORED_PERCENT = 98.0
@@ -93,7 +93,7 @@ class ComparePanel(QWidget):
         self.method.addItem(tr("M3C2, along the normals"))
         self.method.currentIndexChanged.connect(self._method_chosen)
         self.limits = OptionFields(CompareOptions, "compare", CompareOptions(m3c2_m=0.5))
-        follow_axes(studio, lambda axes: self.limits.show_unit(unit_of(axes)))
+        follow_axes(studio, lambda axes: self.limits.show_unit(length_unit(axes)))
         self.start = QPushButton(theme.icon("compare-horizontal"), tr("Compare"))
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
@@ -148,7 +148,7 @@ class ComparePanel(QWidget):
             if model is None
             else tr("{model} held against", model=model.name)
         )
-        self.other.offer_besides("" if model is None else model.id)
+        self.other.list_models_except("" if model is None else model.id)
         self._take_up()
         if self._moved_since():
             self.said.setText(Finding("comparison.model-moved").message)
@@ -182,9 +182,9 @@ class ComparePanel(QWidget):
             )
             return
         crs = model.frame.crs
-        own = of_project(studio, model)
+        own = project_model(studio, model)
         if own is not None:
-            crs = own.standing(studio.project.cache).crs
+            crs = own.to_placed_model(studio.project.cache).crs
         cache = studio.project.cache
         path = studio.project.find_model(model) or Path(kept.model_name)
         held = Held(
@@ -275,13 +275,13 @@ class ComparePanel(QWidget):
             self._studio.jobs.cancel(self._job)
             return
         studio, model, other = self._studio, self._model, self.other.current()
-        own = None if model is None else of_project(studio, model)
+        own = None if model is None else project_model(studio, model)
         if own is None or model is None or other is None:
             return
         cache = studio.project.cache
         out = distances_file(studio.project.folder, new_id("comparison"))
         order = ComparisonRequest(
-            own.standing(cache), other.standing(cache), self._options(model), out
+            own.to_placed_model(cache), other.to_placed_model(cache), self._options(model), out
         )
         self.said.setText(tr("Comparing…"))
         self._job = studio.jobs.submit(

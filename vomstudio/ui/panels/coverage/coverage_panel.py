@@ -19,7 +19,7 @@ from vomstudio.studio.surfaces.face_grids import picked_lines
 from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow, button_row, narrow_form
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.coverage.analysis import (
@@ -30,7 +30,7 @@ from vomstudio.ui.panels.coverage.analysis import (
     lay,
 )
 from vomstudio.ui.widgets.axis_titles import add_length_row
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.widgets.results_page import FiguresPage
@@ -83,7 +83,9 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
         chosen = narrow_form()
         chosen.addRow(tr("Grid"), self.grids)
         buttons = button_row(self.mark, self.remove)
-        FormBeside.fill(self, form, self.lay, chosen, buttons, self.message, picture=self.figures)
+        FormWithPicture.fill(
+            self, form, self.lay, chosen, buttons, self.message, picture=self.figures
+        )
 
     def _connect(self) -> None:
         studio = self._studio
@@ -178,7 +180,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
             self.mark.setChecked(marking and no_grid is None)
 
     def _why_not_lay(self) -> Finding | None:
-        if self.model.chosen_model() is None:
+        if self.model.selected_model() is None:
             return Finding("action.no-model")
         if self._laying:
             return Finding("action.busy")
@@ -198,7 +200,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
     def _lay(self) -> None:
-        model, studio = self.model.chosen_model(), self._studio
+        model, studio = self.model.selected_model(), self._studio
         if model is None or self._why_not_lay() is not None:
             return
         data = studio.models[model.id].data
@@ -206,7 +208,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
         in_world = self.over.currentData() == _SELECTED
         if in_world:
             measured = studio.measured(self._selected()).values()
-            drawn = [drawn_points(one) for one in measured]
+            drawn = [extent_points(one) for one in measured]
             points = np.concatenate([np.zeros((0, 3)), *(p for p in drawn if len(p))])
         asked = NewGrid(
             model,

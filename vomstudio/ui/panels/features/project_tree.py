@@ -33,10 +33,10 @@ from vomstudio.project.kinds import GROUPS, KINDS, group_and_set, group_of, kind
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, as_words
+from vomstudio.ui.base.controls import Label, escape_markup
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import natural, orientation_text
-from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
+from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.feature_row import Row, row_of
 from vomstudio.ui.panels.features.filter_line import FilterLine
@@ -80,7 +80,7 @@ class ProjectTree(QWidget):
         self._rows: dict[str, Row] = {}
         self._icons: dict[str, QIcon] = {}
         self._selecting = False
-        self._portions = Portions(self)
+        self._portions = IncrementalWork(self)
         self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -102,7 +102,7 @@ class ProjectTree(QWidget):
         )
         self.empty_types.setAccessibleName(tr("Show empty feature types"))
         self.empty_types.setCheckable(True)
-        theme.show_toggles(self.empty_types)
+        theme.highlight_toggles(self.empty_types)
         self.empty_types.toggled.connect(lambda _: self._finish())
         self._empty = Label(tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window."))
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -166,7 +166,7 @@ class ProjectTree(QWidget):
         if len(features) > _PORTION:
             # Every panel has work of its own when a project opens: not in the same moment.
             yield
-        features.sort(key=lambda f: natural(f.name))
+        features.sort(key=lambda f: natural_sort_key(f.name))
         for start in range(0, len(features), _PORTION):
             some = features[start : start + _PORTION]
             with QSignalBlocker(self.tree):
@@ -207,7 +207,7 @@ class ProjectTree(QWidget):
             item, home = TreeItem(), parent
             item.setData(NAME, ID, record.id)
             self._items[record.id] = item
-        item.setData(NAME, SORT, natural(record.name))
+        item.setData(NAME, SORT, natural_sort_key(record.name))
         item.setText(NAME, record.name)
         item.setCheckState(NAME, _check(self._studio.visible(record.id)))
         return item, home
@@ -220,7 +220,7 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsUserCheckable
         )
         item.setText(ORIENTATION, "" if model.frame.has_north else tr("no frame"))
-        item.setToolTip(NAME, as_words(model.path))
+        item.setToolTip(NAME, escape_markup(model.path))
         if home is not None:
             home.addChild(item)
 
@@ -254,7 +254,7 @@ class ProjectTree(QWidget):
         text = orientation_text(measured, self._studio.settings.notation)
         item.setText(ORIENTATION, f"{text} {_OVERTURNED}" if row.overturned else text)
         item.setText(SET, row.set_name)
-        item.setToolTip(SET, as_words(row.set_name))
+        item.setToolTip(SET, escape_markup(row.set_name))
         judged = measured.verdict is not None or measured.problem is not None
         item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if judged else QIcon())
         says = [tr("Overturned")] if row.overturned else []
@@ -263,13 +263,13 @@ class ProjectTree(QWidget):
             (*judged_so.reasons, *judged_so.notes) if judged_so else (measured.problem or "",)
         )
         reasons = map(str, findings)
-        item.setToolTip(ORIENTATION, as_words("\n".join([*says, *reasons])))
+        item.setToolTip(ORIENTATION, escape_markup("\n".join([*says, *reasons])))
         about = [f"{feature.name}: {row.class_name}", *says]
         if row.set_name:
             about.append(tr("Set: {set_name}", set_name=row.set_name))
         if feature.notes:
             about.append(feature.notes)
-        item.setToolTip(NAME, as_words("\n".join(about)))
+        item.setToolTip(NAME, escape_markup("\n".join(about)))
 
     def _finish(self) -> None:
         """Show counts, hide empty types, and apply the filter."""

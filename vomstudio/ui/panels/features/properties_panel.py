@@ -27,7 +27,14 @@ from vomstudio.project import edits
 from vomstudio.project.kind import Attribute
 from vomstudio.project.kinds import ATTRIBUTES, kind_of
 from vomstudio.project.records import Feature, Model, Record, get_feature
-from vomstudio.ui.base.controls import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
+from vomstudio.ui.base.controls import (
+    ComboBox,
+    Label,
+    PanelScrollArea,
+    allow,
+    rich_label,
+    rich_lines,
+)
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features import plane_relations
 from vomstudio.ui.panels.features.parallel_traces import parallel_lines
@@ -50,8 +57,8 @@ class PropertiesPanel(QWidget):
         self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._nothing)
-        self._stack.addWidget(Scrolling(self._make_feature(keep)))
-        self._stack.addWidget(Scrolling(self._make_model(declare)))
+        self._stack.addWidget(PanelScrollArea(self._make_feature(keep)))
+        self._stack.addWidget(PanelScrollArea(self._make_model(declare)))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.project_opened.connect(self.refresh)

@@ -27,8 +27,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project.edit import Edit
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.help_links import Explained, explain
-from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.base.help_links import HelpTopic, explain
+from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.copied_rows import as_text
 from vomstudio.ui.panels.features.filter_line import FilterLine
@@ -48,7 +48,7 @@ class TablePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._showing = False
-        self._portions = Portions(self)
+        self._portions = IncrementalWork(self)
         self._seen_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
         self._sorted = SortedRows(self.model)
@@ -124,7 +124,7 @@ class TablePanel(QWidget):
             return set()
         return {id_ for id_ in ids if self._sorted.row_of(self.model.place(id_)) is None}
 
-    def _explained(self, column: int) -> Explained | None:
+    def _explained(self, column: int) -> HelpTopic | None:
         if not 0 <= column < len(COLUMNS):
             return None
         return COLUMNS[column].figure or "numbers.md#orientation"

@@ -63,20 +63,20 @@ from vomstudio.ui.panels.fractures.analysis import (
     write_figure,
 )
 from vomstudio.ui.panels.fractures.domain_box import CountedInBox
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_with_file,
-    numbers_text,
+    format_numbers,
 )
 from vomstudio.ui.widgets.drawing_view import DrawingView
-from vomstudio.ui.widgets.figure_file import ask_for_picture
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.figure_file import ask_for_figure_file
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
 from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection
-from vomstudio.ui.widgets.scaled_picture import FittingPicture
+from vomstudio.ui.widgets.scaled_picture import ScaledPicture
 
 _NO_COLOR = "#404040"
 
@@ -98,7 +98,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         )
         self.take.setToolTip(tr("The selected line or area, as it lies on the face."))
         self.options = OptionFields(FractureOptions, "fracture")
-        follow_axes(studio, lambda axes: self.options.show_unit(unit_of(axes)))
+        follow_axes(studio, lambda axes: self.options.show_unit(length_unit(axes)))
         self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
         self.figure.setToolTip(tr("Map, rose, nodes, lengths and intensity as SVG, PDF or PNG."))
         self.copy = CopyCommandButton(
@@ -108,7 +108,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.figures.setAccessibleName(tr("Figures of the fractures"))
         self.map = DrawingView(tr("The traces will be drawn here, as they lie on their face."))
         self.map.setAccessibleName(tr("Map of the traces"))
-        self.picture = FittingPicture()
+        self.picture = ScaledPicture()
         self._arrange()
         self._connect()
 
@@ -138,7 +138,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         beside.addWidget(self.tabs, 3)
         self.figures.setMinimumWidth(150)
         buttons = button_row(self.figure, self.copy)
-        FormBeside.fill(self, form, buttons, self.message, picture=shown)
+        FormWithPicture.fill(self, form, buttons, self.message, picture=shown)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -187,7 +187,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             }[kind]
         )
         free = kind not in (EVERYTHING, GRID)
-        self.map.let_mark(free)
+        self.map.enable_marking(free)
         self.map.setToolTip("" if not free else tr("Drag to mark where the traces are counted."))
         self._refresh_take()
         self._soon()
@@ -363,7 +363,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     # --- what is taken away ------------------------------------------------------------------
     def _ask_for_figure(self) -> None:
-        path = ask_for_picture(self, self._studio, tr("Figure of the fractures"), "fractures")
+        path = ask_for_figure_file(self, self._studio, tr("Figure of the fractures"), "fractures")
         if path is not None:
             self.write_figure(path)
 
@@ -412,7 +412,7 @@ def _of_cells(result: FractureAnswer) -> list[str]:
     ]
 
 
-def words_of(result: FractureAnswer, traces: Path) -> Words:
+def words_of(result: FractureAnswer, traces: Path) -> CommandArguments:
     """The command that says the same. traces : their GeoPackage, with what they are counted in
     beside it"""
     from vomstudio.products.section.trace_map import map_files, map_to_outcrop
@@ -424,7 +424,7 @@ def words_of(result: FractureAnswer, traces: Path) -> Words:
         x, y, radius = counted.circle
         (centre,) = map_to_outcrop(np.array([[x, y]]), result.face).tolist()
         centre = centre[:2] if plane.is_horizontal else centre
-        circle = numbers_text((*centre, radius))
+        circle = format_numbers((*centre, radius))
     files = map_files(traces, counted)
     area, scanline = (str(files[name]) if name in files else None for name in ("area", "scanline"))
     shown = f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"

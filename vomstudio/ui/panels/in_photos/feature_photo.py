@@ -51,7 +51,7 @@ class FeaturePhoto(QObject):
         self._background = QtBackground(self, "in photos", threads=1)
         self.canvas = PhotoCanvas()
         self.canvas.pointed.connect(self._pointed)
-        self.images.pictured.connect(self._pictured)
+        self.images.picture_loaded.connect(self._pictured)
         studio.preview.connect(self._preview)
         studio.active_tool_changed.connect(self._tool_changed)
 
@@ -93,13 +93,13 @@ class FeaturePhoto(QObject):
 
     def forget_features(self) -> None:
         """Draw no feature until `draw` is called."""
-        self.canvas.set_drawn((), frozenset())
+        self.canvas.set_features((), frozenset())
 
     def show_nothing(self) -> None:
         """Show no photo at all."""
         self.canvas.set_photo(1, 1)
-        self.canvas.look_through = None
-        self.canvas.set_spot(None)
+        self.canvas.projection = None
+        self.canvas.set_marker(None)
 
     def show(self, view: int, look: bool = True) -> None:
         """Show the photo of this number. look : zoom to the target"""
@@ -108,7 +108,7 @@ class FeaturePhoto(QObject):
         self.view = view
         lens = photos.views.views[view].intrinsics
         self.canvas.set_photo(lens.width, lens.height)
-        self.canvas.look_through = self._look_through
+        self.canvas.projection = self._look_through
         self.canvas.direction = photos.views.direction(view)
         self.canvas.message = ""
         path = photos.path(view)
@@ -147,7 +147,9 @@ class FeaturePhoto(QObject):
             return
         pixels = self.photos.views.pixels(self.view, self.target)
         pixels = pixels[self.photos.views.views[self.view].contains(pixels)]
-        if len(pixels) and not (only_if_lost and self.canvas.sees(np.median(pixels, axis=0))):
+        if len(pixels) and not (
+            only_if_lost and self.canvas.contains_pixels(np.median(pixels, axis=0))
+        ):
             self.canvas.look_at(pixels)
 
     # --- what is drawn over it ---------------------------------------------------------------
@@ -165,7 +167,7 @@ class FeaturePhoto(QObject):
         views, spot = self.photos.views, None
         if place is not None and views.shows(self.view, place[None])[0]:
             spot = views.pixels(self.view, place[None])[0]
-        self.canvas.set_spot(spot)
+        self.canvas.set_marker(spot)
         selected = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
         # The selected ones are there first.
@@ -181,10 +183,10 @@ class FeaturePhoto(QObject):
 
     def _drawn(self, view: int, drawn: list[Drawn]) -> None:
         if view == self.view:
-            self.canvas.set_drawn(drawn, frozenset(self._studio.selection.ids))
+            self.canvas.set_features(drawn, frozenset(self._studio.selection.ids))
 
     def _preview(self, preview: Preview | None) -> None:
-        if not self.canvas.isVisible() or self.canvas.look_through is None:
+        if not self.canvas.isVisible() or self.canvas.projection is None:
             return
         if preview is not None:
             # Between its corners the line runs below the surface.
@@ -210,7 +212,7 @@ class FeaturePhoto(QObject):
     # --- gestures ----------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
         tool = self._studio.tools.get(name)
-        self.canvas.left_paints = tool is not None and tool.paints
+        self.canvas.is_left_button_painting = tool is not None and tool.paints
         arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
         self.canvas.setCursor(arrow if tool is None else cross)
 

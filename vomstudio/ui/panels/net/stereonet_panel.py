@@ -53,7 +53,7 @@ from vomstudio.ui.panels.net.menu_button import NetMenuButton
 from vomstudio.ui.panels.net.source import NetSource, with_fold
 from vomstudio.ui.panels.net.view_box import NetViewBox
 from vomstudio.ui.panels.net.view_settings import NetWishes
-from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes
+from vomstudio.ui.widgets.axis_titles import follow_axes, project_axes
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.copied_planes import copy_with_table
 
@@ -162,7 +162,7 @@ class StereonetPanel(QWidget):
         button.setToolTip(tip)
         button.setAccessibleName(tip)
         button.setCheckable(True)
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         button.setChecked(on)
         button.toggled.connect(lambda _: self.redraw())
         return button
@@ -228,7 +228,7 @@ class StereonetPanel(QWidget):
         source, wishes, studio = self._source, self.wishes, self._studio
         sets = source.shown_sets()
         live = source.live()
-        north = self._north(sets) and (live is None or axes_of(studio).north)
+        north = self._north(sets) and (live is None or project_axes(studio).north)
         asked = wishes.asked
         circles, marks = wishes.typed()
         net = NetContents(
@@ -269,7 +269,7 @@ class StereonetPanel(QWidget):
     def _north(self, sets: Sequence[NetSet]) -> bool:
         """Nothing that is shown lies on a model without north; compass readings lie on none. An
         empty net has the axes of the outcrop."""
-        if axes_of(self._studio).north:
+        if project_axes(self._studio).north:
             return True
         records = self._studio.records
         models = [model_of(records, get_feature(records, id_)) for s in sets for id_ in s.ids]

@@ -93,7 +93,7 @@ class MarkCanvas(PhotoCanvas):
     def set_tool(self, tool: str) -> None:
         """LOOK, MARK, POLYGON or BRUSH."""
         self.tool = tool
-        self.left_paints = tool == BRUSH
+        self.is_left_button_painting = tool == BRUSH
         shape = Qt.CursorShape.ArrowCursor if tool == LOOK else Qt.CursorShape.CrossCursor
         self.setCursor(shape)
         self.update()
@@ -152,7 +152,7 @@ class MarkCanvas(PhotoCanvas):
             return None
         if not places:
             return None
-        off = np.hypot(*(self.screen_of(places) - [at.x(), at.y()]).T)
+        off = np.hypot(*(self.to_widget(places) - [at.x(), at.y()]).T)
         off = np.where(np.isfinite(off), off, np.inf)
         return int(off.argmin()) if off.min() <= HANDLE_PIXELS else None
 
@@ -215,7 +215,7 @@ class MarkCanvas(PhotoCanvas):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if len(self._epipolar_line) > 1:
             line = QPolygonF(
-                [QPointF(x, y) for x, y in self.screen_of(self._epipolar_line).tolist()]
+                [QPointF(x, y) for x, y in self.to_widget(self._epipolar_line).tolist()]
             )
             for pen in (QPen(painting.DARK, 3.2), QPen(QColor("white"), 1.4, Qt.PenStyle.DashLine)):
                 painter.setPen(pen)
@@ -242,7 +242,7 @@ class MarkCanvas(PhotoCanvas):
             painter.drawImage(0, 0, self._tint)
 
     def _paint_mark(self, painter: QPainter, mark: ShownMark) -> None:
-        x, y = (float(v) for v in self.screen_of(mark.pixel)[0])
+        x, y = (float(v) for v in self.to_widget(mark.pixel)[0])
         color = QColor(COLORS[mark.role])
         if mark.expected:
             for pen in (QPen(painting.DARK, 3.6), QPen(color, 1.6, Qt.PenStyle.DashLine)):
@@ -270,7 +270,7 @@ class MarkCanvas(PhotoCanvas):
     def _paint_polygon(self, painter: QPainter) -> None:
         if not self._corners:
             return
-        points = [QPointF(x, y) for x, y in self.screen_of(self._corners).tolist()]
+        points = [QPointF(x, y) for x, y in self.to_widget(self._corners).tolist()]
         line = list(points)
         if self._cursor is not None and self.underMouse() and self._press is None:
             line.append(self._cursor)

@@ -111,7 +111,9 @@ class MarkEditing(QObject):
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
         """Ask for a file, beginning in `folder`, and import its control points or its marks."""
         title = tr("Import image marks") if marks else tr("Import control points")
-        name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), file_filters.control())
+        name, _ = QFileDialog.getOpenFileName(
+            parent, title, str(folder), file_filters.ground_control()
+        )
         if not name:
             return
         try:

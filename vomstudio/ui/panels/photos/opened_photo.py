@@ -27,7 +27,7 @@ class OpenedPhoto(QObject):
         self.name = ""
         self._pictured_once = False
         self._looked_at = ""
-        self._images.pictured.connect(self._pictured)
+        self._images.picture_loaded.connect(self._pictured)
 
     @property
     def row(self) -> PhotoRow | None:

@@ -22,7 +22,7 @@ from vomstudio.project.records import PhotoSet
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base.studio import Notice, Studio
-from vomstudio.ui.base.texts import as_sentence, names_in_short
+from vomstudio.ui.base.texts import abbreviate_names, format_sentence
 from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 from vomstudio.ui.panels.photos.photo_exports import PhotoExports
 from vomstudio.ui.panels.photos.photo_marks import unknown_photos
@@ -92,7 +92,7 @@ class PhotoImport:
     ) -> None:
         """As one edit."""
         for problem in beside.problems:
-            self._studio.warn(Finding("file.unchanged", reason=as_sentence(problem)))
+            self._studio.warn(Finding("file.unchanged", reason=format_sentence(problem)))
         strangers = {photo for _, photo, _, _ in beside.marks} - {row.name for row in rows}
         if strangers:
             self._studio.warn(unknown_photos(sorted(strangers)))
@@ -115,7 +115,7 @@ class PhotoImport:
         self._exports.begin(rows, given=self.given_from is not None, just_read=just_read)
         names = self._exports.foreign
         if self._document.taken_in and names:
-            finding = Finding("photo.files-changed", files=names_in_short(names))
+            finding = Finding("photo.files-changed", files=abbreviate_names(names))
             self._studio.notice.emit(Notice(finding, "warning", "take_in_photos"))
 
 

@@ -74,14 +74,14 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
     def text() -> str:
         photo = table()
         if photo is None:
-            return command.text if command.text_now is None else command.text_now()
+            return command.text if command.current_text is None else command.current_text()
         step = photo.what(name)
         if step is None:
             return command.text
         words = step_title(step).replace("&", "&&")
         return tr("&Undo {step}", step=words) if name == "undo" else tr("&Redo {step}", step=words)
 
-    named = command if command.text_now is None else replace(command, text_now=text)
+    named = command if command.current_text is None else replace(command, current_text=text)
     return replace(named, run=run, why_not=why_not)
 
 
@@ -117,7 +117,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "hand-back-right-outline",
             "V",
             tr("Pan and zoom."),
-            in_viewport=True,
+            is_viewport_key=True,
             checked=is_tool(LOOK),
         ),
         Command(
@@ -127,7 +127,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "target",
             "M",
             tr("Mark control points, check points and tie points."),
-            in_viewport=True,
+            is_viewport_key=True,
             checked=is_tool(MARK),
         ),
         Command(
@@ -137,7 +137,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "vector-polygon",
             "P",
             tr("Mask or unmask a polygon."),
-            in_viewport=True,
+            is_viewport_key=True,
             checked=is_tool(POLYGON),
         ),
         Command(
@@ -147,10 +147,12 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "brush",
             "B",
             tr("Mask or unmask with a brush."),
-            in_viewport=True,
+            is_viewport_key=True,
             checked=is_tool(BRUSH),
         ),
-        Command("fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", in_viewport=True),
+        Command(
+            "fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", is_viewport_key=True
+        ),
         Command(
             "one_to_one",
             "1 : 1",
@@ -158,7 +160,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "magnify-plus-outline",
             "1",
             tr("One pixel of the photo is one pixel of the screen."),
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]
 
@@ -216,14 +218,14 @@ def mask_commands(
             masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), hides=False)
 
     return [
-        Command("turn_over", tr("Mask or unmask"), box.turn_over, None, "X", in_viewport=True),
+        Command("turn_over", tr("Mask or unmask"), box.turn_over, None, "X", is_viewport_key=True),
         Command(
             "brush_smaller",
             tr("Smaller brush"),
             lambda: box.set_radius(canvas.radius / _BRUSH_STEP),
             None,
             "[",
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "brush_larger",
@@ -231,7 +233,7 @@ def mask_commands(
             lambda: box.set_radius(canvas.radius * _BRUSH_STEP),
             None,
             "]",
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "repeat_mask",
@@ -280,7 +282,7 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
             "plus",
             "N",
             tr("A tie point; with coordinates it becomes a control point."),
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "remove_point",
@@ -318,6 +320,6 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
             "Del",
             tr("Remove the mark of the point in this photo."),
             editing.why_no_mark,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]

@@ -25,15 +25,15 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geometry.units import length_text
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, allow, as_words
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, allow, escape_markup
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos import reconstruction_folders
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.panels.photos.plan_view import PlanView
 from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES
-from vomstudio.ui.widgets.collapsing_texts import FittingTexts
+from vomstudio.ui.widgets.collapsing_texts import CollapsingTexts
 
 _LEAST_WIDTH = 360
 _THUMBNAIL = QSize(72, 48)
@@ -179,7 +179,7 @@ class PhotosPanel(QWidget):
         header.addWidget(self._bar)
         header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
-        self._texts = FittingTexts(row, lambda: header.minimumSize().width())
+        self._texts = CollapsingTexts(row, lambda: header.minimumSize().width())
         # What is done most often keeps its words longest.
         self._texts.drop([buttons["choose_photos"], self.results])
         self._texts.drop([buttons["open_photo"], self._pause])
@@ -247,11 +247,11 @@ class PhotosPanel(QWidget):
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
             if column == 0:
-                item.setToolTip(as_words(row.path))
+                item.setToolTip(escape_markup(row.path))
                 if row.thumbnail:
                     item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL))
             elif column == _FINDING:
-                item.setToolTip(as_words("\n".join(row.findings)))
+                item.setToolTip(escape_markup("\n".join(row.findings)))
             self.table.setItem(number, column, item)
         self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
 
@@ -277,7 +277,7 @@ class PhotosPanel(QWidget):
         self._bar.setVisible(job is not None or survey.reading)
         self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)
-        self._texts.again()
+        self._texts.refit()
         if job is not None:
             self._bar.setRange(0, job.total or 0)
             self._bar.setValue(job.done)
@@ -317,7 +317,7 @@ class PhotosPanel(QWidget):
     def _failure(self) -> str:
         """Why the earlier run failed, as a sentence; "" where it did not, or was paused."""
         out = self._survey.out() if self._survey.making is None else None
-        return "" if out is None else as_sentence(reconstruction_folders.failure(out))
+        return "" if out is None else format_sentence(reconstruction_folders.failure(out))
 
     def _show_failure(self) -> None:
         """Above the findings."""

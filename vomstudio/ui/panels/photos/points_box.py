@@ -32,8 +32,8 @@ from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow, as_words
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow, escape_markup
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos.mark_canvas import COLORS
 from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 
@@ -187,7 +187,7 @@ class PointsBox(QGroupBox):
             ]
         elif not said:
             said = [tr("Nothing is missing.")]
-        self.missing.setText("\n".join(map(as_sentence, said)))
+        self.missing.setText("\n".join(map(format_sentence, said)))
         if gone:
             self.chosen.emit("")
 
@@ -216,7 +216,9 @@ class PointsBox(QGroupBox):
         last.setIcon(theme.icon("alert-outline") if bad else theme.verdict_icon(None))
         last.setForeground(QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text())
         last.setToolTip(
-            "" if worst is None else tr("Largest residual in {photo}", photo=as_words(worst[0]))
+            ""
+            if worst is None
+            else tr("Largest residual in {photo}", photo=escape_markup(worst[0]))
         )
 
     def show_photo(self, name: str, width: int, height: int) -> None:

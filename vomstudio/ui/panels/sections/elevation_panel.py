@@ -28,21 +28,21 @@ from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.product_tasks import ELEVATION, ElevationRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import may_replace, start_folder
+from vomstudio.ui.base.command_targets import confirm_replacement, start_folder
 from vomstudio.ui.base.controls import allow, button_row, file_field, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.sections.elevation_view import ElevationView
 from vomstudio.ui.panels.tools.common import hint_label
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_command,
-    model_words,
+    model_arguments,
 )
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_text
@@ -102,7 +102,7 @@ class ElevationPanel(QWidget):
         form.addRow(tr("File"), self._file)
         buttons = button_row(self.start, self.copy)
         lines = (self.said, self.figures, self.pointed)
-        FormBeside.fill(self, form, buttons, *lines, picture=self.picture)
+        FormWithPicture.fill(self, form, buttons, *lines, picture=self.picture)
 
     # --- what is asked -----------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
@@ -112,7 +112,7 @@ class ElevationPanel(QWidget):
         self._model_chosen()
 
     def _model_chosen(self, *_: object) -> None:
-        model = self.model.chosen_model()
+        model = self.model.selected_model()
         cloud = model is not None and self._is_cloud(model)
         allow(self.grid.fields["limit_m"], None if cloud else Finding("action.clouds-only"))
         if not self.target.isModified() and model is not None:
@@ -129,11 +129,11 @@ class ElevationPanel(QWidget):
 
     def _show_axes(self, axes: Axes) -> None:
         for fields in (self.grid, self.also):
-            fields.show_unit(unit_of(axes))
+            fields.show_unit(length_unit(axes))
 
     def why_not(self) -> Finding | None:
         """Return why no elevation model can be made now; None if one can."""
-        model = self.model.chosen_model()
+        model = self.model.selected_model()
         if model is None:
             return Finding("action.no-model")
         if self._studio.project.find_model(model) is None:
@@ -167,7 +167,7 @@ class ElevationPanel(QWidget):
 
     def order(self) -> ElevationRequest | None:
         """None where it cannot be made."""
-        model = self.model.chosen_model()
+        model = self.model.selected_model()
         if model is None or self.why_not() is not None:
             return None
         path = self._studio.project.find_model(model)
@@ -194,13 +194,13 @@ class ElevationPanel(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
             return
-        asked, model = self.order(), self.model.chosen_model()
+        asked, model = self.order(), self.model.selected_model()
         if asked is None or model is None:
             return
         from vomstudio.products.elevation.writing import elevation_outputs
 
         there = [p.name for p in elevation_outputs(asked.out, asked.files).values() if p.exists()]
-        if there and not may_replace(self, there):
+        if there and not confirm_replacement(self, there):
             return
         self.made = None
         self.figures.setText("")
@@ -256,9 +256,9 @@ class ElevationPanel(QWidget):
         if words is not None:
             copy_command(self._studio, words)
 
-    def words(self) -> Words | None:
-        asked, model = self.order(), self.model.chosen_model()
-        place = None if model is None else model_words(self._studio, model)
+    def words(self) -> CommandArguments | None:
+        asked, model = self.order(), self.model.selected_model()
+        place = None if model is None else model_arguments(self._studio, model)
         if asked is None or place is None:
             return None
         options = [*option_words(asked.options), *option_words(asked.files)]

@@ -35,9 +35,9 @@ from vomstudio.ui.base.controls import (
     ComboBox,
     allow,
     button_row,
+    create_row,
     icon_button,
     narrow_form,
-    row_of,
 )
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -48,18 +48,18 @@ from vomstudio.ui.panels.sections.analysis import (
     curtain_of,
     write,
 )
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_command,
     copy_with_file,
-    model_words,
-    numbers_text,
+    format_numbers,
+    model_arguments,
 )
 from vomstudio.ui.widgets.drawing_view import DrawingView
 from vomstudio.ui.widgets.drawn_line import DrawnLine
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.line_field import LineField
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.options_form import OptionFields
@@ -122,9 +122,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Along"), self.along_what)
         form.addRow(tr("Plane"), self.plane)
-        self._through_row = row_of(self.through, self.take_through)
+        self._through_row = create_row(self.through, self.take_through)
         form.addRow(tr("Through"), self._through_row)
-        self._line_row = row_of(self.take_line, self.draw_line)
+        self._line_row = create_row(self.take_line, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
         form.addRow(tr("Project"), self.direction)
         form.addRow("", self.by_domain)
@@ -132,7 +132,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.projected.add_rows(form)
         self.cutting.add_rows(form)
         buttons = button_row(self.write, self.copy)
-        FormBeside.fill(self, form, buttons, self.message, picture=self.picture)
+        FormWithPicture.fill(self, form, buttons, self.message, picture=self.picture)
         self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
         self.direction.line.setToolTip(
             tr("Features are projected along this trend/plunge, such as the fold axis.")
@@ -224,7 +224,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     def _show_axes(self, axes: Axes) -> None:
         for fields in (self.cutting, self.projected):
-            fields.show_unit(unit_of(axes))
+            fields.show_unit(length_unit(axes))
 
     # --- the question ---------------------------------------------------------------------------
     def _list(self) -> None:
@@ -234,7 +234,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         return answer(question)
 
     def _question(self) -> SectionQuestion:
-        studio, model = self._studio, self.model.chosen_model()
+        studio, model = self._studio, self.model.selected_model()
         if model is None:
             raise InputError(Finding("action.no-model"))
         path = studio.project.find_model(model)
@@ -251,7 +251,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         data, frame = studio.models[model.id].data, model.frame
         options = self.cutting.options(
             plane=None if plane is None or by_line else plane_text(plane),
-            through=None if through is None else numbers_text(through.tolist()),
+            through=None if through is None else format_numbers(through.tolist()),
             section_line=self._line_name if by_line else None,
             **{} if isinstance(data, PointCloud) else {"slab_m": None},
         )
@@ -330,7 +330,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         line, feature = current_line(self._studio, Picked), current_feature(self._studio)
         allow(self.take_line, None if line is not None else Finding("action.no-line"))
         allow(self.take_through, None if feature is not None else Finding("action.no-feature"))
-        model = self.model.chosen_model() if self._studio.has_project else None
+        model = self.model.selected_model() if self._studio.has_project else None
         cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
         slab = self.cutting.fields["slab_m"]
         allow(slab, None if cloud else Finding("action.clouds-only"))
@@ -362,7 +362,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         assert line is not None
 
         def write_line(path: Path) -> None:
-            rows = ["x,y", *(numbers_text(point) for point in line[:, :2].tolist())]
+            rows = ["x,y", *(format_numbers(point) for point in line[:, :2].tolist())]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
         copy_with_file(
@@ -374,10 +374,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         """The line along which the model is cut; None where that is a plane."""
         return self.line if self.along_what.currentData() == "line" else None
 
-    def words(self, profile: Path | None) -> Words | None:
+    def words(self, profile: Path | None) -> CommandArguments | None:
         """profile : the file of the line"""
-        model, result = self.model.chosen_model(), self.result
-        place = None if model is None else model_words(self._studio, model)
+        model, result = self.model.selected_model(), self.result
+        place = None if model is None else model_arguments(self._studio, model)
         if place is None or result is None:
             return None
         question = result.question

@@ -43,7 +43,7 @@ from vomstudio.ui.panels.sets.candidates import (
 )
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
-from vomstudio.ui.widgets.copied_planes import beside, copy_with_table
+from vomstudio.ui.widgets.copied_planes import copy_with_table, result_path
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _SELECTED: Choice = ("selection", "")
@@ -65,7 +65,7 @@ class SetsPanel(QWidget):
         self._make_table()
         self._arrange()
         studio.project_opened.connect(self._reopened)
-        studio.sets_wanted.connect(self.propose)
+        studio.sets_requested.connect(self.propose)
         studio.edited.connect(self._edited)
         self._list_groups()
         self._show_state("")
@@ -312,7 +312,7 @@ class SetsPanel(QWidget):
             self._studio,
             "planes.csv",
             made.of.ids,
-            lambda path: ["sets", path, *words, ("-o", beside(path, "csv")), "--force"],
+            lambda path: ["sets", path, *words, ("-o", result_path(path, "csv")), "--force"],
         )
 
     def _show_count(self) -> None:

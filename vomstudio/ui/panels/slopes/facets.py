@@ -28,7 +28,7 @@ from vomstudio.studio.tools.painted_area import patch_area
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.copied_command import Words
+from vomstudio.ui.widgets.copied_command import CommandArguments
 from vomstudio.ui.widgets.number_table import Column, NumberTable
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def facets_file(planes: Path) -> Path:
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
-def facets_words(result: FacetsAnswer, planes: Path) -> Words:
+def facets_words(result: FacetsAnswer, planes: Path) -> CommandArguments:
     """The command that says the same of these tables."""
     q = result.question
     return [

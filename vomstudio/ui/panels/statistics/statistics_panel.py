@@ -20,7 +20,7 @@ from vomstudio.studio.fold_choice import FOLD_TYPE
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import natural
+from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.statistics.texts import Rows, domain_rows, fold_rows, statistics_rows
@@ -180,7 +180,7 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[s
         return axis, []
     beds = {
         name: (planes.azimuth_deg[own], planes.dip_deg[own])
-        for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
+        for name, own in sorted(members.items(), key=lambda item: natural_sort_key(item[0]))
     }
     title = tr("Its domains") if stated else tr("Its sets as domains")
     figures, one_axis = domain_axes(beds, axis)

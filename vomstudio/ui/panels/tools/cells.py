@@ -95,7 +95,7 @@ def commands(studio: Studio) -> list[Command]:
             key,
             tr(tip),
             not_marking,
-            in_viewport=True,
+            is_viewport_key=True,
             checked=partial(marks_so, mark),
         )
         for mark, (name, icon, key, tip) in MARKS.items()

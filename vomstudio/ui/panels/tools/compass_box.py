@@ -20,7 +20,7 @@ from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Compass, Model, Record, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import chosen_features
+from vomstudio.ui.base.command_targets import selected_features
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.compass_dialog import CompassDialog, north_text
@@ -115,7 +115,7 @@ class CompassBox(QWidget):
         from vomstudio.studio.placing.known_planes import why_not_read
 
         studio = self._studio
-        features = chosen_features(studio)
+        features = selected_features(studio)
         current = next((i for i in reversed(features) if not _is_field_reading(studio, i)), None)
         current = current or studio.selection.current
         record = None if current is None else studio.records.get(current)
@@ -130,7 +130,7 @@ class CompassBox(QWidget):
         studio = self._studio
         if self._model is None or self._used is None or not self.reading.isEnabled():
             return
-        read = [i for i in chosen_features(studio) if _is_field_reading(studio, i)]
+        read = [i for i in selected_features(studio) if _is_field_reading(studio, i)]
         _, measured, _ = self._feature(self._model)
         if len(read) != 1 or measured is None:
             return

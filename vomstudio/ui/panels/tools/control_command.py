@@ -16,7 +16,12 @@ from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.readings import Readings, used_north
-from vomstudio.ui.widgets.copied_command import Words, copy_command, copy_with_file, numbers_text
+from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
+    copy_command,
+    copy_with_file,
+    format_numbers,
+)
 
 
 def copy_register(
@@ -66,7 +71,7 @@ def copy_register(
         if table is not None:
             write_compass(_readings_file(file, pairs=len(pairs.labels) > 0), table)
 
-    def words(file: Path) -> Words:
+    def words(file: Path) -> CommandArguments:
         readings_file = _readings_file(file, pairs=len(pairs.labels) > 0)
         files = replace(
             register,
@@ -89,7 +94,7 @@ def add_kept_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
 
     if abs(scale - 1.0) < 1e-9:
         return replace(options, keep_scale=True)
-    text = numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, FIXED_SCALE_ERROR * scale])
+    text = format_numbers([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, FIXED_SCALE_ERROR * scale])
     return replace(options, scale=(*options.scale, text))
 
 
@@ -119,7 +124,7 @@ def add_known_lines(
         if line.kind == "azimuth" and value is not None and turned_deg:
             value = (value + turned_deg) % 360.0
         known = [each for each in (value, line.sigma) if each is not None]
-        text = numbers_text([*line.vertices[0], *line.vertices[-1], *known])
+        text = format_numbers([*line.vertices[0], *line.vertices[-1], *known])
         texts[names[line.kind]].append(text)
     values: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
     return replace(options, **values)

@@ -72,7 +72,7 @@ def commands(studio: Studio) -> list[Command]:
             "[",
             "",
             not_painting,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "brush_larger",
@@ -82,6 +82,6 @@ def commands(studio: Studio) -> list[Command]:
             "]",
             "",
             not_painting,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]

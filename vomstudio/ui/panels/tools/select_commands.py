@@ -94,7 +94,7 @@ class _Selecting:
             key,
             tr(tip),
             self.not_selecting,
-            in_viewport=True,
+            is_viewport_key=True,
             checked=lambda: self.tool.mode == way,
         )
 
@@ -126,7 +126,7 @@ def commands(studio: Studio) -> list[Command]:
         tip: str,
         why_not: Callable[[], Finding | None] = now.nothing_chosen,
     ) -> Command:
-        return Command(name, text, run, icon, key, tip, why_not, in_viewport=bool(key))
+        return Command(name, text, run, icon, key, tip, why_not, is_viewport_key=bool(key))
 
     return [
         *(now.way(way) for way in WAYS),
@@ -139,7 +139,7 @@ def commands(studio: Studio) -> list[Command]:
             "V",
             tr("Shapes take what is hidden too; else only what is seen."),
             now.not_selecting,
-            in_viewport=True,
+            is_viewport_key=True,
             checked=lambda: tool.through,
         ),
         plain(
