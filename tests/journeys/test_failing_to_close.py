@@ -167,7 +167,9 @@ def test_a_photo_whose_end_fails_gives_its_tab_back(window, qtbot, photos, monke
     wait(lambda: survey.document.taken_in and not survey.reading, "the photos", 120.0)
     window.photo_opening.open()
     page = window.photo_opening.opened
-    wait(lambda: page.canvas._picture is not None and page.canvas._picture.whole, "the picture")
+    wait(
+        lambda: page.canvas._picture is not None and page.canvas._picture.is_complete, "the picture"
+    )
     wait(lambda: page.masks.used(page.photo) is not None, "its mask")
     whole = page.marks.close
 

@@ -36,7 +36,7 @@ def type_in(field, text: str) -> None:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the figures")
 
 
 def add(window, model_id: str, name: str, points, kind: str = "joint", set_name: str = "") -> str:
@@ -306,7 +306,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     assert not panel.copy.isEnabled()
     studio.selection.set(["F"])
     assert not panel.add.isEnabled()
-    press(panel.fault.take)
+    press(panel.fault.take_button)
     studio.selection.set(["W", "E"])
     press(panel.add)
     refreshed(panel)
@@ -339,7 +339,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
 def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
     panel, studio = faulted, window.studio
     studio.selection.set(["F"])
-    press(panel.fault.take)
+    press(panel.fault.take_button)
     add(
         window,
         driver.model(window).id,

@@ -188,7 +188,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     wait(lambda: "F01: visible in" in panel.words.text(), "the fault's photos")
     wait(lambda: any(d.id == "F01" for d in canvas._drawn), "the fault on the photo")
     drawn = next(d for d in canvas._drawn if d.id == "F01")
-    on = canvas.to_widget(drawn.pixels[drawn.seen])
+    on = canvas.to_widget(drawn.pixels[drawn.is_visible])
     x, y = on[len(on) // 2]
     studio.selection.set([])
     driver.pause(150)

@@ -66,7 +66,10 @@ def open_by_double_click(window, row: int):
 
 
 def ready(photo) -> None:
-    wait(lambda: photo.canvas._picture is not None and photo.canvas._picture.whole, "the picture")
+    wait(
+        lambda: photo.canvas._picture is not None and photo.canvas._picture.is_complete,
+        "the picture",
+    )
     wait(lambda: photo.masks.used(photo.photo) is not None, "its mask")
 
 

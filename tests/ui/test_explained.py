@@ -118,7 +118,7 @@ def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
     QCursor.setPos(view.viewport().mapToGlobal(QPoint(x, 5)))
     QApplication.processEvents()
     selected.actions_table.run("explain")
-    opened = selected._dialogs.shown(HelpWindow)
+    opened = selected._dialogs.find_visible(HelpWindow)
     assert opened is not None
     assert opened.view.page.name == "numbers.md"
     assert opened.view.textCursor().block().text() == heading_of(catalogue.MAX_CONFIDENCE)

@@ -86,18 +86,18 @@ def test_portions_are_done_once_each_and_in_order(qtbot):
             done.append(f"{name}{i}")
             yield
 
-    portions.begin(work("a", 3))
+    portions.start(work("a", 3))
     assert done == ["a0"]
-    portions.begin(work("b", 3))
+    portions.start(work("b", 3))
     assert done == ["a0", "b0"]
     qtbot.waitUntil(lambda: not portions.is_running)
     assert done == ["a0", "b0", "b1", "b2"]
-    portions.begin(work("c", 3))
+    portions.start(work("c", 3))
     portions.finish()
     portions.finish()
     assert done[4:] == ["c0", "c1", "c2"]
-    portions.begin(work("d", 3))
-    portions.drop()
+    portions.start(work("d", 3))
+    portions.cancel()
     assert not portions.is_running
     QApplication.processEvents()
     assert done[7:] == ["d0"]
@@ -113,7 +113,7 @@ def test_a_failure_is_raised_once():
         raise failure
 
     portions = IncrementalWork(parent)
-    portions.begin(work())
+    portions.start(work())
     with pytest.raises(ValueError) as raised:  # noqa: PT011 - compared below
         portions.finish()
     assert raised.value is failure

@@ -60,7 +60,7 @@ def test_a_photo_is_shown_upright_and_its_pixels_stay_those_of_the_file(
         for y in range(turned.height())
         if turned.pixelColor(x, y).red() > 200 and turned.pixelColor(x, y).green() < 60
     ]
-    there = picture.turn.map(QPointF(RED[0] + 0.5, RED[1] + 0.5))
+    there = picture.to_upright.map(QPointF(RED[0] + 0.5, RED[1] + 0.5))
     assert (there.x(), there.y()) == (where[0] + 0.5, where[1] + 0.5)
     # The same on the screen, for pictures, lines and clicks.
     canvas = PhotoCanvas()

@@ -39,8 +39,8 @@ class Command:
     tip: str = ""
     why_not: Callable[[], Finding | None] = lambda: None
     is_viewport_key: bool = False
-    checked: Callable[[], bool] | None = None
-    what: Callable[[], str | None] = lambda: None
+    is_checked: Callable[[], bool] | None = None
+    target: Callable[[], str | None] = lambda: None
     current_text: Callable[[], str] | None = None
     is_global: bool = False
 
@@ -51,8 +51,8 @@ class _State:
 
     text: str
     why_not: Finding | None
-    what: str | None
-    checked: bool | None
+    target: str | None
+    is_checked: bool | None
 
 
 class Actions(QObject):
@@ -67,7 +67,7 @@ class Actions(QObject):
         super().__init__(window)
         self._window = window
         self._commands: dict[str, Command] = {}
-        self._shown: dict[str, _State] = {}
+        self._states: dict[str, _State] = {}
         self.all: dict[str, QAction] = {}
 
     def add(self, command: Command) -> None:
@@ -85,7 +85,7 @@ class Actions(QObject):
             reach = context.ApplicationShortcut if command.is_global else context.WindowShortcut
             action.setShortcutContext(reach)
             self._window.addAction(action)
-        action.setCheckable(command.checked is not None)
+        action.setCheckable(command.is_checked is not None)
         action.triggered.connect(lambda *_: self.run(command.name))
         self._commands[command.name] = command
         self.all[command.name] = action
@@ -122,9 +122,9 @@ class Actions(QObject):
         """Return why a command cannot run now; None if it can."""
         return self._commands[name].why_not()
 
-    def what(self, name: str) -> str | None:
+    def target(self, name: str) -> str | None:
         """To what a command would be done now."""
-        return self._commands[name].what()
+        return self._commands[name].target()
 
     def run(self, name: str) -> None:
         """Run an action if it can run now."""
@@ -145,15 +145,15 @@ class Actions(QObject):
             state = _State(
                 shown,
                 self.why_not(command.name),
-                command.what(),
-                None if command.checked is None else command.checked(),
+                command.target(),
+                None if command.is_checked is None else command.is_checked(),
             )
-            if state != self._shown.get(name):
-                self._shown[name] = state
+            if state != self._states.get(name):
+                self._states[name] = state
                 _show(self.all[name], command, state)
-            elif state.checked is not None:
+            elif state.is_checked is not None:
                 # Qt has checked it the other way round where it was chosen.
-                self.all[name].setChecked(state.checked)
+                self.all[name].setChecked(state.is_checked)
 
     def commands(self) -> list[Command]:
         return list(self._commands.values())
@@ -167,12 +167,12 @@ def _show(action: QAction, command: Command, state: _State) -> None:
     )
     text = strip_mnemonic(state.text).rstrip("…")
     lines = [f"{text} ({keys})" if keys else text]
-    lines += [line for line in (command.tip, state.what) if line]
+    lines += [line for line in (command.tip, state.target) if line]
     if state.why_not is not None:
         lines.append(tr("Not now: {reason}", reason=state.why_not))
     action.setToolTip(escape_markup("\n".join(lines)))
-    if state.checked is not None:
-        action.setChecked(state.checked)
+    if state.is_checked is not None:
+        action.setChecked(state.is_checked)
 
 
 def strip_mnemonic(text: str) -> str:

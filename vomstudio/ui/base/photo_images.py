@@ -41,8 +41,8 @@ class Picture:
     levels: tuple[QImage, ...]
     width: int
     height: int
-    turn: QTransform
-    whole: bool = True
+    to_upright: QTransform
+    is_complete: bool = True
 
     @property
     def bytes(self) -> int:
@@ -78,7 +78,7 @@ class PhotoImages(QObject):
     def __init__(self) -> None:
         super().__init__()
         QImageReader.setAllocationLimit(_MOST_MB)
-        self._kept: OrderedDict[str, Picture] = OrderedDict()
+        self._pictures: OrderedDict[str, Picture] = OrderedDict()
         self._thumbnails: dict[str, QImage] = {}
         self._reading: str | None = None
         self._background = QtBackground(self, "photos", threads=1)
@@ -86,9 +86,9 @@ class PhotoImages(QObject):
     def picture(self, path: Path) -> Picture | None:
         """The photo if it is at hand; else it is read, and no other one before it."""
         key = str(path)
-        kept = self._kept.get(key)
+        kept = self._pictures.get(key)
         if kept is not None:
-            self._kept.move_to_end(key)
+            self._pictures.move_to_end(key)
             return kept
         if self._reading != key or not self._background.is_waiting(_PICTURE):
             self._reading = key
@@ -118,11 +118,14 @@ class PhotoImages(QObject):
         self._background.stop(wait_s=PATIENCE_S)
 
     def _store(self, key: str, picture: Picture) -> None:
-        if picture.whole:
-            self._kept[key] = picture
-            self._kept.move_to_end(key)
-            while len(self._kept) > 1 and sum(p.bytes for p in self._kept.values()) > _KEPT_BYTES:
-                self._kept.popitem(last=False)
+        if picture.is_complete:
+            self._pictures[key] = picture
+            self._pictures.move_to_end(key)
+            while (
+                len(self._pictures) > 1
+                and sum(p.bytes for p in self._pictures.values()) > _KEPT_BYTES
+            ):
+                self._pictures.popitem(last=False)
         self.picture_loaded.emit(key, picture)
 
     def _store_thumbnail(self, key: str, image: QImage) -> None:

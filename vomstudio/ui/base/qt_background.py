@@ -61,13 +61,13 @@ class NewestResult:
         self._slow.timeout.connect(slow)
 
     @property
-    def waiting(self) -> bool:
+    def is_waiting(self) -> bool:
         """Whether a result is to come."""
         return self._background.is_waiting(_KEY)
 
-    def at_once(self, work: Work) -> None:
+    def run_now(self, work: Work) -> None:
         """Run a short function here and now, in place of earlier requests."""
-        self.drop()
+        self.cancel()
         try:
             result = work()
         except VomError as error:
@@ -75,22 +75,22 @@ class NewestResult:
         else:
             self._then(result)
 
-    def ask(self, work: Work) -> None:
+    def request(self, work: Work) -> None:
         """Run a function in a thread, in place of earlier requests."""
-        if not self.waiting:
+        if not self.is_waiting:
             self._slow.start()
         self._background.run(
             work, partial(self._take, self._then), partial(self._take, self._fail), key=_KEY
         )
 
-    def drop(self) -> None:
+    def cancel(self) -> None:
         """Drop earlier requests."""
         self._slow.stop()
         self._background.cancel(_KEY)
 
     def close(self) -> None:
         """Deliver nothing any more."""
-        self.drop()
+        self.cancel()
         self._background.stop()
 
     def _take(self, then: Callable[[Any], object], result: object) -> None:

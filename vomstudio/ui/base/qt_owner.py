@@ -42,7 +42,7 @@ class QtOwner(QObject):
     def post(self, call: Call) -> None:
         self._poster(call)
 
-    def aside(self, work: Call) -> None:
+    def run_and_wait(self, work: Call) -> None:
         """Work in a thread while the window is painted and its timers run; input waits."""
         loop = QEventLoop()
 
@@ -69,61 +69,61 @@ class IncrementalWork:
     answers meanwhile: one portion of all that is under way at a time, each in its turn. A portion
     is what an iterator does for one of its items."""
 
-    _under_way: ClassVar[list[IncrementalWork]] = []
+    _running: ClassVar[list[IncrementalWork]] = []
 
     def __init__(self, parent: QObject) -> None:
         self._timer = QTimer(parent)
         self._timer.setSingleShot(True)
-        self._timer.timeout.connect(self._in_turn)
+        self._timer.timeout.connect(self._take_turn)
         self._work: Iterator[object] = iter(())
 
     @property
     def is_running(self) -> bool:
         """Whether some of the work is left."""
-        return self in self._under_way
+        return self in self._running
 
-    def begin(self, work: Iterator[object]) -> None:
+    def start(self, work: Iterator[object]) -> None:
         """Do the first portion at once and the others by and by, in place of what was left of
         earlier work."""
-        self.drop()
+        self.cancel()
         self._work = work
-        self._under_way.append(self)
+        self._running.append(self)
         self._step()
-        self._next()
+        self._schedule_next()
 
-    def drop(self) -> None:
+    def cancel(self) -> None:
         """Leave what is left undone: nobody wants it any more."""
         self._timer.stop()
         self._work = iter(())
         if self.is_running:
-            self._under_way.remove(self)
-            self._next()
+            self._running.remove(self)
+            self._schedule_next()
 
     def finish(self) -> None:
         """Do what is left at once: something is wanted that needs all of it."""
         while self.is_running:
             self._step()
 
-    def _in_turn(self) -> None:
+    def _take_turn(self) -> None:
         if self.is_running:
-            self._under_way.append(self._under_way.pop(self._under_way.index(self)))
+            self._running.append(self._running.pop(self._running.index(self)))
             self._step()
-            self._next()
+            self._schedule_next()
 
     @classmethod
-    def _next(cls) -> None:
+    def _schedule_next(cls) -> None:
         """Let the first in the line be called at the next events, and only that one."""
         # A window that was closed meanwhile has left its place.
-        cls._under_way[:] = [each for each in cls._under_way if isValid(each._timer)]
-        if cls._under_way:
-            cls._under_way[0]._timer.start(0)
+        cls._running[:] = [each for each in cls._running if isValid(each._timer)]
+        if cls._running:
+            cls._running[0]._timer.start(0)
 
     def _step(self) -> None:
         try:
             next(self._work)
         except StopIteration:
-            self.drop()
+            self.cancel()
         except BaseException:
             # Told like any failure, and not once more at every event.
-            self.drop()
+            self.cancel()
             raise

@@ -28,7 +28,7 @@ class Studio(QObject):
     history_changed = Signal()
     selection_changed = Signal(object)  # tuple of ids
     model_loaded = Signal(str)
-    frame_wanted = Signal(str)
+    frame_requested = Signal(str)
     next_changed = Signal()
     tool_changed_signal = Signal()
     active_tool_changed = Signal(str)
@@ -57,7 +57,7 @@ class Studio(QObject):
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         owner = QtOwner(self)
-        self.workspace = Workspace(settings, owner.post, owner.later, owner.aside)
+        self.workspace = Workspace(settings, owner.post, owner.later, owner.run_and_wait)
         self.settings = settings
         # Lists that can be filtered: of some features, those that do not pass there.
         self.filters: list[tuple[QWidget, Callable[[Iterable[str]], set[str]]]] = []
@@ -118,7 +118,7 @@ class Studio(QObject):
         w.recovery_found.connect(self.recovery_found.emit)
         w.selection.changed.connect(self.selection_changed.emit)
         w.models.loaded.connect(self.model_loaded.emit)
-        w.models.frame_wanted.connect(self.frame_wanted.emit)
+        w.models.frame_wanted.connect(self.frame_requested.emit)
         w.tools.next_changed.connect(self.next_changed.emit)
         w.tools.changed.connect(self.tool_changed_signal.emit)
         w.tools.active_changed.connect(self.active_tool_changed.emit)
@@ -161,7 +161,7 @@ class Studio(QObject):
         return self.workspace.has_work_to_save
 
     @property
-    def unsaved_reconstructions(self) -> bool:
+    def has_unsaved_reconstructions(self) -> bool:
         return self.workspace.projects.unsaved_reconstructions
 
     @property

@@ -66,7 +66,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             (),
             "",
             cannot(value),
-            checked=is_mode(value),
+            is_checked=is_mode(value),
         )
         for name, value in MODE_NAMES.items()
     ]
@@ -82,7 +82,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 "with a colour bar."
             ),
             view.why_not,
-            checked=lambda: shown.mode == "field",
+            is_checked=lambda: shown.mode == "field",
         ),
         Command(
             "display_lit",
@@ -92,7 +92,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             (),
             tr("A light at the viewer shades the surface; without it colours are true."),
             lambda: display.why_not_lit(models()),
-            checked=lambda: shown.lit[now()],
+            is_checked=lambda: shown.lit[now()],
         ),
         Command(
             "display_eye_dome",
@@ -102,7 +102,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             (),
             tr("Shades a point cloud by its depth while the view is at rest."),
             lambda: display.why_not_eye_dome(models()),
-            checked=lambda: shown.eye_dome,
+            is_checked=lambda: shown.eye_dome,
         ),
         Command(
             "display_cameras",
@@ -112,7 +112,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             (),
             tr("Show where the photos of the model were taken."),
             cameras.why_not,
-            checked=lambda: shown.cameras,
+            is_checked=lambda: shown.cameras,
         ),
         Command(
             "display_size_auto",
@@ -122,7 +122,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             (),
             "",
             view.why_not,
-            checked=is_size(None),
+            is_checked=is_size(None),
         ),
         Command(
             "clipping_box",
@@ -135,7 +135,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 "coordinates."
             ),
             view.why_not,
-            checked=lambda: shown.clipping,
+            is_checked=lambda: shown.clipping,
         ),
         Command(
             "clipping_reset",
@@ -159,7 +159,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 (),
                 "",
                 view.why_not,
-                checked=is_size(pixels),
+                is_checked=is_size(pixels),
             )
         )
     return table

@@ -118,7 +118,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     ]
     for name, text, value, tip in PLANES_AS:
         table.append(
-            Command(name, tr(text), planes(value), None, (), tr(tip), checked=is_planes(value))
+            Command(name, tr(text), planes(value), None, (), tr(tip), is_checked=is_planes(value))
         )
     return table
 
@@ -129,7 +129,7 @@ def open_types(
     """The dialog, beside the window, so that the outcrop shows what is changed."""
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
-    there = dialogs.shown(TypesDialog)
+    there = dialogs.find_visible(TypesDialog)
     if there is not None and type_id:
         there.select(type_id)
     return dialogs.show(TypesDialog, lambda: TypesDialog(parent, studio, type_id))

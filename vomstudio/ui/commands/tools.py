@@ -141,7 +141,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
         tr(entry.tip),
         lambda: why_no_model(studio),
         is_viewport_key=True,
-        checked=lambda: studio.tool_name == name,
+        is_checked=lambda: studio.tool_name == name,
     )
 
 
@@ -158,7 +158,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "N",
             tr("Orbit, pan and zoom; click a feature to select it."),
             is_viewport_key=True,
-            checked=lambda: studio.tool_name == "navigate",
+            is_checked=lambda: studio.tool_name == "navigate",
         ),
         *(_choose_tool(studio, entry) for entry in TOOLS),
         Command(
@@ -173,7 +173,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             ),
             following.why_not,
             is_viewport_key=True,
-            checked=lambda: following.tool.cost is not None,
+            is_checked=lambda: following.tool.cost is not None,
         ),
         Command(
             "finish",

@@ -108,7 +108,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             tr("Without perspective: lengths perpendicular to the view are true."),
             view.why_not,
             is_viewport_key=True,
-            checked=lambda: view.orthographic,
+            is_checked=lambda: view.is_orthographic,
         ),
         Command(
             "trackball",
@@ -118,7 +118,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             (),
             tr("Rotate about any axis. Otherwise Z stays up (turntable)."),
             view.why_not,
-            checked=lambda: not studio.settings.turntable,
+            is_checked=lambda: not studio.settings.turntable,
         ),
         Command(
             "only_outcrop",
@@ -136,7 +136,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
         for name, text, key in _VIEWS
     ]
     table += [
-        Command(name, tr(text), notation(value), checked=is_notation(value))
+        Command(name, tr(text), notation(value), is_checked=is_notation(value))
         for name, text, value in _NOTATIONS
     ]
     return table + _theme_commands(studio)
@@ -155,6 +155,6 @@ def _theme_commands(studio: Studio) -> list[Command]:
         return lambda: studio.settings.theme == name
 
     return [
-        Command(f"theme_{name}", tr(text), use(name), checked=is_used(name))
+        Command(f"theme_{name}", tr(text), use(name), is_checked=is_used(name))
         for name, text in _THEMES
     ]

@@ -28,8 +28,8 @@ Rows = tuple[tuple[float, ...], ...]
 class CameraView(QObject):
     """chosen : name of a photo whose camera was clicked. found : cameras were read."""
 
-    chosen = Signal(str)
-    found = Signal()
+    camera_selected = Signal(str)
+    cameras_loaded = Signal()
 
     def __init__(self, studio: Studio, links: PhotoLinks) -> None:
         super().__init__()
@@ -90,7 +90,7 @@ class CameraView(QObject):
             # The file may have been written anew.
             self._shown = []
             self.refresh()
-            self.found.emit()
+            self.cameras_loaded.emit()
 
         def failed(error: VomError) -> None:
             finding = Finding(
@@ -100,7 +100,7 @@ class CameraView(QObject):
 
         self._background.run(lambda: _read(path, middle), arrived, failed)
 
-    def _wanted(self) -> list[tuple[Path, Rows]]:
+    def _visible_files(self) -> list[tuple[Path, Rows]]:
         """Files with the frames in which they are to be shown: of the visible models, and of models
         that share their photos only once."""
         studio = self._studio
@@ -120,10 +120,10 @@ class CameraView(QObject):
         if self._links.cameras_path(model_id) != self._files.get(model_id):
             self._model_loaded(model_id)
 
-    def shown(self) -> list[Frustum]:
+    def visible_frusta(self) -> list[Frustum]:
         """The cameras that are shown, in World."""
         made = []
-        for path, to_world in self._wanted():
+        for path, to_world in self._visible_files():
             own, origin = self._frusta[path]
             matrix = transform.matrix(to_world)
             made += [each.transform(matrix, origin) for each in own]
@@ -131,20 +131,20 @@ class CameraView(QObject):
 
     def refresh(self) -> None:
         """Draw the cameras that are to be shown now."""
-        wanted = self._wanted()
+        wanted = self._visible_files()
         # Every edit comes by here, and new cameras draw the whole outcrop anew.
         if self._cameras is not None and wanted != self._shown:
             self._shown = wanted
-            self._cameras.show(self.shown())
+            self._cameras.show(self.visible_frusta())
 
-    def choose(self, names: set[str]) -> None:
+    def highlight(self, names: set[str]) -> None:
         """Emphasise these photos' cameras."""
         if self._cameras is not None:
             self._cameras.choose(names)
 
-    def corners(self) -> FloatArray:
+    def frusta_points(self) -> FloatArray:
         """(n, 3) World points around what is shown."""
-        points = [np.vstack([each.tip, each.corners]) for each in self.shown()]
+        points = [np.vstack([each.tip, each.corners]) for each in self.visible_frusta()]
         return np.concatenate([np.zeros((0, 3)), *points])
 
     def _pointer(self, event: PointerEvent) -> None:
@@ -153,9 +153,9 @@ class CameraView(QObject):
             return
         name = self._cameras.at(event.x, event.y)
         if name is not None:
-            self.choose({name})
+            self.highlight({name})
             self._studio.info(Finding("camera.clicked", photo=name))
-            self.chosen.emit(name)
+            self.camera_selected.emit(name)
 
 
 def _read(path: Path, middle: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:

@@ -29,7 +29,7 @@ class OutcropView(QObject):
     """Connects the viewport with the studio. The window exists before its viewport: until `join`
     is called, all other methods do nothing."""
 
-    turned = Signal(float, float, bool)
+    direction_changed = Signal(float, float, bool)
     """Trend and plunge of the view direction, in degrees, and whether it is orthographic."""
 
     def __init__(self, studio: Studio, cameras: CameraView) -> None:
@@ -44,7 +44,7 @@ class OutcropView(QObject):
         self._camera_timer.setInterval(_KEEP_CAMERA_MS)
         self._camera_timer.timeout.connect(self.save_camera)
 
-    def join(self, viewport: Viewport) -> None:
+    def attach_viewport(self, viewport: Viewport) -> None:
         """From now on the viewport shows what the studio holds."""
         self.viewport = viewport
         self._presenter = ScenePresenter(self._studio, viewport)
@@ -79,7 +79,7 @@ class OutcropView(QObject):
 
     # --- directions --------------------------------------------------------------------------
     @property
-    def orthographic(self) -> bool:
+    def is_orthographic(self) -> bool:
         """Whether the view is orthographic."""
         return self.viewport is not None and self.viewport.moves.orthographic
 
@@ -88,24 +88,24 @@ class OutcropView(QObject):
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
 
-    def look(self, trend_deg: float, plunge_deg: float) -> None:
+    def look_along(self, trend_deg: float, plunge_deg: float) -> None:
         """Look along a direction, in degrees, orthographically."""
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(True)
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
-    def direction(self) -> tuple[float, float] | None:
+    def view_direction(self) -> tuple[float, float] | None:
         """Trend and plunge of the way the viewer looks, degrees; None while there is no view."""
         return None if self.viewport is None else self.viewport.moves.view_direction()
 
-    def now(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
+    def view_state(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
         """Camera and clipping box as `restore` takes them; None before anything is shown."""
         if self.viewport is None or not self._studio.models:
             return None
         box = self._studio.display.clip_shown
         return self.viewport.moves.camera_state(), None if box is None else box.to_dict()
 
-    def restore(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
+    def restore_view(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
         """Look as before. Raises ValueError where these are no camera or no box."""
         if self.viewport is None:
             return
@@ -130,7 +130,7 @@ class OutcropView(QObject):
     def frame_all(self) -> None:
         """Show all visible models and cameras."""
         if self._presenter is not None:
-            self._presenter.frame_all(self._cameras.corners())
+            self._presenter.frame_all(self._cameras.frusta_points())
 
     def frame_selection(self) -> None:
         """Show the selected features."""
@@ -149,7 +149,7 @@ class OutcropView(QObject):
         return box is not None and around is not None and box.meets(around)
 
     # --- tools -------------------------------------------------------------------------------
-    def take_up(self, tool: str) -> None:
+    def apply_tool(self, tool: str) -> None:
         """Set cursor and mouse buttons for a tool."""
         if self.viewport is not None:
             found = self._studio.tools.get(tool)
@@ -170,7 +170,7 @@ class OutcropView(QObject):
     def _tell_direction(self) -> None:
         if self.viewport is not None:
             trend, plunge = self.viewport.moves.view_direction()
-            self.turned.emit(trend, plunge, self.viewport.moves.orthographic)
+            self.direction_changed.emit(trend, plunge, self.viewport.moves.orthographic)
 
     def save_camera(self) -> None:
         """Keep the camera with the project, so that it opens as it was left."""

@@ -79,7 +79,7 @@ class ScenePresenter:
 
     def rebuild(self) -> None:
         """Show another project: remove everything and draw its models and features."""
-        self._portions.drop()
+        self._portions.cancel()
         for model_id in self._shown:
             self._models.remove(model_id)
         self._shown.clear()
@@ -276,7 +276,7 @@ class ScenePresenter:
         ids, records = self._studio.affected(edit), self._studio.records
         if len(ids) > 1 and _painted(records, ids) > _LARGE:
             self._portions.finish()
-            self._portions.begin(self._draw_portions(list(ids)))
+            self._portions.start(self._draw_portions(list(ids)))
         else:
             self._draw(ids)
 
@@ -292,7 +292,7 @@ class ScenePresenter:
     def _all_features(self) -> None:
         self._seen_settings = self._settings()
         ids = [feature.id for feature in self._studio.session.features()]
-        self._portions.begin(self._draw_portions(ids))
+        self._portions.start(self._draw_portions(ids))
 
     def _draw(self, ids: Iterable[str]) -> None:
         """Draw these features as they are now, and those that are still waiting to be drawn."""
@@ -332,7 +332,7 @@ class ScenePresenter:
         for id_, drawing in changes.items():
             if drawing is None:
                 self._features.discard(id_)
-                self._pieces.forget(id_)
+                self._pieces.remove(id_)
             else:
                 self._features.add(id_)
         if changes:
@@ -346,7 +346,7 @@ class ScenePresenter:
         )
         if sketch is None:
             return None
-        piece = None if sketch.faces is None else self._pieces.painted(sketch.faces)
+        piece = None if sketch.faces is None else self._pieces.painted_area(sketch.faces)
         group = group_of(feature)
         text = sketch.label
         if text is None:

@@ -35,24 +35,24 @@ class SurfacePieces:
     def __init__(self, studio: Studio, owner: QObject, redraw: Callable[[str], None]) -> None:
         self._studio, self._redraw = studio, redraw
         self._background = QtBackground(owner)
-        self._kept: dict[str, _Kept] = {}
+        self._cache: dict[str, _Kept] = {}
 
     def clear(self) -> None:
-        self._kept.clear()
+        self._cache.clear()
 
-    def forget(self, id_: str) -> None:
-        self._kept.pop(id_, None)
+    def remove(self, id_: str) -> None:
+        self._cache.pop(id_, None)
 
-    def painted(self, patch: Painted) -> Area | None:
+    def painted_area(self, patch: Painted) -> Area | None:
         """A painted piece of an open model."""
         found = self._open(patch.model_id)
         if found is None:
             return None
         model, surface = found
-        kept = self._kept_of(patch.id, patch.runs, model)
+        kept = self._cached(patch.id, patch.runs, model)
         if kept is None:
             area = patch_area(patch, model, surface)
-            kept = self._kept[patch.id] = _Kept(patch.runs, model.to_world, area, False)
+            kept = self._cache[patch.id] = _Kept(patch.runs, model.to_world, area, False)
         return kept.area
 
     def outlined_area(self, feature: Picked) -> Area | None:
@@ -62,13 +62,13 @@ class SurfacePieces:
         if found is None:
             return None
         model, surface = found
-        kept = self._kept_of(feature.id, feature.vertices, model)
+        kept = self._cached(feature.id, feature.vertices, model)
         if kept is None:
             kept = _Kept(feature.vertices, model.to_world, None, True)
-            self._kept[feature.id] = kept
+            self._cache[feature.id] = kept
             ring = np.array(feature.vertices, np.float64)
             self._background.run(
-                partial(enclosed_area, ring, model, surface), partial(self._came, feature.id, kept)
+                partial(enclosed_area, ring, model, surface), partial(self._store, feature.id, kept)
             )
         return kept.area
 
@@ -77,7 +77,7 @@ class SurfacePieces:
         they are known."""
         return [
             id_
-            for id_, kept in self._kept.items()
+            for id_, kept in self._cache.items()
             if kept.outline and kept.area is not None and _holds(kept.area, point)
         ]
 
@@ -87,14 +87,14 @@ class SurfacePieces:
             return None
         return model, opened.surface
 
-    def _kept_of(self, id_: str, of: object, model: Model) -> _Kept | None:
-        kept = self._kept.get(id_)
+    def _cached(self, id_: str, of: object, model: Model) -> _Kept | None:
+        kept = self._cache.get(id_)
         return kept if kept and kept.of is of and kept.to_world == model.to_world else None
 
-    def _came(self, id_: str, asked: _Kept, area: object) -> None:
-        if self._kept.get(id_) is not asked or not isinstance(area, Area):
+    def _store(self, id_: str, asked: _Kept, area: object) -> None:
+        if self._cache.get(id_) is not asked or not isinstance(area, Area):
             return
-        self._kept[id_] = replace(asked, area=area)
+        self._cache[id_] = replace(asked, area=area)
         self._redraw(id_)
 
 

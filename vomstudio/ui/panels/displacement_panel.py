@@ -112,7 +112,7 @@ class DisplacementPanel(LazyPanel):
         self._arrange()
         self.options.changed.connect(self._soon)
         self.slip.changed.connect(self._soon)
-        self.slip.take.clicked.connect(lambda _=False: self._take_slip_error())
+        self.slip.take_button.clicked.connect(lambda _=False: self._take_slip_error())
         for taken in (self.fault, self.bed):
             taken.changed.connect(self._soon)
         self.add.clicked.connect(lambda _=False: self.add_pair())

@@ -194,7 +194,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _show(self, result: TableRepeats | None, message: str) -> None:
         super()._show(result, "" if result is None else message)
         if result is None:
-            self.figures.say(message)
+            self.figures.show_reason(message)
         else:
             names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
             self.figures.setHtml(figures_html(result, names))

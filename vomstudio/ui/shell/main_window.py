@@ -86,7 +86,7 @@ class MainWindow(QMainWindow):
         self.actions_table.refresh()
 
     @property
-    def filled(self) -> bool:
+    def is_filled(self) -> bool:
         """Whether the studio and the panels are there."""
         return self._filled
 
@@ -302,14 +302,14 @@ class MainWindow(QMainWindow):
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.hide_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
-        studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
+        studio.frame_requested.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(
             lambda folders: self._notices.offer_recovery(folders, self.files.open_path)
         )
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
-        self.cameras.found.connect(self.actions_table.refresh)
-        self.photos_panel.chosen.connect(self.cameras.choose)
+        self.cameras.cameras_loaded.connect(self.actions_table.refresh)
+        self.photos_panel.chosen.connect(self.cameras.highlight)
         self.workspaces.changed.connect(self.actions_table.refresh)
         self.photo_tab.changed.connect(self.actions_table.refresh)
         self.photo_tab.hinted.connect(self.status_line.show_photo)
@@ -328,10 +328,10 @@ class MainWindow(QMainWindow):
         self._place.set_outcrop(viewport)
         self.start_page.setParent(viewport)
         self.start_page.place_over(viewport)
-        self.view.join(viewport)
+        self.view.attach_viewport(viewport)
         self._join_panels(viewport)
-        self.view.turned.connect(self.view_panel.show_direction)
-        self.view.turned.connect(self.actions_table.refresh)
+        self.view.direction_changed.connect(self.view_panel.show_direction)
+        self.view.direction_changed.connect(self.actions_table.refresh)
         self.view.follow_camera()
         opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         seen = widget_seen(self.photo_tab, viewport)
@@ -352,7 +352,7 @@ class MainWindow(QMainWindow):
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
-        self.cameras.chosen.connect(self.photos_panel.choose)
+        self.cameras.camera_selected.connect(self.photos_panel.choose)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
         self.display_panel.watch(viewport, self.view.models_box)
@@ -418,7 +418,7 @@ class MainWindow(QMainWindow):
     def _tool_changed(self, name: str) -> None:
         if name in self.tool_panel.panels:
             self._following.tool_chosen()
-        self.view.take_up(name)
+        self.view.apply_tool(name)
         self._refresh()
 
     def _refresh(self, *_: object) -> None:

@@ -42,9 +42,9 @@ class Notices(QObject):
             self._status.showMessage(notice.text, _INFO_MS)
         elif notice.action:
             action = self._actions[notice.action]
-            self._bar.say(notice, (action.text().replace("&", ""), action.trigger))
+            self._bar.show_notice(notice, (action.text().replace("&", ""), action.trigger))
         else:
-            self._bar.say(notice)
+            self._bar.show_notice(notice)
 
     def offer_recovery(self, folders: list[Path], restore: Callable[[Path], None]) -> None:
         """folders : projects that were not closed, the newest first; restore : opens one"""
@@ -57,4 +57,4 @@ class Notices(QObject):
         more = (Finding("project.older-unclosed", count=older),) if older else ()
         notice = Notice(found, "warning", more=more)
         self._messages.add(notice)
-        self._bar.say(notice, (tr("Restore"), lambda: restore(newest)))
+        self._bar.show_notice(notice, (tr("Restore"), lambda: restore(newest)))

@@ -32,7 +32,7 @@ def commands(workspaces: Workspaces) -> list[Command]:
             workspace.icon,
             f"Ctrl+{number}",
             tr(workspace.purpose),
-            checked=lambda: workspaces.shown is workspace,
+            is_checked=lambda: workspaces.shown is workspace,
         )
 
     return [

@@ -48,7 +48,7 @@ class DrawingView(QWidget):
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._empty = empty
-        self.shown: Drawing | None = None
+        self.drawing: Drawing | None = None
         self.mark: Mark | None = None
         self._marking = False
         self._from: QPointF | None = None
@@ -58,8 +58,8 @@ class DrawingView(QWidget):
 
     def show_drawing(self, drawing: Drawing | None, instead: str = "") -> None:
         """instead : what is said where there is none"""
-        self.shown = drawing
-        self._said = instead or self._empty
+        self.drawing = drawing
+        self._message = instead or self._empty
         self.update()
 
     def show_mark(self, mark: Mark | None) -> None:
@@ -71,7 +71,7 @@ class DrawingView(QWidget):
         self.setCursor(Qt.CursorShape.CrossCursor if on else Qt.CursorShape.ArrowCursor)
 
     # --- places ------------------------------------------------------------------------------
-    def _room(self) -> QRectF:
+    def _frame_box(self) -> QRectF:
         """Of the frame on the widget."""
         high = self.fontMetrics().height()
         left = self.fontMetrics().horizontalAdvance("-00000.0") + high + 12
@@ -82,12 +82,12 @@ class DrawingView(QWidget):
             max(self.height() - 3 * high - 20, 20.0),
         )
 
-    def _seen(self) -> tuple[FloatArray, FloatArray, float]:
+    def _extent(self) -> tuple[FloatArray, FloatArray, float]:
         """Lowest and highest corner of what the frame holds, with the drawing to scale in its
         middle, and pixels for a metre."""
-        assert self.shown is not None
-        room = self._room()
-        low, high = self.shown.bounds
+        assert self.drawing is not None
+        room = self._frame_box()
+        low, high = self.drawing.bounds
         size = np.maximum(high - low, 1e-12)
         frame = np.array([room.width(), room.height()])
         scale = float((frame / size).min())
@@ -97,8 +97,8 @@ class DrawingView(QWidget):
 
     def to_widget(self, points: FloatArray) -> FloatArray:
         """(n, 2) pixels of the widget of points (n, 2) of the drawing."""
-        room = self._room()
-        low, _, scale = self._seen()
+        room = self._frame_box()
+        low, _, scale = self._extent()
         return np.stack(
             [
                 room.left() + (points[:, 0] - low[0]) * scale,
@@ -108,24 +108,28 @@ class DrawingView(QWidget):
         )
 
     def _to_plane(self, at: QPointF) -> FloatArray:
-        room = self._room()
-        low, _, scale = self._seen()
+        room = self._frame_box()
+        low, _, scale = self._extent()
         return low + np.array([at.x() - room.left(), room.bottom() - at.y()]) / scale
 
     # --- marking -----------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self._marking and self.shown is not None and event.button() == Qt.MouseButton.LeftButton:
+        if (
+            self._marking
+            and self.drawing is not None
+            and event.button() == Qt.MouseButton.LeftButton
+        ):
             self._from = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self._from is not None and self.shown is not None:
+        if self._from is not None and self.drawing is not None:
             self.dragging.emit(
                 np.stack([self._to_plane(self._from), self._to_plane(event.position())])
             )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         begun, self._from = self._from, None
-        if begun is None or self.shown is None:
+        if begun is None or self.drawing is None:
             return
         step = event.position() - begun
         if not is_click(step.x(), step.y()):
@@ -134,7 +138,7 @@ class DrawingView(QWidget):
     # --- drawing -----------------------------------------------------------------------------
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
-        if self.shown is None:
+        if self.drawing is None:
             painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
@@ -143,7 +147,7 @@ class DrawingView(QWidget):
             return
         painter.fillRect(self.rect(), _PAPER)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        room = self._room()
+        room = self._frame_box()
         painter.save()
         painter.setClipRect(room)
         self._draw_shapes(painter)
@@ -152,15 +156,15 @@ class DrawingView(QWidget):
         self._draw_frame(painter, room)
 
     def _draw_shapes(self, painter: QPainter) -> None:
-        assert self.shown is not None
+        assert self.drawing is not None
         labels: list[tuple[QPointF, str, QColor]] = []
-        for shape in self.shown.shapes:
+        for shape in self.drawing.shapes:
             at = self.to_widget(shape.points)
             color = QColor(shape.color)
             painter.setPen(QPen(color, 1.4))
             if len(at) == 1:
                 centre = QPointF(*at[0].tolist())
-                for line in shape.marks(_DIP_TICK / self._seen()[2]):
+                for line in shape.marks(_DIP_TICK / self._extent()[2]):
                     there = self.to_widget(line).tolist()
                     painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in there]))
                 painter.setBrush(color)
@@ -209,13 +213,13 @@ class DrawingView(QWidget):
             painter.drawPolyline(QPolygonF(at))
 
     def _draw_frame(self, painter: QPainter, room: QRectF) -> None:
-        shown = self.shown
+        shown = self.drawing
         assert shown is not None
         painter.setPen(QPen(_INK, 1.0))
         painter.drawRect(room)
         metrics = painter.fontMetrics()
         high = metrics.height()
-        low, top, scale = self._seen()
+        low, top, scale = self._extent()
         wide = metrics.horizontalAdvance("-0000")
         for value in thin_ticks(choose_ticks(float(low[0]), float(top[0])), wide / scale):
             x = room.left() + (value - float(low[0])) * scale
@@ -242,7 +246,7 @@ class DrawingView(QWidget):
         painter.restore()
 
     def _draw_below(self, painter: QPainter, room: QRectF, per_metre: float) -> None:
-        shown = self.shown
+        shown = self.drawing
         assert shown is not None
         high = painter.fontMetrics().height()
         metrics = painter.fontMetrics()

@@ -42,7 +42,7 @@ class Host(Protocol):
     message_bar: MessageBar
 
     @property
-    def filled(self) -> bool: ...
+    def is_filled(self) -> bool: ...
 
 
 class FailureNotices(QObject):
@@ -75,7 +75,7 @@ class FailureNotices(QObject):
         if bar.isVisible():
             # The work that it left open is offered there: that comes first.
             self._host.messages.add(notice)
-            bar.offer(action.text().replace("&", ""), action.trigger)
+            bar.add_button(action.text().replace("&", ""), action.trigger)
         else:
             self._host.studio.notice.emit(notice)
 
@@ -110,7 +110,7 @@ class FailureNotices(QObject):
             self._arrived.emit(failure)
 
     def _take(self, failure: Failure) -> None:
-        if not self._host.filled:
+        if not self._host.is_filled:
             self._waiting.append(failure)
         else:
             self._say(failure)
@@ -213,18 +213,18 @@ def save_report(host: Host, parent: QWidget) -> None:
     try:
         write_bytes(path, compose_report(host).encode(), force=True)
     except VomError as error:
-        if host.filled:
+        if host.is_filled:
             host.studio.fail(error)
         else:
             QMessageBox.critical(parent, "VOM Studio", escape_markup(str(error)))
         return
-    if host.filled:
+    if host.is_filled:
         host.studio.info(Finding("program.report-written", file=path))
 
 
 def compose_report(host: Host) -> str:
     """The text of the error report, with the last edits of the open project."""
-    if not host.filled:
+    if not host.is_filled:
         return report.compose()
     from vomstudio.project.journal.outline import outline
 

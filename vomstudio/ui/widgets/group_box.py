@@ -23,12 +23,12 @@ class GroupBox(ComboBox):
     """everything : title of an entry for all features, which is then the first choice; without it
     the first type is"""
 
-    def __init__(self, studio: Studio, everything: str = "") -> None:
+    def __init__(self, studio: Studio, all_title: str = "") -> None:
         super().__init__()
         self._studio = studio
         self._always: list[tuple[str, Choice]] = [(tr("Selection"), SELECTED)]
-        if everything:
-            self._always.insert(0, (everything, ALL))
+        if all_title:
+            self._always.insert(0, (all_title, ALL))
         self.keep_narrow()
 
     def choice(self) -> Choice:
@@ -65,15 +65,15 @@ class GroupBox(ComboBox):
     def features(self) -> list[Typed]:
         """Those of the choice that stand on a net, without repeats: these are no further
         structures."""
-        return first_picks(self._chosen(), self._studio.records)
+        return first_picks(self._selected_features(), self._studio.records)
 
-    def left_out(self) -> list[str]:
+    def exclusion_messages(self) -> list[str]:
         """What is said of repeats in the choice."""
-        chosen = self._chosen()
+        chosen = self._selected_features()
         count = len(chosen) - len(first_picks(chosen, self._studio.records))
         return [repeats_finding(count).message] if count else []
 
-    def _chosen(self) -> list[Typed]:
+    def _selected_features(self) -> list[Typed]:
         of, type_id, name = self.choice()
         if of == "selection":
             records = self._studio.records

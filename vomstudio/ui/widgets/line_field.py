@@ -27,16 +27,16 @@ class LineField(QWidget):
         self.line.setObjectName(name)
         self.line.setPlaceholderText(empty)
         self.line.textChanged.connect(lambda _: self.changed.emit())
-        self.take = QToolButton()
-        self.take.setToolTip(tr("Trend and plunge of the selected line."))
-        self.take.setIcon(theme.icon("cursor-default-click-outline"))
-        self.take.setAccessibleName(tr("Take selected"))
-        self.take.clicked.connect(lambda _=False: self._take_selected())
+        self.take_button = QToolButton()
+        self.take_button.setToolTip(tr("Trend and plunge of the selected line."))
+        self.take_button.setIcon(theme.icon("cursor-default-click-outline"))
+        self.take_button.setAccessibleName(tr("Take selected"))
+        self.take_button.clicked.connect(lambda _=False: self._take_selected())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
         row.addWidget(self.line, 1)
-        row.addWidget(self.take)
+        row.addWidget(self.take_button)
         studio.selection_changed.connect(lambda _: self._refresh())
         # What is typed belongs to the rock of a project.
         studio.project_opened.connect(self.line.clear)
@@ -54,7 +54,7 @@ class LineField(QWidget):
         return None if measured is None else measured.line
 
     def _refresh(self) -> None:
-        allow(self.take, Finding("selection.no-line") if self.selected() is None else None)
+        allow(self.take_button, Finding("selection.no-line") if self.selected() is None else None)
 
     def _take_selected(self) -> None:
         if (line := self.selected()) is not None:

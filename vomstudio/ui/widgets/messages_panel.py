@@ -100,7 +100,7 @@ class MessageBar(QFrame):
     def text(self) -> str:
         return self._text.text()
 
-    def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
+    def show_notice(self, notice: Notice, *buttons: tuple[str, object]) -> None:
         """Show a notice. buttons: (text, callable) each; a press also closes the bar."""
         unread = not self.isHidden() and not self._hint_timer.isActive()
         if notice.level == "hint":
@@ -123,7 +123,7 @@ class MessageBar(QFrame):
                 old.hide()
                 old.deleteLater()
         for text, call in buttons:
-            self.offer(text, call)
+            self.add_button(text, call)
         self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
         self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
         self.notice = notice
@@ -136,7 +136,7 @@ class MessageBar(QFrame):
         self._counts = True
         self._earlier.clicked.connect(lambda: call())
 
-    def offer(self, text: str, call: object) -> None:
+    def add_button(self, text: str, call: object) -> None:
         """One more button beside what is said."""
         button = QPushButton(text)
         button.clicked.connect(self.hide)

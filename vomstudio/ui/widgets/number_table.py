@@ -105,7 +105,7 @@ class NumberModel(QAbstractTableModel):
 class NumberTable(QTableView):
     """chosen : the values of the row that was chosen."""
 
-    chosen = Signal(object)
+    row_selected = Signal(object)
 
     def __init__(
         self, columns: Sequence[Column], sort_by: int, *, descending: bool = False
@@ -137,7 +137,7 @@ class NumberTable(QTableView):
         self.numbers.fill(rows)
         self.sortByColumn(*self._order)
 
-    def change(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
+    def set_value(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
         """Give one cell of the first row whose values fit another value."""
         for number, (values, note) in enumerate(self.numbers.rows):
             if match(values):
@@ -147,7 +147,7 @@ class NumberTable(QTableView):
                 self.numbers.dataChanged.emit(index, index)
                 return
 
-    def choose(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
+    def select_row(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
         """Make the first row current whose values fit."""
         for number, (values, _) in enumerate(self.numbers.rows):
             if match(values):
@@ -161,4 +161,4 @@ class NumberTable(QTableView):
 
     def _current(self, index: QModelIndex, _: QModelIndex) -> None:
         if index.isValid():
-            self.chosen.emit(self.numbers.rows[index.row()][0])
+            self.row_selected.emit(self.numbers.rows[index.row()][0])

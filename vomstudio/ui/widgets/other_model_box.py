@@ -65,13 +65,13 @@ def project_model(studio: Studio, model: Model) -> OtherModel | None:
 class OtherModelBox(QWidget):
     """chosen : an OtherModel, or None while there is none; said : what is being done"""
 
-    chosen = Signal(object)
-    said = Signal(str)
+    model_changed = Signal(object)
+    status_changed = Signal(str)
 
-    def __init__(self, studio: Studio, besides: str) -> None:
+    def __init__(self, studio: Studio, excluded_id: str) -> None:
         """besides : the id of the model that is not offered"""
         super().__init__()
-        self._studio, self._besides = studio, besides
+        self._studio, self._besides = studio, excluded_id
         self._background = QtBackground(self)
         self._job: RunningJob | None = None
         self._files: dict[str, OtherModel] = {}
@@ -128,7 +128,7 @@ class OtherModelBox(QWidget):
             self.models.addItem(tr("Choose a file"), "")
 
     def _changed(self, *_: object) -> None:
-        self.chosen.emit(self.current())
+        self.model_changed.emit(self.current())
 
     def _ask(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
@@ -138,13 +138,13 @@ class OtherModelBox(QWidget):
             file_filters.models(),
         )
         if name:
-            self.take(Path(name))
+            self.load_file(Path(name))
 
-    def take(self, path: Path) -> None:
+    def load_file(self, path: Path) -> None:
         """Read the model of a file, and choose it."""
         studio = self._studio
         self.browse.setEnabled(False)
-        self.said.emit(tr("Reading {file}…", file=path.name))
+        self.status_changed.emit(tr("Reading {file}…", file=path.name))
 
         def read(cached: CachedModel) -> None:
             self._background.run(
@@ -159,7 +159,7 @@ class OtherModelBox(QWidget):
         def refuse(why: str) -> None:
             self._job = None
             self.browse.setEnabled(True)
-            self.said.emit(why)
+            self.status_changed.emit(why)
 
         def failed(event: Failed) -> None:
             refuse(str(Finding("job.stopped")) if event.cancelled else event.message)

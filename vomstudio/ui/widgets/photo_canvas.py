@@ -51,11 +51,11 @@ class Drawn:
 
     id: str
     pixels: FloatArray
-    seen: BoolArray
+    is_visible: BoolArray
     color: tuple[float, float, float]
     label: str
     anchor: FloatArray | None
-    pairs: bool = False
+    is_edge_list: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class PhotoPointer:
     shift: bool = False
     ctrl: bool = False
     handle: int | None = None
-    more: bool = False
+    is_continued: bool = False
     """Another one of the same drag follows at once."""
 
 
@@ -134,7 +134,7 @@ class PhotoCanvas(QWidget):
         self._picture = picture
         if picture is not None:
             # The cameras may have been found on photos of another size.
-            turn, (w, h) = picture.turn, self._size
+            turn, (w, h) = picture.to_upright, self._size
             shrink = QTransform.fromScale(picture.width / w, picture.height / h)
             grow = QTransform.fromScale(w / picture.width, h / picture.height)
             if abs(turn.m11()) < 0.5:
@@ -281,7 +281,7 @@ class PhotoCanvas(QWidget):
         fine = [i for i in picture.levels if i.width() >= 0.98 * near * self._size[0]]
         level = fine[-1] if fine else picture.levels[0]
         hint = QPainter.RenderHint.SmoothPixmapTransform
-        painter.setRenderHint(hint, near < 4.0 or not picture.whole)
+        painter.setRenderHint(hint, near < 4.0 or not picture.is_complete)
         painter.drawImage(whole, level)
         painter.restore()
 
@@ -289,15 +289,15 @@ class PhotoCanvas(QWidget):
         color = painting.to_color(drawn.color)
         chosen = drawn.id in self._selected
         pixels = self.to_widget(drawn.pixels)
-        if drawn.pairs:
-            edges = pixels.reshape(-1, 4)[drawn.seen.reshape(-1, 2).all(axis=1)]
+        if drawn.is_edge_list:
+            edges = pixels.reshape(-1, 4)[drawn.is_visible.reshape(-1, 2).all(axis=1)]
             lines = [QLineF(*edge) for edge in edges.tolist()]
             wide = 3.0 if chosen else 1.8
             for pen in (QPen(QColor(20, 20, 22, 200), wide + 2.4), QPen(color, wide)):
                 painter.setPen(pen)
                 painter.drawLines(lines)
         else:
-            painting.draw_runs(painter, pixels, drawn.seen, color, 3.4 if chosen else 2.0)
+            painting.draw_runs(painter, pixels, drawn.is_visible, color, 3.4 if chosen else 2.0)
 
     def _paint_labels(self, painter: QPainter) -> None:
         """Those of the selected features first; what finds no room is left out."""
@@ -362,10 +362,10 @@ class PhotoCanvas(QWidget):
         at = self.to_widget([x, y])[0]
         best, found = LINE_PIXELS, None
         for drawn in self._drawn:
-            seen = drawn.seen[:-1] & drawn.seen[1:]
+            seen = drawn.is_visible[:-1] & drawn.is_visible[1:]
             on = self.to_widget(drawn.pixels)
-            if drawn.pairs:
-                off = np.hypot(*(on[drawn.seen] - at).T)
+            if drawn.is_edge_list:
+                off = np.hypot(*(on[drawn.is_visible] - at).T)
             else:
                 a, ab = on[:-1][seen], np.diff(on, axis=0)[seen]
                 square = np.maximum((ab**2).sum(axis=1), 1e-12)
@@ -425,7 +425,7 @@ class PhotoCanvas(QWidget):
 
     def _drag(self, kind: Pointer, at: QPointF, event: QMouseEvent, *, more: bool = False) -> None:
         made = self._emit(kind, at, self._button, event)
-        self.pointed.emit(replace(made, handle=self._handle, more=more))
+        self.pointed.emit(replace(made, handle=self._handle, is_continued=more))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._press is None or event.button() != self._button:

@@ -65,7 +65,7 @@ class Links:
     left: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     right: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     colors: ByteArray = field(default_factory=lambda: np.zeros((0, 3), np.uint8))
-    drawn: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    visible_rows: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     faint: tuple[FloatArray, FloatArray] | None = None
 
 
@@ -76,19 +76,19 @@ class PicturePanes(QWidget):
 
     hovered = Signal(object)
 
-    def __init__(self, count: int, *, together: bool = False, reserve: float = 0.0) -> None:
+    def __init__(self, count: int, *, is_linked: bool = False, reserve: float = 0.0) -> None:
         """together : all panes show the same part. reserve : pixels at the right of each pane that
         pictures leave free at first."""
         super().__init__()
         self._pictures: list[Picture | None] = [None] * count
         self._views = [_PaneView() for _ in range(count)]
-        if together:
+        if is_linked:
             self._views = [self._views[0]] * count
-        self._together, self._reserve = together, reserve
+        self._together, self._reserve = is_linked, reserve
         self._over: list[Painter] = []
         self._links = Links()
         self._hot: int | None = None
-        self._held: tuple[int, QPointF] | None = None
+        self._drag: tuple[int, QPointF] | None = None
         self._words = ""
         self._base: QPixmap | None = None
         self.setMouseTracking(True)
@@ -109,7 +109,7 @@ class PicturePanes(QWidget):
                 view.centre = None
         self._renew()
 
-    def say(self, words: str) -> None:
+    def show_message(self, words: str) -> None:
         """In place of pictures."""
         self._words = words
         self._renew()
@@ -275,14 +275,14 @@ class PicturePanes(QWidget):
         if links.faint is not None:
             painter.setPen(QPen(QColor(224, 64, 42, 110), 1.0))
             painter.drawLines(self._lines(*links.faint))
-        few = len(links.drawn) <= _FEW
+        few = len(links.visible_rows) <= _FEW
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, few)
-        lines = self._lines(links.left[links.drawn], links.right[links.drawn])
+        lines = self._lines(links.left[links.visible_rows], links.right[links.visible_rows])
         if few:
             painter.setPen(QPen(QColor(0, 0, 0, 70), 2.8))
             painter.drawLines(lines)
         # One call for all lines of a colour.
-        for color, rows in _by_color(links.colors[links.drawn]):
+        for color, rows in _by_color(links.colors[links.visible_rows]):
             painter.setPen(QPen(color, 1.4 if few else 1.0))
             painter.drawLines([lines[row] for row in rows if not lines[row].isNull()])
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -322,18 +322,18 @@ class PicturePanes(QWidget):
             Qt.MouseButton.LeftButton,
             Qt.MouseButton.MiddleButton,
         ):
-            self._held = (pane, event.position())
+            self._drag = (pane, event.position())
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         at = event.position()
-        if self._held is not None:
-            pane, before = self._held
+        if self._drag is not None:
+            pane, before = self._drag
             centre, zoom = self._view(pane)
             moved = np.array([at.x() - before.x(), at.y() - before.y()]) / zoom
             view = self._views[pane]
             view.centre, view.zoom = centre - moved, zoom
-            self._held = (pane, at)
+            self._drag = (pane, at)
             self._renew()
             return
         hot = self._link_at(at)
@@ -345,7 +345,7 @@ class PicturePanes(QWidget):
         self.hovered.emit(None if place is None else (under, float(place[0]), float(place[1])))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        self._held = None
+        self._drag = None
         self.unsetCursor()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802

@@ -19,15 +19,15 @@ class PlaneBox(ComboBox):
     with the entry "selected", which follows the selection; while something other than a plane is
     selected, such as a feature that has just been made, it stays with the last plane."""
 
-    chosen = Signal(str)  # id of a plane, empty for none
+    plane_selected = Signal(str)  # id of a plane, empty for none
 
-    def __init__(self, studio: Studio, none: str | None, follow: bool) -> None:
+    def __init__(self, studio: Studio, empty_text: str | None, follows_selection: bool) -> None:
         super().__init__()
         self._studio = studio
-        self._none = none
+        self._empty_text = empty_text
         self._last = ""
         self._shown = ""
-        self._follows = follow
+        self._follows = follows_selection
         self.keep_narrow()
         self.activated.connect(self._activated)
         studio.selection_changed.connect(self._selected)
@@ -56,8 +56,8 @@ class PlaneBox(ComboBox):
     def _fill(self, ids: list[str]) -> None:
         with QSignalBlocker(self):
             self.clear()
-            if self._none is not None:
-                self.addItem(self._none, "")
+            if self._empty_text is not None:
+                self.addItem(self._empty_text, "")
             last = self._text(self._last) if self._last else tr("none yet")
             self.addItem(tr("selected: {plane}", plane=last), SELECTED)
             for id_ in ids:
@@ -80,7 +80,7 @@ class PlaneBox(ComboBox):
         self._follows = data == SELECTED
         self._shown = self._last if self._follows else data
         self.setToolTip(escape_markup(self.currentText()))
-        self.chosen.emit(self._shown)
+        self.plane_selected.emit(self._shown)
 
     def _selected(self, ids: tuple[str, ...]) -> None:
         records = self._studio.records
@@ -90,7 +90,7 @@ class PlaneBox(ComboBox):
         self._last = last
         if self._follows:
             self._shown = self._last
-            self.chosen.emit(self._last)
+            self.plane_selected.emit(self._last)
         self.show_plane(self._shown)
 
     def _edited(self, edit: Edit) -> None:
@@ -100,7 +100,7 @@ class PlaneBox(ComboBox):
             self._last = ""
             if self._follows:
                 self._shown = ""
-                self.chosen.emit("")
+                self.plane_selected.emit("")
         self.show_plane(self._shown)
 
     def _opened(self) -> None:

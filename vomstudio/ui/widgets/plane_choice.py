@@ -20,28 +20,28 @@ class PlaneChoice(QWidget):
 
     changed = Signal()
 
-    def __init__(self, studio: Studio, name: str, none: str) -> None:
+    def __init__(self, studio: Studio, name: str, empty_text: str) -> None:
         super().__init__()
-        self._studio, self._none = studio, none
+        self._studio, self._empty_text = studio, empty_text
         self.setObjectName(name)
         self.id = ""
-        self.shown = ElidedLabel()
-        self.take = QToolButton()
-        self.take.setToolTip(tr("The selected plane."))
-        self.take.setIcon(theme.icon("cursor-default-click-outline"))
-        self.take.setAccessibleName(tr("Take selected"))
-        self.take.clicked.connect(lambda _=False: self.take_selected())
-        self.clear = QToolButton()
-        self.clear.setIcon(theme.icon("close"))
-        self.clear.setAccessibleName(tr("None"))
-        self.clear.setToolTip(tr("Not this one."))
-        self.clear.clicked.connect(lambda _=False: self._choose(""))
+        self.label = ElidedLabel()
+        self.take_button = QToolButton()
+        self.take_button.setToolTip(tr("The selected plane."))
+        self.take_button.setIcon(theme.icon("cursor-default-click-outline"))
+        self.take_button.setAccessibleName(tr("Take selected"))
+        self.take_button.clicked.connect(lambda _=False: self.take_selected())
+        self.clear_button = QToolButton()
+        self.clear_button.setIcon(theme.icon("close"))
+        self.clear_button.setAccessibleName(tr("None"))
+        self.clear_button.setToolTip(tr("Not this one."))
+        self.clear_button.clicked.connect(lambda _=False: self._choose(""))
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
-        row.addWidget(self.shown, 1)
-        row.addWidget(self.take)
-        row.addWidget(self.clear)
+        row.addWidget(self.label, 1)
+        row.addWidget(self.take_button)
+        row.addWidget(self.clear_button)
         studio.selection_changed.connect(lambda _: self.refresh())
         studio.edited.connect(lambda _: self.refresh())
         studio.settings_changed.connect(self.refresh)
@@ -70,10 +70,10 @@ class PlaneChoice(QWidget):
             self.id, record = "", None
             self.changed.emit()
         if record is None:
-            self.shown.setText(self._none)
+            self.label.setText(self._empty_text)
         else:
             measured = self._studio.measured([self.id])[self.id]
             said = orientation_text(measured, self._studio.settings.notation)
-            self.shown.setText(f"{record.name or self.id}  {said}")
-        allow(self.take, None if self._selected() else Finding("selection.no-plane"))
-        self.clear.setVisible(record is not None)
+            self.label.setText(f"{record.name or self.id}  {said}")
+        allow(self.take_button, None if self._selected() else Finding("selection.no-plane"))
+        self.clear_button.setVisible(record is not None)

@@ -38,19 +38,19 @@ class PlaneField(QWidget):
         self.line = QLineEdit()
         self.line.setObjectName(name)
         self.line.textChanged.connect(lambda _: self.changed.emit())
-        self.take = icon_button("cursor-default-click-outline", tr("Take selected"))
-        self.take.setToolTip(tr("The attitude of the selected plane."))
-        self.take.clicked.connect(lambda _=False: self._take_selected())
+        self.take_button = icon_button("cursor-default-click-outline", tr("Take selected"))
+        self.take_button.setToolTip(tr("The attitude of the selected plane."))
+        self.take_button.clicked.connect(lambda _=False: self._take_selected())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
         row.addWidget(self.line, 1)
-        row.addWidget(self.take)
+        row.addWidget(self.take_button)
         if view is not None:
-            self.facing = icon_button("eye-outline", tr("Take this view"))
-            self.facing.setToolTip(tr("The plane that faces the view of the outcrop."))
-            self.facing.clicked.connect(lambda _=False: self._take_view())
-            row.addWidget(self.facing)
+            self.view_button = icon_button("eye-outline", tr("Take this view"))
+            self.view_button.setToolTip(tr("The plane that faces the view of the outcrop."))
+            self.view_button.clicked.connect(lambda _=False: self._take_view())
+            row.addWidget(self.view_button)
         studio.settings_changed.connect(self._notation_changed)
         studio.selection_changed.connect(lambda _: self._refresh())
         # What is typed belongs to the rock of a project.
@@ -80,7 +80,7 @@ class PlaneField(QWidget):
                 self.show_plane(plane, 0 if whole else 2)
 
     def _refresh(self) -> None:
-        allow(self.take, Finding("selection.no-plane") if self._selected() is None else None)
+        allow(self.take_button, Finding("selection.no-plane") if self._selected() is None else None)
 
     def _selected(self) -> Plane | None:
         measured = current_measurement(self._studio)

@@ -32,9 +32,9 @@ class TypeBox(ComboBox):
             self.clear()
             for kind in kinds:
                 self.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
-            self.choose(chosen)
+            self.select_type(chosen)
 
-    def choose(self, type_id: object) -> None:
+    def select_type(self, type_id: object) -> None:
         with QSignalBlocker(self):
             self.setCurrentIndex(max(0, self.findData(type_id)))
 

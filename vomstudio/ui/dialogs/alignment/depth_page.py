@@ -51,7 +51,7 @@ class DepthPage(QWidget):
             sort_by=0,
         )
         self.table.setObjectName("depth_table")
-        self.table.chosen.connect(lambda values: self.show_photo(values[0]))
+        self.table.row_selected.connect(lambda values: self.show_photo(values[0]))
         self.what = ComboBox()
         self.what.setObjectName("depth_what")
         for title, name, tip in (
@@ -72,7 +72,7 @@ class DepthPage(QWidget):
         self.what.currentIndexChanged.connect(lambda _: self._draw())
         self._said = ElidedLabel()
         self._under = ElidedLabel()
-        self.panes = PicturePanes(2, together=True, reserve=_BAR)
+        self.panes = PicturePanes(2, is_linked=True, reserve=_BAR)
         self.panes.setObjectName("depth_panes")
         self.panes.hovered.connect(self._hovered)
         right, rows = create_column()
@@ -97,22 +97,24 @@ class DepthPage(QWidget):
             rows.append(((photo.name, None), "" if photo.has_depths else tr("No depth map")))
         self.table.fill(rows)
         if not any(self._has.values()):
-            self.panes.say(tr("There are no depth maps yet. They are made after the alignment."))
+            self.panes.show_message(
+                tr("There are no depth maps yet. They are made after the alignment.")
+            )
             return
-        self.table.choose(lambda values: self._has[values[0]])
+        self.table.select_row(lambda values: self._has[values[0]])
         for name, has in self._has.items():
             if has:
                 self._data.coverage(name, partial(self._covered, name))
 
     def _covered(self, name: str, share: float | None) -> None:
-        self.table.change(lambda values: values[0] == name, 1, share)
+        self.table.set_value(lambda values: values[0] == name, 1, share)
 
     def show_photo(self, name: str) -> None:
         """Show the photo of this name and its depth map."""
         self._wanted, self._arrays = name, None
         self._said.setText("")
         if not self._has[name]:
-            self.panes.say(
+            self.panes.show_message(
                 tr(
                     "{photo} has no depth map: no other photo shows the same rock well enough.",
                     photo=name,
@@ -120,15 +122,15 @@ class DepthPage(QWidget):
             )
             return
         if all(p is None for p in self.panes._pictures):
-            self.panes.say(tr("Reading…"))
-        self._data.depths(name, partial(self._there, name), self.panes.say)
+            self.panes.show_message(tr("Reading…"))
+        self._data.depths(name, partial(self._there, name), self.panes.show_message)
 
     def _there(self, name: str, facts: DepthFacts, arrays: Arrays) -> None:
         if name != self._wanted:
             return
         self._facts, self._arrays = facts, arrays
         self._images.clear()
-        self.panes.say("")
+        self.panes.show_message("")
         self._draw()
         self._said.setText(
             tr(

@@ -54,7 +54,7 @@ class MatchPage(QWidget):
             descending=True,
         )
         self.table.setObjectName("pair_table")
-        self.table.chosen.connect(lambda values: self.show_pair(values[0], values[1]))
+        self.table.row_selected.connect(lambda values: self.show_pair(values[0], values[1]))
         self.panes = PicturePanes(2)
         self.panes.setObjectName("match_panes")
         self.features = QCheckBox(tr("All features"))
@@ -128,27 +128,27 @@ class MatchPage(QWidget):
         self.table.fill(rows)
         if rows:
             first = self.table.numbers.rows[0][0]
-            self.table.choose(lambda values: values is first)
+            self.table.select_row(lambda values: values is first)
         else:
-            self.panes.say(tr("No photos were matched."))
+            self.panes.show_message(tr("No photos were matched."))
 
     def _cell_chosen(self, i: int, j: int) -> None:
         a, b = self._names[i], self._names[j]
-        self.table.choose(lambda values: values[:2] == (a, b))
+        self.table.select_row(lambda values: values[:2] == (a, b))
 
     def show_pair(self, a: str, b: str) -> None:
         """Show two photos by their names."""
         self._wanted = (a, b)
         self._photos, self._arrays = {}, None
         self.matrix.show_pair(self._names.index(a), self._names.index(b))
-        self.panes.say(tr("Reading…"))
+        self.panes.show_message(tr("Reading…"))
         self._said.setText("")
         for name in (a, b):
             self._data.photo(name, partial(self._photo_there, (a, b)))
         self._data.pair(a, b, partial(self._arrays_there, (a, b)), self._failed)
 
     def _failed(self, why: str) -> None:
-        self.panes.say(why)
+        self.panes.show_message(why)
 
     def _photo_there(self, wanted: tuple[str, str], photo: ShownPhoto) -> None:
         if wanted == self._wanted:
@@ -191,7 +191,7 @@ class MatchPage(QWidget):
         self.panes.set_overlays(painters)
         self.panes.show_links(Links(*ends, _by_place(ends[0], left), drawn, faint))
         if fresh:
-            self.panes.say("")
+            self.panes.show_message("")
             self.panes.show_pictures([left.picture, right.picture])
         count, tried = len(matches), len(matches) + len(refused)
         self._said.setText(

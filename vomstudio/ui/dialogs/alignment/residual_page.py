@@ -57,7 +57,7 @@ class ResidualPage(QWidget):
             descending=True,
         )
         self.table.setObjectName("residual_table")
-        self.table.chosen.connect(lambda values: self.show_photo(values[0]))
+        self.table.row_selected.connect(lambda values: self.show_photo(values[0]))
         self.factor = ComboBox()
         self.factor.setObjectName("factor")
         self.factor.addItem(tr("Automatic"), 0)
@@ -102,7 +102,7 @@ class ResidualPage(QWidget):
         self._summary.setText(self._words(facts))
         self.table.fill(rows)
         if rows:
-            self.table.choose(lambda values: values[2] is not None)
+            self.table.select_row(lambda values: values[2] is not None)
 
     def _words(self, facts: AlignmentOverview) -> str:
         error = facts.reprojection_error_px
@@ -135,9 +135,9 @@ class ResidualPage(QWidget):
         """Show the photo of this name and its residuals."""
         self._wanted, self._photo, self._arrays = name, None, None
         self._said.setText("")
-        self.panes.say(tr("Reading…"))
+        self.panes.show_message(tr("Reading…"))
         self._data.photo(name, partial(self._photo_there, name))
-        self._data.residuals(name, partial(self._arrays_there, name), self.panes.say)
+        self._data.residuals(name, partial(self._arrays_there, name), self.panes.show_message)
 
     def _photo_there(self, name: str, photo: ShownPhoto) -> None:
         if name == self._wanted:
@@ -154,7 +154,7 @@ class ResidualPage(QWidget):
         if photo is None or arrays is None:
             return
         if fresh:
-            self.panes.say("")
+            self.panes.show_message("")
             self.panes.show_pictures([photo.picture])
         if not len(arrays["pixels"]):
             self._said.setText(tr("This photo has no tie points and is not part of the model."))

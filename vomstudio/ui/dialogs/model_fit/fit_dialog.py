@@ -144,8 +144,8 @@ class FitDialog(QDialog):
         self.there.picked.connect(lambda place: self._clicked(place, on_model=False))
         for view in (self.here, self.there):
             view.problem.connect(self.said.setText)
-        self.other.chosen.connect(self._reference_chosen)
-        self.other.said.connect(self.said.setText)
+        self.other.model_changed.connect(self._reference_chosen)
+        self.other.status_changed.connect(self.said.setText)
         self.stable.changed.connect(self._stable_changed)
         self.stable.said.connect(self.said.setText)
         self.undo.clicked.connect(self._undo)
@@ -246,7 +246,7 @@ class FitDialog(QDialog):
         model, reference = self._model(), self.reference
         pairs = self.points.as_pairs()
         if model is None or reference is None or len(pairs.labels) < 3:
-            self._solving.drop()
+            self._solving.cancel()
             self._show()
             return
         opened = self._studio.models.get(model.id)
@@ -258,10 +258,10 @@ class FitDialog(QDialog):
             return place_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _FEW:
-            self._solving.at_once(work)
+            self._solving.run_now(work)
         else:
             self._show()
-            self._solving.ask(work)
+            self._solving.request(work)
 
     def _solved(self, placed: Placed) -> None:
         self.placed, self._problem = placed, None

@@ -106,8 +106,8 @@ class ComparePanel(QWidget):
         self.histogram = Histogram()
         self.agreement = AgreementTable(studio)
         self._arrange()
-        self.other.chosen.connect(self._refresh_buttons)
-        self.other.said.connect(self.said.setText)
+        self.other.model_changed.connect(self._refresh_buttons)
+        self.other.status_changed.connect(self.said.setText)
         for signal in (studio.project_opened, studio.selection_changed, studio.model_loaded):
             signal.connect(self.refresh)
         studio.jobs.closed.connect(self._close)

@@ -166,7 +166,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
     def _show(self, result: FaceCoverage | None, message: str) -> None:
         super()._show(result, "" if result is None else message)
         if result is None:
-            self.figures.say(message)
+            self.figures.show_reason(message)
         else:
             self.figures.setHtml(figures_html(result, self._unit()))
 

@@ -158,7 +158,7 @@ class ProjectTree(QWidget):
                 if id_ not in self._items:
                     self._group(id_, id_.capitalize(), "1")
             self.tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
-        self._portions.begin(self._fill())
+        self._portions.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
         """Put the features in, in their order, a portion after the other."""

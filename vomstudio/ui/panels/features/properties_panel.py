@@ -117,8 +117,8 @@ class PropertiesPanel(QWidget):
             box.activated.connect(lambda _: self._change(**{name: box.currentData()}))
             return box
         if attribute.form == "plane":
-            planes = PlaneBox(self._studio, tr("none"), follow=False)
-            planes.chosen.connect(lambda id_: self._set_plane(name, id_))
+            planes = PlaneBox(self._studio, tr("none"), follows_selection=False)
+            planes.plane_selected.connect(lambda id_: self._set_plane(name, id_))
             return planes
         line = QLineEdit()
         line.editingFinished.connect(self._typed)
@@ -313,7 +313,7 @@ def _show_several(widget: QWidget) -> None:
 def _show(widget: QWidget, value: Any) -> None:
     """The value of an attribute in its widget."""
     if isinstance(widget, TypeBox):
-        widget.choose(value)
+        widget.select_type(value)
     elif isinstance(widget, PlaneBox):
         widget.show_plane(value)
     elif isinstance(widget, ComboBox):

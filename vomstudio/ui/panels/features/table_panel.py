@@ -138,7 +138,7 @@ class TablePanel(QWidget):
         """Read rows and columns anew."""
         settings = self._studio.settings
         self._seen_settings = (settings.notation, settings.hidden_columns)
-        self._portions.begin(self._fill())
+        self._portions.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
         many, rows = len(self._studio.session.features()) > _AT_ONCE, None

@@ -323,7 +323,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                     if each.code != "lines.not-planar"
                 ),
                 *map(str, result.mapped.found.notes),
-                *self.of.left_out(),
+                *self.of.exclusion_messages(),
                 *_of_cells(result),
             ]
         return "\n".join(notes)
@@ -338,7 +338,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def _refresh(self) -> None:
         why = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             why = Finding("action.busy")
         elif self.result is None or self.result.mapped is None:
             why = Finding("action.no-result")

@@ -136,7 +136,7 @@ class FeaturePhoto(QObject):
             first = self.canvas.message != ""
             self.canvas.message = ""
             self.canvas.set_picture(picture)
-            if first and picture.turn.m11() < 0.5:
+            if first and picture.to_upright.m11() < 0.5:
                 self.look_at_target()
         else:
             self.say(Finding("photo.not-shown", photo=Path(key).name, reason=picture).message)
@@ -235,7 +235,7 @@ class FeaturePhoto(QObject):
             at.ctrl,
             hit,
             at.handle,
-            at.more,
+            at.is_continued,
             in_photo=True,
             photo=self.name or "",
         )

@@ -161,7 +161,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(soon)
         studio.selection_changed.connect(lambda _: self._selected())
-        self._line.drawn.connect(self._picked)
+        self._line.finished.connect(self._picked)
 
     # --- the line ----------------------------------------------------------------------------
     def _take(self, feature: Feature | None) -> None:
@@ -282,7 +282,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         by_points = Finding("action.points-are-boundaries")
         allow(self.reach, by_points if self.of.currentData() == POINTS else None)
         why = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             why = Finding("action.busy")
         elif self.result is None:
             why = Finding("action.no-result")

@@ -323,7 +323,7 @@ class PhotoPage(QWidget):
         if level == "info":
             self._write(str(message))
         else:
-            self.bar.say(Notice(message, level))
+            self.bar.show_notice(Notice(message, level))
 
     def _point_at(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
@@ -368,7 +368,7 @@ class PhotoPage(QWidget):
         steps: list[Finding | str | None] = [
             tell(name)
             for name in ("undo", "redo")
-            for tell in (self.actions_table.why_not, self.actions_table.what)
+            for tell in (self.actions_table.why_not, self.actions_table.target)
         ]
         if steps != self._steps:
             # Not with every move of a mark: the main window has many commands.

@@ -75,7 +75,7 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
         photo = table()
         if photo is None:
             return command.text if command.current_text is None else command.current_text()
-        step = photo.what(name)
+        step = photo.target(name)
         if step is None:
             return command.text
         words = step_title(step).replace("&", "&&")
@@ -94,7 +94,7 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
         "open-in-new",
         (),
         tr("Show the photo in a window of its own, for a second screen, or put it back."),
-        checked=page.isWindow,
+        is_checked=page.isWindow,
     )
 
 
@@ -118,7 +118,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "V",
             tr("Pan and zoom."),
             is_viewport_key=True,
-            checked=is_tool(LOOK),
+            is_checked=is_tool(LOOK),
         ),
         Command(
             "mark",
@@ -128,7 +128,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "M",
             tr("Mark control points, check points and tie points."),
             is_viewport_key=True,
-            checked=is_tool(MARK),
+            is_checked=is_tool(MARK),
         ),
         Command(
             "polygon",
@@ -138,7 +138,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "P",
             tr("Mask or unmask a polygon."),
             is_viewport_key=True,
-            checked=is_tool(POLYGON),
+            is_checked=is_tool(POLYGON),
         ),
         Command(
             "brush",
@@ -148,7 +148,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "B",
             tr("Mask or unmask with a brush."),
             is_viewport_key=True,
-            checked=is_tool(BRUSH),
+            is_checked=is_tool(BRUSH),
         ),
         Command(
             "fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", is_viewport_key=True
@@ -185,7 +185,7 @@ def undo_commands(
                     else Finding("edit.nothing-to-undo")
                 )
             ),
-            what=lambda: tr("Last vertex") if tools.corners else document.undo_label,
+            target=lambda: tr("Last vertex") if tools.corners else document.undo_label,
         ),
         Command(
             "redo",
@@ -197,7 +197,7 @@ def undo_commands(
             lambda: (
                 masks.busy or (None if document.redo_label else Finding("edit.nothing-to-redo"))
             ),
-            what=lambda: document.redo_label,
+            target=lambda: document.redo_label,
         ),
     ]
 

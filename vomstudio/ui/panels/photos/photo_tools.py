@@ -93,7 +93,7 @@ class PhotoTools(QObject):
             x, y = self._canvas.pixel_of_drag((event.x, event.y))
             x, y = min(max(x, 0.0), self.size[0]), min(max(y, 0.0), self.size[1])
             going_on = event.kind is Pointer.DRAG_MOVE
-            if not event.more:
+            if not event.is_continued:
                 self.moved.emit(self._held, x, y, going_on)
             if not going_on:
                 self._held = ""
@@ -114,7 +114,9 @@ class PhotoTools(QObject):
         elif event.kind is Pointer.DOUBLE_CLICK:
             # Its first click was the last corner.
             self.close_polygon()
-        elif event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.more:
+        elif (
+            event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.is_continued
+        ):
             corners = list(self._corners)
             corners[event.handle] = at
             self._set_corners(corners)
@@ -150,7 +152,7 @@ class PhotoTools(QObject):
             self._stamp(at, at)
             self._last = at
         elif event.kind is Pointer.DRAG_MOVE and self._last is not None:
-            if not event.more or math.dist(at, self._last) > 0.3 * self._canvas.radius:
+            if not event.is_continued or math.dist(at, self._last) > 0.3 * self._canvas.radius:
                 self._stamp(self._last, at)
                 self._last = at
         elif event.kind is Pointer.DRAG_END and self._last is not None:

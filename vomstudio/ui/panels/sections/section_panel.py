@@ -156,13 +156,13 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self.by_domain.toggled,
         ):
             changed.connect(soon)
-        self.plane.take.clicked.connect(lambda _=False: self._take_through())
+        self.plane.take_button.clicked.connect(lambda _=False: self._take_through())
         self.take_through.clicked.connect(lambda _=False: self._take_through())
         self.take_line.clicked.connect(
             lambda _=False: self._take_line(current_line(studio, Picked))
         )
         self.draw_line.clicked.connect(lambda _=False: self._draw_line())
-        self._drawn_line.drawn.connect(self._take_line)
+        self._drawn_line.finished.connect(self._take_line)
         title = tr("Write the section")
         self.write.clicked.connect(
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
@@ -321,7 +321,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         each = parted and self.by_domain.isChecked()
         allow(self.direction, Finding("action.direction-by-domain") if each else None)
         why = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             why = Finding("action.busy")
         elif self.result is None:
             why = Finding("action.no-result")

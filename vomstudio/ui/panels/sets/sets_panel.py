@@ -189,7 +189,7 @@ class SetsPanel(QWidget):
     # --- proposing ---------------------------------------------------------------------------
     def _again(self) -> None:
         """Other planes or another number: propose anew what is being looked at."""
-        if self.proposed is not None or self._newest.waiting:
+        if self.proposed is not None or self._newest.is_waiting:
             self.propose()
 
     def propose(self) -> None:
@@ -202,7 +202,7 @@ class SetsPanel(QWidget):
             return
         seeded = {"exactly": None} if self.seeds.text().strip() else {}
         self._options = self.options.options(**seeded)
-        self._newest.ask(partial(propose, of, self._options))
+        self._newest.request(partial(propose, of, self._options))
         self._show_state(self.said.text())
 
     def _slow(self) -> None:
@@ -219,7 +219,7 @@ class SetsPanel(QWidget):
 
     def drop(self, why: Finding | None = None) -> None:
         """Forget the proposal: nothing is changed. why : shown in its place"""
-        self._newest.drop()
+        self._newest.cancel()
         self.proposed = None
         with QSignalBlocker(self.table):
             self.table.setRowCount(0)
@@ -245,7 +245,7 @@ class SetsPanel(QWidget):
         touched = set(self._studio.affected(edit))
         if self.proposed is not None and not touched.isdisjoint(self.proposed.of.ids):
             self.drop(Finding("sets.planes-changed"))
-        elif self._newest.waiting and touched:
+        elif self._newest.is_waiting and touched:
             self.propose()
         if self.isVisible():
             self._list_groups()
@@ -295,7 +295,7 @@ class SetsPanel(QWidget):
         self.said.setText(said)
         self.said.setVisible(bool(said))
         self.table.setVisible(made is not None)
-        some = made is not None and bool(made.sets) and not self._newest.waiting
+        some = made is not None and bool(made.sets) and not self._newest.is_waiting
         none = Finding("sets.no-proposal")
         allow(self.accept, None if some else none)
         allow(self.reject, None if made is not None else none)

@@ -314,7 +314,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     # --- what is taken away ------------------------------------------------------------------
     def _refresh(self) -> None:
         why = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             why = Finding("action.busy")
         elif self.result is None:
             why = Finding("action.no-proposals" if self._at_facets else "action.no-result")

@@ -91,7 +91,7 @@ class StatisticsPanel(LazyPanel):
             code = "selection.unsuitable" if is_selection else "features.no-orientation"
             self.figures.setPlainText(Finding(code).message)
         else:
-            said = self.of.left_out()
+            said = self.of.exclusion_messages()
             self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *said])
             told = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + told)

@@ -96,7 +96,7 @@ def commands(studio: Studio) -> list[Command]:
             tr(tip),
             not_marking,
             is_viewport_key=True,
-            checked=partial(marks_so, mark),
+            is_checked=partial(marks_so, mark),
         )
         for mark, (name, icon, key, tip) in MARKS.items()
     ]

@@ -69,7 +69,7 @@ class ContactPanel(QWidget):
         lines = words(measured) if measured and measured.dimension else []
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
-        self.type_box.choose(now.type_id)
+        self.type_box.select_type(now.type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(now.set_name)
         for field in (self.type_box, self.set_edit):

@@ -249,7 +249,7 @@ class ControlPanel(QWidget):
                 self.north, self._counted = self.readings.counted(self._known_north)
         except VomError as error:
             self._show_compass()
-            self._solving.drop()
+            self._solving.cancel()
             self._unsolved(error)
             return
         north = self.north or ReadNorth("grid")
@@ -258,12 +258,12 @@ class ControlPanel(QWidget):
         self._show_compass()
         # Directions are tried one without the other, which takes a second.
         if self._found <= _FEW and compass is None:
-            self._solving.at_once(work)
+            self._solving.run_now(work)
         else:
             # It was the placement by something else.
             self.placed = None
             self._explain_button(Finding("registration.pending"))
-            self._solving.ask(work)
+            self._solving.request(work)
 
     def _photo_up(self, model: Model | None) -> FloatArray | None:
         """As of `known_lines.photo_up`, read once for each model."""

@@ -62,7 +62,7 @@ def commands(studio: Studio) -> list[Command]:
             (),
             tr("Strokes erase. Otherwise only strokes with Ctrl do."),
             not_painting,
-            checked=lambda: tool.removing,
+            is_checked=lambda: tool.removing,
         ),
         Command(
             "brush_smaller",

@@ -130,7 +130,7 @@ class SelectPanel(QWidget):
         if self._studio.tool_name != self._tool.name:
             return
         tool, studio = self._tool, self._studio
-        self.type_box.choose(studio.next_type_id)
+        self.type_box.select_type(studio.next_type_id)
         self._tolerances.setVisible(tool.mode == "grow")
         with QSignalBlocker(self.angle), QSignalBlocker(self.distance):
             self.angle.setValue(tool.growth.angle_deg)

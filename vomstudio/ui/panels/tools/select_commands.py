@@ -95,7 +95,7 @@ class _Selecting:
             tr(tip),
             self.not_selecting,
             is_viewport_key=True,
-            checked=lambda: self.tool.mode == way,
+            is_checked=lambda: self.tool.mode == way,
         )
 
     def combine(self, how: Combine) -> Command:
@@ -108,7 +108,7 @@ class _Selecting:
             (),
             tr(tip),
             self.not_selecting,
-            checked=lambda: self.tool.combine == how,
+            is_checked=lambda: self.tool.combine == how,
         )
 
 
@@ -140,7 +140,7 @@ def commands(studio: Studio) -> list[Command]:
             tr("Shapes take what is hidden too; else only what is seen."),
             now.not_selecting,
             is_viewport_key=True,
-            checked=lambda: tool.through,
+            is_checked=lambda: tool.through,
         ),
         plain(
             "select_wider",

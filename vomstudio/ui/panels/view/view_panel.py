@@ -72,7 +72,7 @@ class ViewPanel(QWidget):
         super().__init__()
         explain(self, "numbers.md#the-view-direction")
         self._studio = studio
-        self._look = view.look
+        self._look = view.look_along
         self._direction = Line(0.0, 0.0)
         self._stale = False
         self._soon = QTimer(self)
@@ -357,7 +357,7 @@ class ViewPanel(QWidget):
             self._soon.start(0)
 
     def _ask(self) -> None:
-        self._asked.ask(self._bedding.search())
+        self._asked.request(self._bedding.search())
 
     def _store_axis(self, axis: FoldAxis | Finding) -> None:
         self._bedding.keep(axis)
