@@ -31,4 +31,4 @@ def test_of_many_names_the_first_are_said() -> None:
     assert abbreviate_names([]) == ""
     assert abbreviate_names(["a", "b", "c"]) == "a, b, c"
     assert abbreviate_names(["a", "b", "c", "d", "e"]) == "a, b, c and 2 more"
-    assert abbreviate_names(["a", "b"], shown=1) == "a and 1 more"
+    assert abbreviate_names(["a", "b"], max_names=1) == "a and 1 more"

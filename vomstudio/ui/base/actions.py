@@ -21,15 +21,29 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Command:
-    """Something the user can do, under a name that menus, keys and tests know. All texts are given
-    in the user's language.
+    """Command of the user interface, with a name that menus, keys and tests use.
 
-    text: as in a menu, with `&` before the letter of its key. tip: a line for its tooltip.
-    why_not: None if it can run now, else the reason, which the tooltip shows.
-    in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
-    checked: whether it is switched on, for a command that is a switch. what: to what it would be
-    done now, for the tooltip. text_now: where the text says what it would do now. everywhere: the
-    shortcut acts in dialogs beside the window too."""
+    All texts are in the user's language.
+
+    Attributes
+    ----------
+    text : str
+        Menu text, with `&` before its mnemonic.
+    tip : str
+        First line of the tooltip.
+    why_not : callable
+        Returns the reason why the command cannot run now, which the tooltip shows; None if it can.
+    is_viewport_key : bool
+        The shortcut is a plain key that acts only while the viewport has the focus.
+    is_checked : callable, optional
+        Returns the state of a command that is a switch.
+    target : callable
+        Returns the object that the command would change now, for the tooltip.
+    current_text : callable, optional
+        Returns a menu text that depends on the current state.
+    is_global : bool
+        The shortcut also acts in dialogs.
+    """
 
     name: str
     text: str
@@ -47,7 +61,7 @@ class Command:
 
 @dataclass(frozen=True)
 class _State:
-    """What an action shows of its command now."""
+    """State of a command as its action shows it."""
 
     text: str
     why_not: Finding | None
@@ -56,9 +70,12 @@ class _State:
 
 
 class Actions(QObject):
-    """The commands of a window with the QAction of each, under its name.
+    """The commands of a window and their `QAction` objects, by name.
 
-    refused : a plain key was pressed whose command cannot run now; the reason
+    Attributes
+    ----------
+    refused : Signal
+        Emitted with the reason when a plain key is pressed whose command cannot run now.
     """
 
     refused = Signal(object)  # Finding
@@ -71,7 +88,7 @@ class Actions(QObject):
         self.all: dict[str, QAction] = {}
 
     def add(self, command: Command) -> None:
-        """Make the QAction of a command, with its icon and keys."""
+        """Create the `QAction` of a command, with its icon and keys."""
         action = QAction(command.text, self._window)
         action.setObjectName(command.name)
         if command.icon:
@@ -82,8 +99,8 @@ class Actions(QObject):
             action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         else:
             context = Qt.ShortcutContext
-            reach = context.ApplicationShortcut if command.is_global else context.WindowShortcut
-            action.setShortcutContext(reach)
+            scope = context.ApplicationShortcut if command.is_global else context.WindowShortcut
+            action.setShortcutContext(scope)
             self._window.addAction(action)
         action.setCheckable(command.is_checked is not None)
         action.triggered.connect(lambda *_: self.run(command.name))
@@ -91,22 +108,22 @@ class Actions(QObject):
         self.all[command.name] = action
 
     def assign_viewport_keys(self, viewport: QWidget) -> None:
-        """Plain keys belong to the viewport, so that typing in a field types."""
+        """Assign the plain keys to the viewport, so that typing in fields does not run them."""
         for name, command in self._commands.items():
             if command.is_viewport_key:
                 viewport.addAction(self.all[name])
         viewport.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
-        """A key comes as such only where no command that can run has taken it."""
+        """Report a plain key whose command cannot run now."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
-        # Esc with nothing to cancel is no mistake.
+        # A key arrives here only if no enabled command has handled it. Esc is never reported.
         if event.key() != Qt.Key.Key_Escape and not event.isAutoRepeat():
-            self._say_why_not(QKeySequence(event.keyCombination()))
+            self._report_refusal(QKeySequence(event.keyCombination()))
         return False
 
-    def _say_why_not(self, pressed: QKeySequence) -> None:
+    def _report_refusal(self, pressed: QKeySequence) -> None:
         for name, command in self._commands.items():
             if command.is_viewport_key and pressed in self.all[name].shortcuts():
                 reason = command.why_not()
@@ -115,7 +132,7 @@ class Actions(QObject):
                     return
 
     def viewport_actions(self) -> list[QAction]:
-        """The actions of the commands whose plain keys belong to the viewport."""
+        """Return the actions of the commands whose plain keys belong to the viewport."""
         return [self.all[name] for name, each in self._commands.items() if each.is_viewport_key]
 
     def why_not(self, name: str) -> Finding | None:
@@ -123,7 +140,7 @@ class Actions(QObject):
         return self._commands[name].why_not()
 
     def target(self, name: str) -> str | None:
-        """To what a command would be done now."""
+        """Return the object that a command would change now."""
         return self._commands[name].target()
 
     def run(self, name: str) -> None:
@@ -135,15 +152,14 @@ class Actions(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        """Enable what can run now, check what is switched on, and renew all tooltips: once for all
-        that is being told."""
+        """Update state, text and tooltip of all actions, once per batch of notifications."""
         call_after_notifications(self._refresh)
 
     def _refresh(self) -> None:
         for name, command in self._commands.items():
-            shown = command.text if command.current_text is None else command.current_text()
+            text = command.text if command.current_text is None else command.current_text()
             state = _State(
-                shown,
+                text,
                 self.why_not(command.name),
                 command.target(),
                 None if command.is_checked is None else command.is_checked(),
@@ -152,7 +168,7 @@ class Actions(QObject):
                 self._states[name] = state
                 _show(self.all[name], command, state)
             elif state.is_checked is not None:
-                # Qt has checked it the other way round where it was chosen.
+                # Qt has toggled it when it was triggered.
                 self.all[name].setChecked(state.is_checked)
 
     def commands(self) -> list[Command]:
@@ -176,5 +192,5 @@ def _show(action: QAction, command: Command, state: _State) -> None:
 
 
 def strip_mnemonic(text: str) -> str:
-    """A text of a menu without the `&` before the letter of its key."""
+    """Return a menu text without the `&` before its mnemonic."""
     return text.replace("&&", "\0").replace("&", "").replace("\0", "&")

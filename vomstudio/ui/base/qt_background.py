@@ -1,4 +1,4 @@
-"""Work of widgets in threads, so that the window stays responsive."""
+"""Background work of widgets, so that the window stays responsive."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class NewestResult:
     Parameters
     ----------
     then, fail : callable
-        Take the result or the error.
+        Called with the result or the error.
     slow : callable
-        Called when a result has been waited for for 0.2 s.
+        Called after 0.2 s without a result.
     """
 
     def __init__(
@@ -62,11 +62,11 @@ class NewestResult:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether a result is to come."""
+        """Whether a result is pending."""
         return self._background.is_waiting(_KEY)
 
     def run_now(self, work: Work) -> None:
-        """Run a short function here and now, in place of earlier requests."""
+        """Run a short function in the calling thread; cancels earlier requests."""
         self.cancel()
         try:
             result = work()
@@ -76,7 +76,7 @@ class NewestResult:
             self._then(result)
 
     def request(self, work: Work) -> None:
-        """Run a function in a thread, in place of earlier requests."""
+        """Run a function in a worker thread; cancels earlier requests."""
         if not self.is_waiting:
             self._slow.start()
         self._background.run(
@@ -84,12 +84,12 @@ class NewestResult:
         )
 
     def cancel(self) -> None:
-        """Drop earlier requests."""
+        """Cancel earlier requests."""
         self._slow.stop()
         self._background.cancel(_KEY)
 
     def close(self) -> None:
-        """Deliver nothing any more."""
+        """Stop delivering results."""
         self.cancel()
         self._background.stop()
 

@@ -1,4 +1,4 @@
-"""The window's thread as the owner of a workspace: Qt's event loop makes the calls."""
+"""The window's thread as the owner of a workspace, with Qt's event loop."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class QtTimer:
 
 
 class QtOwner(QObject):
-    """`post` and `later` as `studio.owner_thread` describes them."""
+    """Implements `post` and `later` of `studio.owner_thread` with Qt."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -43,7 +43,7 @@ class QtOwner(QObject):
         self._poster(call)
 
     def run_and_wait(self, work: Call) -> None:
-        """Work in a thread while the window is painted and its timers run; input waits."""
+        """Run a function in a thread while the window is painted; input is blocked."""
         loop = QEventLoop()
 
         def run() -> None:
@@ -65,9 +65,10 @@ class QtOwner(QObject):
 
 
 class IncrementalWork:
-    """Long work of the window's own thread, done in portions between the events, so that the window
-    answers meanwhile: one portion of all that is under way at a time, each in its turn. A portion
-    is what an iterator does for one of its items."""
+    """Long work of the window's thread, done in steps between events.
+
+    One step of all instances runs at a time, in turn. A step is one item of an iterator.
+    """
 
     _running: ClassVar[list[IncrementalWork]] = []
 
@@ -79,12 +80,11 @@ class IncrementalWork:
 
     @property
     def is_running(self) -> bool:
-        """Whether some of the work is left."""
+        """Whether steps remain."""
         return self in self._running
 
     def start(self, work: Iterator[object]) -> None:
-        """Do the first portion at once and the others by and by, in place of what was left of
-        earlier work."""
+        """Run the first step at once and the others later; cancels earlier work."""
         self.cancel()
         self._work = work
         self._running.append(self)
@@ -92,7 +92,7 @@ class IncrementalWork:
         self._schedule_next()
 
     def cancel(self) -> None:
-        """Leave what is left undone: nobody wants it any more."""
+        """Discard the remaining steps."""
         self._timer.stop()
         self._work = iter(())
         if self.is_running:
@@ -100,7 +100,7 @@ class IncrementalWork:
             self._schedule_next()
 
     def finish(self) -> None:
-        """Do what is left at once: something is wanted that needs all of it."""
+        """Run the remaining steps at once."""
         while self.is_running:
             self._step()
 
@@ -112,8 +112,8 @@ class IncrementalWork:
 
     @classmethod
     def _schedule_next(cls) -> None:
-        """Let the first in the line be called at the next events, and only that one."""
-        # A window that was closed meanwhile has left its place.
+        """Schedule only the first instance in the queue."""
+        # The window of an instance may have been closed meanwhile.
         cls._running[:] = [each for each in cls._running if isValid(each._timer)]
         if cls._running:
             cls._running[0]._timer.start(0)
@@ -124,6 +124,6 @@ class IncrementalWork:
         except StopIteration:
             self.cancel()
         except BaseException:
-            # Told like any failure, and not once more at every event.
+            # Report the error once, not at every event.
             self.cancel()
             raise

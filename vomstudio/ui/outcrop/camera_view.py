@@ -1,4 +1,4 @@
-"""The cameras of a reconstructed model's photos, shown at their poses."""
+"""The cameras of a reconstructed model's photos, drawn at their poses."""
 
 from __future__ import annotations
 
@@ -22,11 +22,19 @@ from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 
 Rows = tuple[tuple[float, ...], ...]
-"""Of a 4 x 4 matrix."""
+"""Rows of a 4 x 4 matrix."""
 
 
 class CameraView(QObject):
-    """chosen : name of a photo whose camera was clicked. found : cameras were read."""
+    """Draws the cameras of the visible models.
+
+    Attributes
+    ----------
+    camera_selected : Signal
+        Emitted with the name of the photo whose camera was clicked.
+    cameras_loaded : Signal
+        Emitted when the cameras of a model were read.
+    """
 
     camera_selected = Signal(str)
     cameras_loaded = Signal()
@@ -36,7 +44,7 @@ class CameraView(QObject):
         self._studio, self._links = studio, links
         self._cameras: PhotoCameras | None = None
         self._background = QtBackground(self)
-        # By model: the file, and what it holds as pyramids in the model's own frame.
+        # The file of each model, and the frusta of each file in the frame of the model.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
         self._shown: list[tuple[Path, Rows]] = []
@@ -48,7 +56,7 @@ class CameraView(QObject):
         studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
 
     def watch(self, viewport: Viewport) -> None:
-        """Show cameras in this viewport from now on."""
+        """Draw the cameras in a viewport."""
         self._cameras = viewport.photos
         viewport.pointer.connect(self._pointer)
         for model_id in self._studio.models:
@@ -63,7 +71,7 @@ class CameraView(QObject):
         return None
 
     def folder(self) -> Path | None:
-        """Folder of the cameras file of an open model; None where there is none."""
+        """Return the folder of the cameras file of an open model; None without one."""
         for model_id in self._studio.models:
             path = self._files.get(model_id)
             if path in self._frusta:
@@ -85,65 +93,67 @@ class CameraView(QObject):
         self._files[model_id] = path
         middle = opened.data.bounds.mean(axis=0)
 
-        def arrived(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
+        def store(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
             self._frusta[path] = cameras
-            # The file may have been written anew.
+            # The file may have changed.
             self._shown = []
             self.refresh()
             self.cameras_loaded.emit()
 
-        def failed(error: VomError) -> None:
+        def warn(error: VomError) -> None:
             finding = Finding(
                 "cameras.not-shown", model=record.name, reason=error, reason_code=error.code
             )
             self._studio.warn(finding)
 
-        self._background.run(lambda: _read(path, middle), arrived, failed)
+        self._background.run(lambda: _read(path, middle), store, warn)
 
     def _visible_files(self) -> list[tuple[Path, Rows]]:
-        """Files with the frames in which they are to be shown: of the visible models, and of models
-        that share their photos only once."""
+        """Return the files of the visible models, with the matrices from their frames to World.
+
+        Models that share their photos are listed once.
+        """
         studio = self._studio
         if not studio.display.cameras or not studio.visible("models"):
             return []
-        found: list[tuple[Path, Rows]] = []
+        files: list[tuple[Path, Rows]] = []
         for model_id, path in self._files.items():
             record = studio.records.get(model_id)
             if path not in self._frusta or not isinstance(record, Model):
                 continue
             if model_id in studio.models and studio.visible(model_id):
-                found.append((path, record.to_world))
-        return list(dict.fromkeys(found))
+                files.append((path, record.to_world))
+        return list(dict.fromkeys(files))
 
     def _links_changed(self, model_id: str) -> None:
-        """Cameras may have been chosen that do not lie beside the model."""
+        """Load a cameras file that the user selected outside the folder of the model."""
         if self._links.cameras_path(model_id) != self._files.get(model_id):
             self._model_loaded(model_id)
 
     def visible_frusta(self) -> list[Frustum]:
-        """The cameras that are shown, in World."""
-        made = []
+        """Return the frusta of the visible cameras, in World."""
+        result = []
         for path, to_world in self._visible_files():
-            own, origin = self._frusta[path]
+            local, origin = self._frusta[path]
             matrix = transform.matrix(to_world)
-            made += [each.transform(matrix, origin) for each in own]
-        return made
+            result += [each.transform(matrix, origin) for each in local]
+        return result
 
     def refresh(self) -> None:
-        """Draw the cameras that are to be shown now."""
-        wanted = self._visible_files()
-        # Every edit comes by here, and new cameras draw the whole outcrop anew.
-        if self._cameras is not None and wanted != self._shown:
-            self._shown = wanted
+        """Draw the visible cameras if they have changed."""
+        files = self._visible_files()
+        # This runs at every edit, and new cameras redraw the whole outcrop.
+        if self._cameras is not None and files != self._shown:
+            self._shown = files
             self._cameras.show(self.visible_frusta())
 
     def highlight(self, names: set[str]) -> None:
-        """Emphasise these photos' cameras."""
+        """Highlight the cameras of these photos."""
         if self._cameras is not None:
             self._cameras.choose(names)
 
     def frusta_points(self) -> FloatArray:
-        """(n, 3) World points around what is shown."""
+        """Return (n, 3) World points of the visible frusta."""
         points = [np.vstack([each.tip, each.corners]) for each in self.visible_frusta()]
         return np.concatenate([np.zeros((0, 3)), *points])
 
