@@ -40,12 +40,12 @@ _FRAMED_WIDGETS = (
     "QListView",
 )
 _INNER_WIDGETS = ("QHeaderView", "QScrollBar")
-"""Children of lists, which would inherit their colors."""
+"""Children of lists, which would inherit their colours."""
 _FRAME_COLOR = "#8f8f8f"
 
 
 def use(name: str) -> None:
-    """Apply a color scheme.
+    """Apply a colour scheme.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def use(name: str) -> None:
     application.setPalette(QPalette())
     application.styleHints().setColorScheme(scheme)
     if name in schemes and is_dark() != (name == "dark"):
-        # Not every desktop supports a color scheme per program.
+        # Not every desktop supports a colour scheme per program.
         application.setPalette(_palette(name == "dark"))
     _outline_boxes()
     if not application.property("outlined"):
@@ -76,8 +76,8 @@ def use(name: str) -> None:
 def _outline_boxes() -> None:
     """Give boxes and fields a visible frame in a dark scheme.
 
-    Fusion derives the frame from a darker shade of the window color, so these widgets get a
-    lighter window color.
+    Fusion derives the frame from a darker shade of the window colour, so these widgets get a
+    lighter window colour.
     """
     role = QPalette.ColorRole.Window
     window = QApplication.palette().color(role)
@@ -100,7 +100,7 @@ def is_dark() -> bool:
 
 
 def _palette(dark: bool) -> QPalette:
-    """Return the palette of a scheme; Qt derives the other colors."""
+    """Return the palette of a scheme; Qt derives the other colours."""
     button, window = ("#454545", "#323232") if dark else ("#efefef", "#efefef")
     palette = QPalette(QColor(button), QColor(window))
     role, group = QPalette.ColorRole, QPalette.ColorGroup
@@ -121,7 +121,7 @@ def _palette(dark: bool) -> QPalette:
 
 
 def toggle_style_sheet() -> str:
-    """Return a style sheet that highlights checked buttons in both color schemes.
+    """Return a style sheet that highlights checked buttons in both colour schemes.
 
     They are filled and framed in blue (Okabe-Ito); texts and icons keep their contrast.
     """
@@ -169,7 +169,7 @@ def highlight_toggles(widget: QWidget) -> None:
 
 
 class _PaletteIcon(QIconEngine):
-    """Material Design icon in the color of the palette, so that it follows the theme."""
+    """Material Design icon in the colour of the palette, so that it follows the theme."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -224,7 +224,7 @@ def _draw_glyph(painter: QPainter, rect: QRect, name: str, color: QColor) -> Non
 
 
 def icon(name: str) -> QIcon:
-    """Return a Material Design icon that follows the palette's text color."""
+    """Return a Material Design icon that follows the palette's text colour."""
     return QIcon(_PaletteIcon(name))
 
 
@@ -262,7 +262,7 @@ def picture_icon(path: str | None, size: QSize) -> QIcon:
 
 
 def swatch(color: str) -> QIcon:
-    """Return a small disc in the color of a feature type."""
+    """Return a small disc in the colour of a feature type."""
 
     def draw(painter: QPainter) -> None:
         painter.setBrush(QColor(color))
@@ -273,7 +273,7 @@ def swatch(color: str) -> QIcon:
 
 
 def type_icon(color: str, symbol: str) -> QIcon:
-    """Return the symbol of a feature type in its color, as the net and legend show it."""
+    """Return the symbol of a feature type in its colour, as the net and legend show it."""
 
     def draw(painter: QPainter) -> None:
         painter.setBrush(QColor(color))
@@ -336,7 +336,7 @@ def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
         painter.end()
         QPixmapCache.insert(f"vomstudio {key}", pixmap)
     icon = QIcon(pixmap)
-    # A selected row must not tint it, because the color is the information.
+    # A selected row must not tint it, because the colour is the information.
     icon.addPixmap(pixmap, QIcon.Mode.Selected)
     return icon
 

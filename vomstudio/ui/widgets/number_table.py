@@ -1,4 +1,4 @@
-"""A table of many numbers that sorts by them."""
+"""Table of many numbers, sortable by column."""
 
 from __future__ import annotations
 
@@ -26,9 +26,19 @@ _Index = QModelIndex | QPersistentModelIndex
 
 @dataclass(frozen=True)
 class Column:
-    """title, tip : translated. text : how a value is written; None is written as a dash.
-    number : the column is aligned to the right. icon : of a value, in place of the flag of a row
-    that has a note"""
+    """Column of a table.
+
+    Attributes
+    ----------
+    title, tip : str
+        Translated texts.
+    text : callable
+        Formats a value; None is shown as a dash.
+    number : bool
+        Align the column to the right.
+    icon : callable, optional
+        Returns the icon of a value, instead of the flag of a row with a note.
+    """
 
     title: str
     text: Callable[[Any], str] = str
@@ -38,7 +48,7 @@ class Column:
 
 
 class NumberModel(QAbstractTableModel):
-    """rows: values by column, and a note that flags the row or an empty string."""
+    """Rows of values by column, each with a note that flags the row, or an empty string."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -83,27 +93,32 @@ class NumberModel(QAbstractTableModel):
         return None
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
-        """By the values of a column; rows without a value come last in both orders."""
+        """Sort by a column; rows without a value come last in both orders."""
         self.layoutAboutToBeChanged.emit()
-        held = self.persistentIndexList()
-        rows = [self.rows[index.row()] for index in held]
+        persistent = self.persistentIndexList()
+        rows = [self.rows[index.row()] for index in persistent]
 
         def key(row: tuple[tuple[Any, ...], str]) -> Any:
             value = row[0][column]
             return natural_sort_key(value) if isinstance(value, str) else value
 
-        # What has no value comes last either way.
-        known = [row for row in self.rows if row[0][column] is not None]
-        known.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
-        self.rows = known + [row for row in self.rows if row[0][column] is None]
+        with_value = [row for row in self.rows if row[0][column] is not None]
+        with_value.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
+        self.rows = with_value + [row for row in self.rows if row[0][column] is None]
         places = {id(row): number for number, row in enumerate(self.rows)}
-        for index, row in zip(held, rows, strict=True):
+        for index, row in zip(persistent, rows, strict=True):
             self.changePersistentIndex(index, self.index(places[id(row)], index.column()))
         self.layoutChanged.emit()
 
 
 class NumberTable(QTableView):
-    """chosen : the values of the row that was chosen."""
+    """Table of numbers.
+
+    Attributes
+    ----------
+    row_selected : Signal
+        Emitted with the values of the row that becomes current.
+    """
 
     row_selected = Signal(object)
 
@@ -129,7 +144,7 @@ class NumberTable(QTableView):
         self.selectionModel().currentRowChanged.connect(self._current)
 
     def sizeHint(self) -> QSize:  # noqa: N802
-        """Where a least height is set it asks for no more, and takes what is left."""
+        """Return the minimum height if one is set, so that widgets below stay visible."""
         hint = super().sizeHint()
         return QSize(hint.width(), self.minimumHeight() or hint.height())
 
@@ -138,7 +153,7 @@ class NumberTable(QTableView):
         self.sortByColumn(*self._order)
 
     def set_value(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
-        """Give one cell of the first row whose values fit another value."""
+        """Set one cell of the first row whose values match."""
         for number, (values, note) in enumerate(self.numbers.rows):
             if match(values):
                 changed = (*values[:column], value, *values[column + 1 :])
@@ -148,7 +163,7 @@ class NumberTable(QTableView):
                 return
 
     def select_row(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
-        """Make the first row current whose values fit."""
+        """Make the first row current whose values match."""
         for number, (values, _) in enumerate(self.numbers.rows):
             if match(values):
                 self.setCurrentIndex(self.numbers.index(number, 0))

@@ -1,4 +1,4 @@
-"""A photo that can be moved about and looked into, with the model's features drawn over it."""
+"""A photo with pan and zoom, and the features of the model drawn on it."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from vomstudio.ui.base.photo_images import Picture
 
 HANDLE_PIXELS = 9.0
 LINE_PIXELS = 7.0
-_PER_NOTCH = 1.2
+_ZOOM_PER_NOTCH = 1.2
 _HOVER_MS = 30
-_STROKE_PIXELS, _MOST_STEPS = 6.0, 40
-_CLOSEST = 24.0  # screen pixels of one of the photo
+_STROKE_PIXELS, _MAX_STEPS = 6.0, 40
+_MAX_ZOOM = 24.0  # screen pixels per photo pixel
 _BUTTONS = {
     Qt.MouseButton.LeftButton: Button.LEFT,
     Qt.MouseButton.MiddleButton: Button.MIDDLE,
@@ -44,9 +44,18 @@ _BUTTONS = {
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A feature over the photo: its course, pixels (k, 2) of the photo, and which are seen (k,);
-    the anchor (2,) of its label, None where that is hidden; pairs: no course, but edges, each of
-    two pixels.
+    """A feature in the photo.
+
+    Attributes
+    ----------
+    pixels : (k, 2) array
+        Vertices in pixels of the photo.
+    is_visible : (k,) bool array
+        Whether each vertex is visible in the photo.
+    anchor : (2,) array or None
+        Anchor of the label; None if it is hidden.
+    is_edge_list : bool
+        `pixels` are the ends of edges, two rows each, not a polyline.
     """
 
     id: str
@@ -60,7 +69,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class PhotoPointer:
-    """A gesture at a pixel (x, y) of the stored photo, (0.5, 0.5) the centre of its first one."""
+    """Gesture at a pixel (x, y) of the stored photo; (0.5, 0.5) is the centre of the first."""
 
     kind: Pointer
     x: float
@@ -70,13 +79,18 @@ class PhotoPointer:
     ctrl: bool = False
     handle: int | None = None
     is_continued: bool = False
-    """Another one of the same drag follows at once."""
+    """The next event of the same drag follows immediately."""
 
 
 class PhotoCanvas(QWidget):
-    """A drag moves the photo, the wheel zooms about the cursor; clicks and moves are `pointed`.
+    """Pans on drags, zooms at the cursor on wheel events, and emits other gestures.
 
-    `look_through` gives pixels (n, 2) of World points and which of them the photo shows (n,).
+    `projection` returns the pixels (n, 2) of World points and whether the photo shows them (n,).
+
+    Attributes
+    ----------
+    pointed : Signal
+        Emitted with a `PhotoPointer`.
     """
 
     pointed = Signal(object)
@@ -89,10 +103,10 @@ class PhotoCanvas(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setObjectName("photo_canvas")
         self.is_left_button_painting = False
-        """The left button belongs to a brush; the others move the photo."""
+        """The left button paints; the others pan."""
         self.projection: Callable[[FloatArray], tuple[FloatArray, BoolArray]] | None = None
         self.direction: FloatArray = np.array([0.0, 0.0, 1.0])
-        """In World, of the photo's axis."""
+        """Axis of the photo, in World."""
         self.message = ""
         self._size = (1, 1)
         self._picture: Picture | None = None
@@ -113,27 +127,27 @@ class PhotoCanvas(QWidget):
         self._action: str | None = None
         self._handle: int | None = None
         self._doubled = False
-        # Tools fit planes as the cursor moves.
+        # Tools fit planes at each move of the cursor, which must be throttled.
         self._hover_event: PhotoPointer | None = None
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
         self._hover.setInterval(_HOVER_MS)
         self._hover.timeout.connect(self._hovered)
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- content -----------------------------------------------------------------------------
     def set_photo(self, width: int, height: int) -> None:
-        """Another photo, of so many pixels; its picture comes later."""
+        """Set the size of another photo, in pixels, and remove the previous picture."""
         self._size, self._picture = (width, height), None
         self._drawn, self._cross = (), None
         self._set_turn(QTransform())
         self.fit()
 
     def set_picture(self, picture: Picture | None) -> None:
-        """Draw this picture of the photo that was set."""
+        """Draw a picture of the current photo."""
         before = self._upright
         self._picture = picture
         if picture is not None:
-            # The cameras may have been found on photos of another size.
+            # The cameras may refer to photos of another size.
             turn, (w, h) = picture.to_upright, self._size
             shrink = QTransform.fromScale(picture.width / w, picture.height / h)
             grow = QTransform.fromScale(w / picture.width, h / picture.height)
@@ -158,30 +172,30 @@ class PhotoCanvas(QWidget):
         self.update()
 
     def set_cross(self, pixel: FloatArray | None) -> None:
-        """Where the cursor over the outcrop is in this photo."""
+        """Mark the position of the cursor over the outcrop."""
         if pixel is not None or self._cross is not None:
             self._cross = pixel
             self.update()
 
     def set_marker(self, pixel: FloatArray | None) -> None:
-        """The place that was asked for."""
+        """Mark the target position."""
         self._spot = pixel
         self.update()
 
-    # --- where one looks ---------------------------------------------------------------------
+    # --- view --------------------------------------------------------------------------------
     @property
     def to_screen(self) -> QTransform:
-        """From pixels of the stored photo to those of the widget."""
+        """The transform from pixels of the stored photo to pixels of the widget."""
         x, y = self._offset.x(), self._offset.y()
         return self._turn * QTransform(self._scale, 0, 0, self._scale, x, y)
 
     def pixel_at(self, at: QPointF | QPoint) -> tuple[float, float]:
         inverse, _ = self.to_screen.inverted()
-        there = inverse.map(QPointF(at))
-        return there.x(), there.y()
+        pixel = inverse.map(QPointF(at))
+        return pixel.x(), pixel.y()
 
     def to_widget(self, pixels: npt.ArrayLike) -> FloatArray:
-        """(n, 2) of pixels (n, 2) of the stored photo."""
+        """Return the widget pixels (n, 2) of pixels (n, 2) of the stored photo."""
         m = self.to_screen
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
         return np.column_stack(
@@ -189,7 +203,7 @@ class PhotoCanvas(QWidget):
         )
 
     def fit(self) -> None:
-        """The whole photo."""
+        """Show the whole photo."""
         self._fitted = True
         room = self.size()
         self._scale = min(
@@ -198,43 +212,44 @@ class PhotoCanvas(QWidget):
         self._centre(QPointF(self._upright.width() / 2, self._upright.height() / 2))
 
     def look_at(self, pixels: FloatArray) -> None:
-        """Bring pixels (n, 2) of the stored photo into sight, with room around them, no larger than
-        one to one."""
+        """Show pixels (n, 2) of the stored photo with a margin, at most at 1:1."""
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
         if not len(pixels):
             self.fit()
             return
-        there = [self._turn.map(QPointF(*p)) for p in pixels.tolist()]
-        x, y = np.array([[p.x(), p.y()] for p in there]).T
+        upright = [self._turn.map(QPointF(*p)) for p in pixels.tolist()]
+        x, y = np.array([[p.x(), p.y()] for p in upright]).T
         wide, high = float(np.ptp(x)) * 1.6 + 120.0, float(np.ptp(y)) * 1.6 + 120.0
         self.fit()
-        least, ratio = self._scale, self.devicePixelRatioF()
-        wanted = min(self.width() / wide, self.height() / high, 1.0 / ratio)
-        if wanted > 1.2 * least:
+        fitted_scale, ratio = self._scale, self.devicePixelRatioF()
+        scale = min(self.width() / wide, self.height() / high, 1.0 / ratio)
+        if scale > 1.2 * fitted_scale:
             self._fitted = False
-            self._scale = wanted
+            self._scale = scale
             self._centre(QPointF((x.min() + x.max()) / 2, (y.min() + y.max()) / 2))
 
     def contains_pixels(self, pixels: FloatArray) -> bool:
-        """All of these pixels are within the widget."""
-        on = self.to_widget(pixels)
+        """Return whether all these pixels are inside the widget."""
+        widget_pixels = self.to_widget(pixels)
         return bool(
-            (on > 0).all() and (on[:, 0] < self.width()).all() and (on[:, 1] < self.height()).all()
+            (widget_pixels > 0).all()
+            and (widget_pixels[:, 0] < self.width()).all()
+            and (widget_pixels[:, 1] < self.height()).all()
         )
 
     def zoom(self, factor: float, about: QPointF | None = None) -> None:
-        """Enlarge by a factor about a point of the widget, by default its middle."""
+        """Enlarge by a factor about a point of the widget, by default its centre."""
         about = about or QPointF(self.width() / 2, self.height() / 2)
-        least = 0.5 * min(
+        min_scale = 0.5 * min(
             self.width() / self._upright.width(), self.height() / self._upright.height()
         )
-        scale = min(max(self._scale * factor, least), _CLOSEST)
+        scale = min(max(self._scale * factor, min_scale), _MAX_ZOOM)
         self._offset = about + (self._offset - about) * (scale / self._scale)
         self._scale, self._fitted = scale, False
         self.update()
 
-    def _centre(self, there: QPointF) -> None:
-        self._offset = QPointF(self.width() / 2, self.height() / 2) - there * self._scale
+    def _centre(self, upright: QPointF) -> None:
+        self._offset = QPointF(self.width() / 2, self.height() / 2) - upright * self._scale
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
@@ -260,24 +275,24 @@ class PhotoCanvas(QWidget):
         if self._preview is not None and self.projection is not None:
             extent = float(self.width()), float(self.height())
             eye = PreviewPainter(painter, _Eye(self), extent, self._project, self._reading_place)
-            shown = self._cursor if self.underMouse() else None
-            hot = self._handle_at(shown) if shown is not None else None
-            eye.paint(self._preview, shown, hot)
+            cursor = self._cursor if self.underMouse() else None
+            handle = self._handle_at(cursor) if cursor is not None else None
+            eye.paint(self._preview, cursor, handle)
         if self._cross is not None:
             self._paint_cross(painter, self._cross, 7.0, QColor(255, 255, 255))
         if self.message:
             painter.setPen(QColor(235, 235, 235))
             painter.setFont(painting.system_font())
-            room = self.rect().adjusted(16, 12, -16, -12)
+            box = self.rect().adjusted(16, 12, -16, -12)
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(room, int(flags), self.message)
+            painter.drawText(box, int(flags), self.message)
 
     def _paint_picture(self, painter: QPainter, picture: Picture) -> None:
         painter.save()
         painter.setTransform(self.to_screen, True)
         near = self._scale * self.devicePixelRatioF()
         whole = QRectF(0, 0, *self._size)
-        # The smallest that is still as fine as the screen.
+        # The smallest level that has the resolution of the screen.
         fine = [i for i in picture.levels if i.width() >= 0.98 * near * self._size[0]]
         level = fine[-1] if fine else picture.levels[0]
         hint = QPainter.RenderHint.SmoothPixmapTransform
@@ -287,21 +302,23 @@ class PhotoCanvas(QWidget):
 
     def _paint_feature(self, painter: QPainter, drawn: Drawn) -> None:
         color = painting.to_color(drawn.color)
-        chosen = drawn.id in self._selected
+        is_selected = drawn.id in self._selected
         pixels = self.to_widget(drawn.pixels)
         if drawn.is_edge_list:
             edges = pixels.reshape(-1, 4)[drawn.is_visible.reshape(-1, 2).all(axis=1)]
             lines = [QLineF(*edge) for edge in edges.tolist()]
-            wide = 3.0 if chosen else 1.8
+            wide = 3.0 if is_selected else 1.8
             for pen in (QPen(QColor(20, 20, 22, 200), wide + 2.4), QPen(color, wide)):
                 painter.setPen(pen)
                 painter.drawLines(lines)
         else:
-            painting.draw_runs(painter, pixels, drawn.is_visible, color, 3.4 if chosen else 2.0)
+            painting.draw_runs(
+                painter, pixels, drawn.is_visible, color, 3.4 if is_selected else 2.0
+            )
 
     def _paint_labels(self, painter: QPainter) -> None:
-        """Those of the selected features first; what finds no room is left out."""
-        taken: list[QRectF] = []
+        """Draw the labels that do not overlap, those of selected features first."""
+        boxes: list[QRectF] = []
         for drawn in sorted(self._drawn, key=lambda d: d.id not in self._selected):
             if drawn.anchor is None or not drawn.label:
                 continue
@@ -311,8 +328,8 @@ class PhotoCanvas(QWidget):
             wide, high = metrics.horizontalAdvance(drawn.label), metrics.height()
             x = min(x, self.width() - wide - 4.0)
             box = QRectF(x, y - metrics.ascent(), wide, high)
-            if self.rect().toRectF().contains(box) and not any(box.intersects(b) for b in taken):
-                taken.append(box)
+            if self.rect().toRectF().contains(box) and not any(box.intersects(b) for b in boxes):
+                boxes.append(box)
                 painting.outlined_text(painter, x, y, drawn.label, font)
 
     def _paint_cross(
@@ -325,13 +342,13 @@ class PhotoCanvas(QWidget):
         for tint, width in ((QColor(20, 20, 22), 3.6), (color, 1.6)):
             painter.setPen(QPen(tint, width))
             for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-                way = QPointF(dx, dy)
-                painter.drawLine(at + way * 3.0, at + way * size)
+                direction = QPointF(dx, dy)
+                painter.drawLine(at + direction * 3.0, at + direction * size)
 
     def _project(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         assert self.projection is not None
-        pixels, seen = self.projection(points)
-        return self.to_widget(pixels), seen
+        pixels, is_visible = self.projection(points)
+        return self.to_widget(pixels), is_visible
 
     # --- gestures ----------------------------------------------------------------------------
     def _emit(
@@ -352,36 +369,39 @@ class PhotoCanvas(QWidget):
     def _handle_at(self, at: QPointF) -> int | None:
         if self._preview is None or self.projection is None or not len(self._preview.line):
             return None
-        pixels, seen = self._project(np.asarray(self._preview.line, np.float64))
-        off = np.hypot(pixels[:, 0] - at.x(), pixels[:, 1] - at.y())
-        off = np.where(seen & np.isfinite(off), off, np.inf)
-        return int(off.argmin()) if off.min() <= HANDLE_PIXELS else None
+        pixels, is_visible = self._project(np.asarray(self._preview.line, np.float64))
+        distances = np.hypot(pixels[:, 0] - at.x(), pixels[:, 1] - at.y())
+        distances = np.where(is_visible & np.isfinite(distances), distances, np.inf)
+        return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
     def feature_at(self, x: float, y: float) -> str | None:
-        """The feature drawn at a pixel of the photo."""
+        """Return the feature at a pixel of the photo."""
         at = self.to_widget([x, y])[0]
-        best, found = LINE_PIXELS, None
+        best, feature_id = LINE_PIXELS, None
         for drawn in self._drawn:
-            seen = drawn.is_visible[:-1] & drawn.is_visible[1:]
-            on = self.to_widget(drawn.pixels)
+            is_segment_visible = drawn.is_visible[:-1] & drawn.is_visible[1:]
+            widget_pixels = self.to_widget(drawn.pixels)
             if drawn.is_edge_list:
-                off = np.hypot(*(on[drawn.is_visible] - at).T)
+                distances = np.hypot(*(widget_pixels[drawn.is_visible] - at).T)
             else:
-                a, ab = on[:-1][seen], np.diff(on, axis=0)[seen]
+                a, ab = (
+                    widget_pixels[:-1][is_segment_visible],
+                    np.diff(widget_pixels, axis=0)[is_segment_visible],
+                )
                 square = np.maximum((ab**2).sum(axis=1), 1e-12)
                 t = np.clip(((at - a) * ab).sum(axis=1) / square, 0.0, 1.0)
-                off = np.hypot(*(a + t[:, None] * ab - at).T)
-            if len(off) and off.min() < best:
-                best, found = float(off.min()), drawn.id
-        return found
+                distances = np.hypot(*(a + t[:, None] * ab - at).T)
+            if len(distances) and distances.min() < best:
+                best, feature_id = float(distances.min()), drawn.id
+        return feature_id
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._press is not None:
             return
         self._press = self._last = event.position()
         self._button, self._action = event.button(), None
-        left = event.button() == Qt.MouseButton.LeftButton
-        self._handle = self._handle_at(event.position()) if left else None
+        is_left = event.button() == Qt.MouseButton.LeftButton
+        self._handle = self._handle_at(event.position()) if is_left else None
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -401,13 +421,13 @@ class PhotoCanvas(QWidget):
             self._offset += at - self._last
             self._fitted = False
         else:
-            way = at - self._last
+            motion = at - self._last
             # A brush leaves no gaps.
-            length = way.manhattanLength() if self._handle is None else 0.0
-            steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MOST_STEPS)
+            length = motion.manhattanLength() if self._handle is None else 0.0
+            steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MAX_STEPS)
             for step in range(1, steps + 1):
-                there = self._last + way * (step / steps)
-                self._drag(Pointer.DRAG_MOVE, there, event, more=step < steps)
+                position = self._last + motion * (step / steps)
+                self._drag(Pointer.DRAG_MOVE, position, event, is_continued=step < steps)
         self._last = at
         self.update()
 
@@ -417,15 +437,17 @@ class PhotoCanvas(QWidget):
 
     def _begin(self, event: QMouseEvent) -> str:
         assert self._press is not None
-        left = self._button == Qt.MouseButton.LeftButton
-        if self._handle is None and not (left and self.is_left_button_painting):
+        is_left = self._button == Qt.MouseButton.LeftButton
+        if self._handle is None and not (is_left and self.is_left_button_painting):
             return "pan"
         self._drag(Pointer.DRAG_START, self._press, event)
         return "tool"
 
-    def _drag(self, kind: Pointer, at: QPointF, event: QMouseEvent, *, more: bool = False) -> None:
-        made = self._emit(kind, at, self._button, event)
-        self.pointed.emit(replace(made, handle=self._handle, is_continued=more))
+    def _drag(
+        self, kind: Pointer, at: QPointF, event: QMouseEvent, *, is_continued: bool = False
+    ) -> None:
+        pointer = self._emit(kind, at, self._button, event)
+        self.pointed.emit(replace(pointer, handle=self._handle, is_continued=is_continued))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._press is None or event.button() != self._button:
@@ -446,7 +468,7 @@ class PhotoCanvas(QWidget):
         self.pointed.emit(self._emit(Pointer.DOUBLE_CLICK, event.position(), event.button(), event))
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
-        self.zoom(_PER_NOTCH ** (event.angleDelta().y() / 120.0), event.position())
+        self.zoom(_ZOOM_PER_NOTCH ** (event.angleDelta().y() / 120.0), event.position())
         event.accept()
 
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802
@@ -456,7 +478,7 @@ class PhotoCanvas(QWidget):
 
 
 class _Eye:
-    """The photo as the painter of previews wants it."""
+    """Camera interface of the photo for the painter of previews."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:
         self._canvas = canvas

@@ -1,4 +1,4 @@
-"""A choice among the planes of the project, the selected one among them."""
+"""List of the planes of the project, with an entry for the selected one."""
 
 from __future__ import annotations
 
@@ -15,9 +15,16 @@ SELECTED = "*"
 
 
 class PlaneBox(ComboBox):
-    """none : the text of the entry for no plane, None where a plane must be chosen. follow : begin
-    with the entry "selected", which follows the selection; while something other than a plane is
-    selected, such as a feature that has just been made, it stays with the last plane."""
+    """List of planes.
+
+    Parameters
+    ----------
+    empty_text : str or None
+        Text of the entry for no plane; None if a plane is required.
+    follows_selection : bool
+        Start with the entry "selected". While the selection is not a plane, for example a new
+        feature, it keeps the last plane.
+    """
 
     plane_selected = Signal(str)  # id of a plane, empty for none
 
@@ -37,14 +44,14 @@ class PlaneBox(ComboBox):
         self.show_plane("")
 
     def show_plane(self, plane_id: str) -> None:
-        """What is chosen now, whoever chose it."""
+        """Show a plane without emitting a signal."""
         self._shown = plane_id
         if plane_id != self._last:
             self._follows = self._follows and not plane_id
         self._fill([plane_id] if plane_id else [])
 
     def showPopup(self) -> None:  # noqa: N802
-        """All planes are listed only when they are asked for: there may be thousands."""
+        """List all planes only when the popup opens: there may be thousands."""
         features = self._studio.session.features()
         planes = sorted(
             (f for f in features if has_plane(f)), key=lambda f: natural_sort_key(f.name)

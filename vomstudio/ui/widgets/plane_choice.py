@@ -1,4 +1,4 @@
-"""A plane of the project that stays chosen while other features are selected."""
+"""A plane of the project that is kept while other features are selected."""
 
 from __future__ import annotations
 
@@ -15,8 +15,20 @@ from vomstudio.ui.base.studio import Studio
 
 
 class PlaneChoice(QWidget):
-    """id : of the plane, empty for none; changed : there is another one. none : what is said where
-    there is none"""
+    """Label of a plane with buttons to take the selected one and to clear it.
+
+    Parameters
+    ----------
+    empty_text : str
+        Text without a plane.
+
+    Attributes
+    ----------
+    id : str
+        Id of the plane; empty without one.
+    changed : Signal
+        Emitted when another plane is set.
+    """
 
     changed = Signal()
 
@@ -63,7 +75,7 @@ class PlaneChoice(QWidget):
         self.changed.emit()
 
     def refresh(self) -> None:
-        """What is said of it."""
+        """Show the orientation of the plane."""
         records = self._studio.records if self._studio.has_project else {}
         record = records.get(self.id)
         if self.id and (record is None or not has_plane(record)):
@@ -73,7 +85,7 @@ class PlaneChoice(QWidget):
             self.label.setText(self._empty_text)
         else:
             measured = self._studio.measured([self.id])[self.id]
-            said = orientation_text(measured, self._studio.settings.notation)
-            self.label.setText(f"{record.name or self.id}  {said}")
+            orientation = orientation_text(measured, self._studio.settings.notation)
+            self.label.setText(f"{record.name or self.id}  {orientation}")
         allow(self.take_button, None if self._selected() else Finding("selection.no-plane"))
         self.clear_button.setVisible(record is not None)

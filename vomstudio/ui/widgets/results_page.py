@@ -1,4 +1,4 @@
-"""A page of figures that says, while it is empty, what to do first."""
+"""Page of figures with a hint while it is empty."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ class FiguresPage(QTextBrowser):
         super().__init__()
         self.placeholder = empty
 
-    def show_reason(self, why: str) -> None:
-        """Why there are no figures."""
-        self.placeholder = why
+    def show_reason(self, reason: str) -> None:
+        """Clear the page and show why there are no figures."""
+        self.placeholder = reason
         self.clear()
         self.viewport().update()
 
