@@ -64,7 +64,7 @@ class FittingBar(QToolBar):
         self.setIconSize(QSize(18, 18))
         theme.highlight_toggles(self)
         self._texts = CollapsingTexts(self, self._needed)
-        self.drop_texts = self._texts.drop
+        self.drop_texts = self._texts.add_group
 
     def _needed(self) -> int:
         layout = self.layout()

@@ -51,13 +51,13 @@ class CopyCommandButton(QToolButton):
         )
 
 
-def format_command_line(words: CommandArguments) -> str:
+def format_command_line(arguments: CommandArguments) -> str:
     """Return a command, quoted for the shell of this system.
 
     Numbers have all their digits.
     """
     parts: list[str] = []
-    for word in words:
+    for word in arguments:
         if isinstance(word, tuple):
             option, value = word[0], _text(word[1])
             # A value with a leading dash would be parsed as an option.
@@ -76,7 +76,7 @@ def _text(word: CommandArgument) -> str:
     return repr(word).removesuffix(".0") if isinstance(word, float) else str(word)
 
 
-def copy_command(studio: Studio, words: CommandArguments, file: Path | None = None) -> None:
+def copy_command(studio: Studio, arguments: CommandArguments, file: Path | None = None) -> None:
     """Copy a `vomstudio` command to the clipboard.
 
     Parameters
@@ -84,7 +84,7 @@ def copy_command(studio: Studio, words: CommandArguments, file: Path | None = No
     file : Path, optional
         The file that was written for the command.
     """
-    QGuiApplication.clipboard().setText(format_command_line(["vomstudio", *words]))
+    QGuiApplication.clipboard().setText(format_command_line(["vomstudio", *arguments]))
     if file is None:
         studio.info(Finding("command.copied"))
     else:
@@ -96,7 +96,7 @@ def copy_with_file(
     studio: Studio,
     proposed: str,
     write: Callable[[Path], object],
-    words: Callable[[Path], CommandArguments],
+    arguments: Callable[[Path], CommandArguments],
 ) -> None:
     """Ask for the input file of a command, write it, and copy the command.
 
@@ -118,7 +118,7 @@ def copy_with_file(
     except VomError as error:
         studio.fail(error)
         return
-    copy_command(studio, words(path), path)
+    copy_command(studio, arguments(path), path)
 
 
 def model_arguments(studio: Studio, model: Model) -> CommandArguments | None:

@@ -16,7 +16,7 @@ def copy_with_table(
     studio: Studio,
     proposed: str,
     ids: Iterable[str],
-    words: Callable[[Path], CommandArguments],
+    arguments: Callable[[Path], CommandArguments],
 ) -> None:
     """Ask for a table, write the orientations of features to it, and copy the command.
 
@@ -35,7 +35,7 @@ def copy_with_table(
             path, project_table(studio.records, studio.measurements, selected_ids), force=True
         )
 
-    copy_with_file(parent, studio, proposed, write, words)
+    copy_with_file(parent, studio, proposed, write, arguments)
 
 
 def result_path(table: Path, ending: str) -> Path:

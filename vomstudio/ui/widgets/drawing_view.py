@@ -154,7 +154,7 @@ class DrawingView(QWidget):
             painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
-            text = getattr(self, "_said", self._empty)
+            text = getattr(self, "_message", self._empty)
             painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, text)
             return
         painter.fillRect(self.rect(), _PAPER)

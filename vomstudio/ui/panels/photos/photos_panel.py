@@ -181,9 +181,9 @@ class PhotosPanel(QWidget):
         header.addWidget(self._verdict, 1)
         self._texts = CollapsingTexts(row, lambda: header.minimumSize().width())
         # What is done most often keeps its words longest.
-        self._texts.drop([buttons["choose_photos"], self.results])
-        self._texts.drop([buttons["open_photo"], self._pause])
-        self._texts.drop([buttons["make_model"]])
+        self._texts.add_group([buttons["choose_photos"], self.results])
+        self._texts.add_group([buttons["open_photo"], self._pause])
+        self._texts.add_group([buttons["make_model"]])
         return row
 
     def _make_table(self) -> QTableWidget:
