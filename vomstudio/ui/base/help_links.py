@@ -31,21 +31,21 @@ def explain(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:
 
 def current_help_topic() -> HelpTopic | None:
     """Return the topic of the widget under the cursor, else of the one with the focus."""
-    at = QCursor.pos()
-    widget = QApplication.widgetAt(at)
-    topic = None if widget is None else find_help_topic(widget, at)
+    position = QCursor.pos()
+    widget = QApplication.widgetAt(position)
+    topic = None if widget is None else find_help_topic(widget, position)
     focused = QApplication.focusWidget()
     if topic is None and focused is not None:
         topic = find_help_topic(focused, focused.mapToGlobal(focused.rect().center()))
     return topic
 
 
-def find_help_topic(widget: QWidget, at: QPoint) -> HelpTopic | None:
+def find_help_topic(widget: QWidget, position: QPoint) -> HelpTopic | None:
     """Return the topic of a widget or of its nearest ancestor that has one.
 
     Parameters
     ----------
-    at : QPoint
+    position : QPoint
         Global position in pixels.
     """
     ancestor: QWidget | None = widget
@@ -53,7 +53,7 @@ def find_help_topic(widget: QWidget, at: QPoint) -> HelpTopic | None:
         holder = ancestor.property(_PROPERTY)
         if isinstance(holder, _Holder):
             source = holder.topic
-            topic = source(ancestor.mapFromGlobal(at)) if callable(source) else source
+            topic = source(ancestor.mapFromGlobal(position)) if callable(source) else source
             if topic is not None:
                 return topic
         ancestor = ancestor.parentWidget()

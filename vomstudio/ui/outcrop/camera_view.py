@@ -47,13 +47,15 @@ class CameraView(QObject):
         # The file of each model, and the frusta of each file in the frame of the model.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
-        self._shown: list[tuple[Path, Rows]] = []
+        self._drawn_files: list[tuple[Path, Rows]] = []
         studio.project_opened.connect(self._clear)
         studio.model_loaded.connect(self._model_loaded)
         links.changed.connect(self._links_changed)
         studio.edited.connect(lambda _: self.refresh())
         studio.visibility_changed.connect(lambda _: self.refresh())
-        studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
+        studio.display.changed.connect(
+            lambda setting: self.refresh() if setting == "cameras" else None
+        )
 
     def watch(self, viewport: Viewport) -> None:
         """Draw the cameras in a viewport."""
@@ -96,7 +98,7 @@ class CameraView(QObject):
         def store(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
             self._frusta[path] = cameras
             # The file may have changed.
-            self._shown = []
+            self._drawn_files = []
             self.refresh()
             self.cameras_loaded.emit()
 
@@ -143,8 +145,8 @@ class CameraView(QObject):
         """Draw the visible cameras if they have changed."""
         files = self._visible_files()
         # This runs at every edit, and new cameras redraw the whole outcrop.
-        if self._cameras is not None and files != self._shown:
-            self._shown = files
+        if self._cameras is not None and files != self._drawn_files:
+            self._drawn_files = files
             self._cameras.show(self.visible_frusta())
 
     def highlight(self, names: set[str]) -> None:

@@ -43,9 +43,9 @@ class ExtendedPlaneDrawings:
     """Keeps the viewport consistent with the extended plane, which cannot be picked."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
-        self._studio, self._drawn = studio, viewport.features
+        self._studio, self._layer = studio, viewport.features
         self._lines: ExtendedLines | None = None
-        self._shown: set[str] = set()
+        self._drawn_keys: set[str] = set()
         studio.extension_shown.connect(self._show)
         studio.project_opened.connect(lambda: self._show(None))
         studio.edited.connect(lambda _: self._redraw())
@@ -57,10 +57,10 @@ class ExtendedPlaneDrawings:
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
-        removed = self._shown - drawings.keys()
-        self._shown = set(drawings)
+        removed = self._drawn_keys - drawings.keys()
+        self._drawn_keys = set(drawings)
         if removed or drawings:
-            self._drawn.change({**dict.fromkeys(removed), **drawings})
+            self._layer.change({**dict.fromkeys(removed), **drawings})
 
     def _drawings(self) -> list[FeatureDrawing]:
         lines = self._lines

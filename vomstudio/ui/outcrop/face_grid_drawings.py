@@ -28,8 +28,8 @@ class FaceGridDrawings:
     """Keeps the viewport consistent with the grids whose models are open."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
-        self._studio, self._drawn = studio, viewport.features
-        self._shown: dict[str, set[str]] = {}
+        self._studio, self._layer = studio, viewport.features
+        self._drawn_keys: dict[str, set[str]] = {}
         studio.project_opened.connect(self._rebuild)
         studio.edited.connect(self._edited)
         studio.visibility_changed.connect(self._visibility)
@@ -37,7 +37,7 @@ class FaceGridDrawings:
         self._rebuild()
 
     def _rebuild(self) -> None:
-        for grid_id in list(self._shown):
+        for grid_id in list(self._drawn_keys):
             self._remove(grid_id)
         if self._studio.has_project:
             for grid in self._studio.workspace.grids.all():
@@ -60,9 +60,9 @@ class FaceGridDrawings:
                 self._redraw(grid.id)
 
     def _remove(self, grid_id: str) -> None:
-        keys = self._shown.pop(grid_id, set())
+        keys = self._drawn_keys.pop(grid_id, set())
         if keys:
-            self._drawn.change(dict.fromkeys(keys))
+            self._layer.change(dict.fromkeys(keys))
 
     def _redraw(self, grid_id: str) -> None:
         studio = self._studio
@@ -73,9 +73,9 @@ class FaceGridDrawings:
             self._remove(grid_id)
             return
         drawings = {drawing.id: drawing for drawing in self._drawings(grid, model, exposed)}
-        removed = self._shown.get(grid_id, set()) - drawings.keys()
-        self._shown[grid_id] = set(drawings)
-        self._drawn.change({**dict.fromkeys(removed), **drawings})
+        removed = self._drawn_keys.get(grid_id, set()) - drawings.keys()
+        self._drawn_keys[grid_id] = set(drawings)
+        self._layer.change({**dict.fromkeys(removed), **drawings})
 
     def _drawings(self, grid: FaceGrid, model: Model, exposed: ExposedArea) -> list[FeatureDrawing]:
         cells = world_grid(grid, model)

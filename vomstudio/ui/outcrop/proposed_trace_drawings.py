@@ -23,18 +23,18 @@ class ProposedTraceDrawings:
     """Keeps the viewport consistent with the proposed traces, which cannot be picked."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
-        self._studio, self._drawn = studio, viewport.features
-        self._shown: set[str] = set()
+        self._studio, self._layer = studio, viewport.features
+        self._drawn_keys: set[str] = set()
         studio.proposed_traces.changed.connect(self._redraw)
         studio.visibility_changed.connect(lambda _: self._redraw())
         self._redraw()
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
-        removed = self._shown - drawings.keys()
-        self._shown = set(drawings)
+        removed = self._drawn_keys - drawings.keys()
+        self._drawn_keys = set(drawings)
         if removed or drawings:
-            self._drawn.change({**dict.fromkeys(removed), **drawings})
+            self._layer.change({**dict.fromkeys(removed), **drawings})
 
     def _drawings(self) -> list[FeatureDrawing]:
         studio, traces = self._studio, self._studio.proposed_traces

@@ -53,8 +53,8 @@ class ScenePresenter:
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio = studio
         self._viewport = viewport
-        self._models, self._moves, self._drawn = viewport.models, viewport.moves, viewport.features
-        self._shown: set[str] = set()
+        self._models, self._moves, self._layer = viewport.models, viewport.moves, viewport.features
+        self._drawn_models: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
         self._drawing_work = IncrementalWork(viewport)
@@ -80,15 +80,15 @@ class ScenePresenter:
     def rebuild(self) -> None:
         """Show another project: remove everything and draw its models and features."""
         self._drawing_work.cancel()
-        for model_id in self._shown:
+        for model_id in self._drawn_models:
             self._models.remove(model_id)
-        self._shown.clear()
-        self._drawn.change(dict.fromkeys(self._features))
+        self._drawn_models.clear()
+        self._layer.change(dict.fromkeys(self._features))
         self._features.clear()
         self._pieces.clear()
         self._placed = self._restore_camera()
-        for what in ("mode", "lit", "point_size", "eye_dome", "clip"):
-            self._displayed(what)
+        for setting in ("mode", "lit", "point_size", "eye_dome", "clip"):
+            self._displayed(setting)
         for model_id in self._studio.models:
             self._model_loaded(model_id)
         self._all_features()
@@ -116,9 +116,9 @@ class ScenePresenter:
     def _model_loaded(self, model_id: str) -> None:
         record = self._studio.records.get(model_id)
         opened = self._studio.models.get(model_id)
-        if not isinstance(record, Model) or opened is None or model_id in self._shown:
+        if not isinstance(record, Model) or opened is None or model_id in self._drawn_models:
             return
-        first = not self._shown and not self._placed
+        first = not self._drawn_models and not self._placed
         if first:
             self._face(model_id)
         self._stages.pop(model_id, None)
@@ -126,7 +126,7 @@ class ScenePresenter:
             model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
         )
         self._models.set_visible(model_id, self._model_visible(model_id))
-        self._shown.add(model_id)
+        self._drawn_models.add(model_id)
         self._show_field(model_id)
         self._frame()
         painted = [
@@ -139,21 +139,21 @@ class ScenePresenter:
             self._draw(painted)
 
     # --- display -----------------------------------------------------------------------------
-    def _displayed(self, what: str) -> None:
+    def _displayed(self, setting: str) -> None:
         display, viewport = self._studio.display, self._viewport
-        if what == "mode":
+        if setting == "mode":
             viewport.display.set_mode(display.mode)
-        elif what == "lit":
+        elif setting == "lit":
             for mode, lit in display.lit.items():
                 viewport.display.set_lit(mode, lit)
-        elif what == "point_size":
+        elif setting == "point_size":
             viewport.display.set_point_size(display.point_size)
-        elif what == "eye_dome":
+        elif setting == "eye_dome":
             viewport.display.set_eye_dome(display.eye_dome)
-        elif what in ("clip", "box"):
+        elif setting in ("clip", "box"):
             viewport.clip.set_box(display.clip_shown, handles=display.handles)
-        elif what == "fields":
-            for model_id in self._shown:
+        elif setting == "fields":
+            for model_id in self._drawn_models:
                 self._show_field(model_id)
 
     def _show_field(self, model_id: str) -> None:
@@ -165,7 +165,7 @@ class ScenePresenter:
 
     def models_box(self) -> ClipBox | None:
         """Return the box around all visible models."""
-        ids = [i for i in self._shown if self._model_visible(i) and i in self._studio.models]
+        ids = [i for i in self._drawn_models if self._model_visible(i) and i in self._studio.models]
         if not ids:
             return None
         return ClipBox.around(np.concatenate([self._corners(i) for i in ids]))
@@ -175,7 +175,7 @@ class ScenePresenter:
         record = self._studio.records.get(key)
         frame = record.to_world if isinstance(record, Model) else IDENTITY
         to_world = transform.matrix(frame)
-        first = not self._shown and not self._placed
+        first = not self._drawn_models and not self._placed
         if first:
             self._moves.look_along(*first_view(cloud, to_world))
             # Later models must not move the camera.
@@ -189,12 +189,12 @@ class ScenePresenter:
             return
         self._previews.discard(key)
         self._spent_previews.add(key)
-        if all("shown" in self._stages.get(i, set()) for i in self._shown):
+        if all("shown" in self._stages.get(i, set()) for i in self._drawn_models):
             self._drop_previews()
 
     def _stage(self, model_id: str, stage: str) -> None:
         self._stages.setdefault(model_id, set()).add(stage)
-        if model_id in self._shown and stage == "shown":
+        if model_id in self._drawn_models and stage == "shown":
             self._drop_previews()
 
     def _drop_previews(self) -> None:
@@ -235,8 +235,8 @@ class ScenePresenter:
 
     def _warn_if_far(self, model_id: str) -> None:
         """Show a newly opened model and warn if it is far from the others."""
-        others = [i for i in self._shown if i != model_id and i in self._studio.models]
-        if model_id not in self._shown or not others:
+        others = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
+        if model_id not in self._drawn_models or not others:
             return
         corners, other_corners = (
             self._corners(model_id),
@@ -273,12 +273,12 @@ class ScenePresenter:
         for id_, record in edit.after.items():
             if isinstance(edit.before[id_], Model) and record is None:
                 self._models.remove(id_)
-                self._shown.discard(id_)
+                self._drawn_models.discard(id_)
             elif isinstance(record, Model):
-                if id_ in self._shown:
+                if id_ in self._drawn_models:
                     self._models.set_to_world(id_, transform.matrix(record.to_world))
-                    before = edit.before[id_]
-                    if isinstance(before, Model) and before.to_world != record.to_world:
+                    previous = edit.before[id_]
+                    if isinstance(previous, Model) and previous.to_world != record.to_world:
                         # Another unit or axis moves the model out of the view.
                         self.frame_all()
                     self._frame()
@@ -348,7 +348,7 @@ class ScenePresenter:
             else:
                 self._features.add(id_)
         if changes:
-            self._drawn.change(changes)
+            self._layer.change(changes)
 
     def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
         """Return the drawing of a feature; None if it has no position on the outcrop."""
@@ -418,7 +418,7 @@ class ScenePresenter:
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
         self._drawing_work.finish()
-        for model_id in self._shown:
+        for model_id in self._drawn_models:
             self._models.set_visible(model_id, self._model_visible(model_id))
         groups = {group.id for group in GROUPS}
         studio, records = self._studio, self._studio.records
@@ -433,12 +433,12 @@ class ScenePresenter:
             features = [f for id_ in ids if (f := get_feature(records, id_)) is not None]
         changes: dict[str, FeatureDrawing | None] = {}
         for feature in features:
-            drawing = self._drawn.drawings.get(feature.id)
+            drawing = self._layer.drawings.get(feature.id)
             visible = studio.visible(feature.id) and studio.visible(group_of(feature))
             if drawing is not None and drawing.visible != visible:
                 changes[feature.id] = replace(drawing, visible=visible)
         if changes:
-            self._drawn.change(changes)
+            self._layer.change(changes)
 
     # --- tool and pointer --------------------------------------------------------------------
     def _preview(self, preview: Preview | None) -> None:
@@ -449,9 +449,9 @@ class ScenePresenter:
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
             feature_id = (
-                self._drawn.at(event.x, event.y, discs=False)
+                self._layer.at(event.x, event.y, discs=False)
                 or self._patch_at(event.x, event.y)
-                or self._drawn.at(event.x, event.y)
+                or self._layer.at(event.x, event.y)
             )
             if feature_id is not None and event.ctrl:
                 self._studio.selection.toggle(feature_id)
@@ -501,21 +501,21 @@ def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | Non
 def feature_symbol(
     feature: Feature,
     measured: Measurement,
-    place: FloatArray | None,
+    position: FloatArray | None,
     extent: float,
 ) -> Symbol | None:
     """Return the map symbol of a plane or line; None without a position."""
-    if place is None:
+    if position is None:
         return None
     if measured.plane is not None:
         plane = measured.plane
         return plane_symbol(
             plane.dip_direction_deg,
             plane.dip_deg,
-            place,
+            position,
             extent,
             overturned=bool(getattr(feature, "overturned", False)),
         )
     if measured.line is not None:
-        return line_symbol(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
+        return line_symbol(measured.line.trend_deg, measured.line.plunge_deg, position, extent)
     return None

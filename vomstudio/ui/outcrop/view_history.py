@@ -64,7 +64,7 @@ class ViewHistory(QObject):
         super().__init__()
         self._studio = studio
         self._viewport: Viewport | None = None
-        self._now: _View | None = None
+        self._current: _View | None = None
         self._back: list[_View] = []
         self._forward: list[_View] = []
         self._settle_timer = QTimer(self)
@@ -86,13 +86,13 @@ class ViewHistory(QObject):
 
     def _clear(self) -> None:
         """Clear the history, which belongs to another project."""
-        self._now = None
+        self._current = None
         self._back.clear()
         self._forward.clear()
         self._settle_timer.start()
 
-    def _displayed(self, what: str) -> None:
-        if what in ("clip", "box"):
+    def _displayed(self, setting: str) -> None:
+        if setting in ("clip", "box"):
             self._settle_timer.start()
 
     def _hid(self, _: str) -> None:
@@ -107,13 +107,13 @@ class ViewHistory(QObject):
 
     def _settle(self) -> None:
         self._settle_timer.stop()
-        now = self._view()
-        if now is None or now == self._now:
+        view = self._view()
+        if view is None or view == self._current:
             return
-        if self._now is not None:
-            self._back = [*self._back[1 - _MAX_VIEWS :], self._now]
+        if self._current is not None:
+            self._back = [*self._back[1 - _MAX_VIEWS :], self._current]
             self._forward.clear()
-        self._now = now
+        self._current = view
         self.changed.emit()
 
     # --- back and forward --------------------------------------------------------------------
@@ -121,7 +121,9 @@ class ViewHistory(QObject):
         """Return why there is no earlier view; None if there is one."""
         # A move that is not yet recorded is a step as well.
         moving = (
-            self._settle_timer.isActive() and self._now is not None and self._view() != self._now
+            self._settle_timer.isActive()
+            and self._current is not None
+            and self._view() != self._current
         )
         return None if self._back or moving else Finding("view.no-earlier")
 
@@ -140,14 +142,14 @@ class ViewHistory(QObject):
         self._go(self._forward, self._back)
 
     def _go(self, source: list[_View], target: list[_View]) -> None:
-        if self._viewport is None or self._now is None or not source:
+        if self._viewport is None or self._current is None or not source:
             return
         view = source.pop()
-        target.append(self._now)
+        target.append(self._current)
         self._studio.display.set_clip(view.box, view.clipping)
         self._viewport.moves.set_camera_state(view.camera)
         self._studio.workspace.elements.hide_all(view.hidden.masks)
         # Axes that were orthogonalised may differ in the last digit.
-        self._now = self._view()
+        self._current = self._view()
         self._settle_timer.stop()
         self.changed.emit()

@@ -27,7 +27,9 @@ class CollapsingTexts(QObject):
         self._widths: list[int] = []
         row.installEventFilter(self)
 
-    def add_group(self, buttons: Iterable[QToolButton], style: Qt.ToolButtonStyle = _ICON_ONLY) -> None:
+    def add_group(
+        self, buttons: Iterable[QToolButton], style: Qt.ToolButtonStyle = _ICON_ONLY
+    ) -> None:
         """Add a group of buttons that collapse together, after the earlier groups.
 
         Parameters

@@ -57,13 +57,13 @@ def format_command_line(arguments: CommandArguments) -> str:
     Numbers have all their digits.
     """
     parts: list[str] = []
-    for word in arguments:
-        if isinstance(word, tuple):
-            option, value = word[0], _text(word[1])
+    for argument in arguments:
+        if isinstance(argument, tuple):
+            option, value = argument[0], _text(argument[1])
             # A value with a leading dash would be parsed as an option.
             parts += [f"{option}={value}"] if value.startswith("-") else [option, value]
         else:
-            parts.append(_text(word))
+            parts.append(_text(argument))
     return subprocess.list2cmdline(parts) if sys.platform == "win32" else shlex.join(parts)
 
 
@@ -72,8 +72,8 @@ def format_numbers(values: Iterable[float]) -> str:
     return ",".join(_text(float(value)) for value in values)
 
 
-def _text(word: CommandArgument) -> str:
-    return repr(word).removesuffix(".0") if isinstance(word, float) else str(word)
+def _text(argument: CommandArgument) -> str:
+    return repr(argument).removesuffix(".0") if isinstance(argument, float) else str(argument)
 
 
 def copy_command(studio: Studio, arguments: CommandArguments, file: Path | None = None) -> None:

@@ -69,10 +69,10 @@ class DrawingView(QWidget):
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(360, 220)
 
-    def show_drawing(self, drawing: Drawing | None, instead: str = "") -> None:
+    def show_drawing(self, drawing: Drawing | None, message: str = "") -> None:
         """Show a drawing, or a text if it is None."""
         self.drawing = drawing
-        self._message = instead or self._empty
+        self._message = message or self._empty
         self.update()
 
     def show_mark(self, mark: Mark | None) -> None:
@@ -98,10 +98,10 @@ class DrawingView(QWidget):
     def _extent(self) -> tuple[FloatArray, FloatArray, float]:
         """Return the lowest and highest corner of the frame, and pixels per metre."""
         assert self.drawing is not None
-        room = self._frame_box()
+        box = self._frame_box()
         low, high = self.drawing.bounds
         size = np.maximum(high - low, 1e-12)
-        frame = np.array([room.width(), room.height()])
+        frame = np.array([box.width(), box.height()])
         scale = float((frame / size).min())
         half = 0.5 * frame / scale
         middle = 0.5 * (low + high)
@@ -109,20 +109,20 @@ class DrawingView(QWidget):
 
     def to_widget(self, points: FloatArray) -> FloatArray:
         """Return (n, 2) pixels of points (n, 2) of the drawing."""
-        room = self._frame_box()
+        frame = self._frame_box()
         low, _, scale = self._extent()
         return np.stack(
             [
-                room.left() + (points[:, 0] - low[0]) * scale,
-                room.bottom() - (points[:, 1] - low[1]) * scale,
+                frame.left() + (points[:, 0] - low[0]) * scale,
+                frame.bottom() - (points[:, 1] - low[1]) * scale,
             ],
             axis=1,
         )
 
-    def _to_plane(self, at: QPointF) -> FloatArray:
-        room = self._frame_box()
+    def _to_plane(self, position: QPointF) -> FloatArray:
+        frame = self._frame_box()
         low, _, scale = self._extent()
-        return low + np.array([at.x() - room.left(), room.bottom() - at.y()]) / scale
+        return low + np.array([position.x() - frame.left(), frame.bottom() - position.y()]) / scale
 
     # --- marking -----------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -159,23 +159,23 @@ class DrawingView(QWidget):
             return
         painter.fillRect(self.rect(), _PAPER)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        room = self._frame_box()
+        frame = self._frame_box()
         painter.save()
-        painter.setClipRect(room)
+        painter.setClipRect(frame)
         self._draw_shapes(painter)
         self._draw_mark(painter)
         painter.restore()
-        self._draw_frame(painter, room)
+        self._draw_frame(painter, frame)
 
     def _draw_shapes(self, painter: QPainter) -> None:
         assert self.drawing is not None
         labels: list[tuple[QPointF, str, QColor]] = []
         for shape in self.drawing.shapes:
-            at = self.to_widget(shape.points)
+            vertices = self.to_widget(shape.points)
             color = QColor(shape.color)
             painter.setPen(QPen(color, 1.4))
-            if len(at) == 1:
-                centre = QPointF(*at[0].tolist())
+            if len(vertices) == 1:
+                centre = QPointF(*vertices[0].tolist())
                 for line in shape.marks(_DIP_TICK / self._extent()[2]):
                     pixels = self.to_widget(line).tolist()
                     painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in pixels]))
@@ -183,18 +183,18 @@ class DrawingView(QWidget):
                 painter.drawEllipse(centre, 2.4, 2.4)
                 painter.setBrush(Qt.BrushStyle.NoBrush)
             else:
-                polygon = QPolygonF([QPointF(x, y) for x, y in at.tolist()])
+                polygon = QPolygonF([QPointF(x, y) for x, y in vertices.tolist()])
                 draw = painter.drawPolygon if shape.closed else painter.drawPolyline
                 draw(polygon)
             if shape.label:
-                labels.append((QPointF(*at[len(at) // 2].tolist()), shape.label, color))
+                labels.append((QPointF(*vertices[len(vertices) // 2].tolist()), shape.label, color))
         self._draw_labels(painter, labels)
 
     def _draw_labels(self, painter: QPainter, labels: list[tuple[QPointF, str, QColor]]) -> None:
         """Draw the labels that do not overlap."""
         boxes: list[QRectF] = []
         metrics = painter.fontMetrics()
-        for at, text, color in labels[:_MAX_LABELS]:
+        for anchor, text, color in labels[:_MAX_LABELS]:
             size = QSize(metrics.horizontalAdvance(text) + 4, metrics.height())
             for dx, dy in (
                 (5, -size.height() - 2),
@@ -202,7 +202,7 @@ class DrawingView(QWidget):
                 (-size.width() - 5, -size.height() - 2),
                 (-size.width() - 5, 3),
             ):
-                box = QRectF(at.x() + dx, at.y() + dy, size.width(), size.height())
+                box = QRectF(anchor.x() + dx, anchor.y() + dy, size.width(), size.height())
                 if not any(box.intersects(other) for other in boxes):
                     boxes.append(box)
                     painter.fillRect(box, QColor(255, 255, 255, 190))
@@ -213,16 +213,16 @@ class DrawingView(QWidget):
     def _draw_mark(self, painter: QPainter) -> None:
         if self.mark is None or not len(self.mark.points):
             return
-        at = [QPointF(x, y) for x, y in self.to_widget(self.mark.points).tolist()]
+        vertices = [QPointF(x, y) for x, y in self.to_widget(self.mark.points).tolist()]
         painter.setPen(QPen(_MARK, 2.0))
         if self.mark.circle:
-            offset = at[1] - at[0]
+            offset = vertices[1] - vertices[0]
             radius = math.hypot(offset.x(), offset.y())
-            painter.drawEllipse(at[0], radius, radius)
+            painter.drawEllipse(vertices[0], radius, radius)
         elif self.mark.closed:
-            painter.drawPolygon(QPolygonF(at))
+            painter.drawPolygon(QPolygonF(vertices))
         else:
-            painter.drawPolyline(QPolygonF(at))
+            painter.drawPolyline(QPolygonF(vertices))
 
     def _draw_frame(self, painter: QPainter, frame: QRectF) -> None:
         drawing = self.drawing
@@ -230,43 +230,45 @@ class DrawingView(QWidget):
         painter.setPen(QPen(_INK, 1.0))
         painter.drawRect(frame)
         metrics = painter.fontMetrics()
-        high = metrics.height()
+        line_height = metrics.height()
         low, top, scale = self._extent()
-        wide = metrics.horizontalAdvance("-0000")
-        for value in thin_ticks(choose_ticks(float(low[0]), float(top[0])), wide / scale):
+        label_width = metrics.horizontalAdvance("-0000")
+        for value in thin_ticks(choose_ticks(float(low[0]), float(top[0])), label_width / scale):
             x = frame.left() + (value - float(low[0])) * scale
             painter.drawLine(QPointF(x, frame.bottom()), QPointF(x, frame.bottom() + _TICK))
-            box = QRectF(x - 50, frame.bottom() + _TICK, 100, high)
+            box = QRectF(x - 50, frame.bottom() + _TICK, 100, line_height)
             painter.drawText(box, int(Qt.AlignmentFlag.AlignHCenter), f"{value:g}")
-        for value in thin_ticks(choose_ticks(float(low[1]), float(top[1])), high / scale):
+        for value in thin_ticks(choose_ticks(float(low[1]), float(top[1])), line_height / scale):
             y = frame.bottom() - (value - float(low[1])) * scale
             painter.drawLine(QPointF(frame.left() - _TICK, y), QPointF(frame.left(), y))
-            box = QRectF(0, y - high / 2, frame.left() - _TICK - 2, high)
+            box = QRectF(0, y - line_height / 2, frame.left() - _TICK - 2, line_height)
             flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             painter.drawText(box, int(flags), f"{value:g}")
-        above = QRectF(frame.left(), frame.top() - high - 4, frame.width(), high)
-        painter.drawText(above, int(Qt.AlignmentFlag.AlignLeft), drawing.ends[0])
-        painter.drawText(above, int(Qt.AlignmentFlag.AlignRight), drawing.ends[1])
+        title_box = QRectF(frame.left(), frame.top() - line_height - 4, frame.width(), line_height)
+        painter.drawText(title_box, int(Qt.AlignmentFlag.AlignLeft), drawing.ends[0])
+        painter.drawText(title_box, int(Qt.AlignmentFlag.AlignRight), drawing.ends[1])
         self._draw_below(painter, frame, scale)
         painter.save()
         # In a low dock the title may be longer than the frame is high.
-        painter.translate(high * 0.2, self.height() / 2)
+        painter.translate(line_height * 0.2, self.height() / 2)
         painter.rotate(-90)
-        box = QRectF(-self.height() / 2, 0, self.height(), high)
+        box = QRectF(-self.height() / 2, 0, self.height(), line_height)
         title = metrics.elidedText(drawing.axes[1], Qt.TextElideMode.ElideRight, self.height())
         painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), title)
         painter.restore()
 
-    def _draw_below(self, painter: QPainter, room: QRectF, per_metre: float) -> None:
+    def _draw_below(self, painter: QPainter, frame: QRectF, per_metre: float) -> None:
         drawing = self.drawing
         assert drawing is not None
-        high = painter.fontMetrics().height()
+        line_height = painter.fontMetrics().height()
         metrics = painter.fontMetrics()
-        row = QRectF(room.left(), room.bottom() + _TICK + high + 2, room.width(), high)
-        length = round_length(0.2 * room.width() / per_metre)
-        bar = QRectF(room.left(), row.center().y(), length * per_metre, 4)
+        row = QRectF(
+            frame.left(), frame.bottom() + _TICK + line_height + 2, frame.width(), line_height
+        )
+        length = round_length(0.2 * frame.width() / per_metre)
+        bar = QRectF(frame.left(), row.center().y(), length * per_metre, 4)
         text = bar_text(length, metric=drawing.metric)
-        available = room.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
+        available = frame.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
         full = tr("{length}, true to scale", length=text)
         painter.drawText(row, int(Qt.AlignmentFlag.AlignRight), drawing.axes[0])
         if metrics.horizontalAdvance(text) > available:
@@ -274,7 +276,7 @@ class DrawingView(QWidget):
         text = full if metrics.horizontalAdvance(full) <= available else text
         painter.fillRect(bar, _INK)
         painter.drawText(
-            QRectF(bar.right() + 6, bar.center().y() - high / 2, available, high),
+            QRectF(bar.right() + 6, bar.center().y() - line_height / 2, available, line_height),
             int(Qt.AlignmentFlag.AlignVCenter),
             text,
         )

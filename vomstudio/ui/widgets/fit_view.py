@@ -116,12 +116,12 @@ class FitView(QWidget):
         font.setBold(True)
         self._plane.setFont(font)
         self._plane.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._word = Label()
+        self._verdict = Label()
         head = QHBoxLayout()
         head.addWidget(self._plane)
         head.addStretch()
         head.addWidget(self._badge)
-        head.addWidget(self._word)
+        head.addWidget(self._verdict)
         grid = QGridLayout()
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(1, 1)
@@ -147,7 +147,7 @@ class FitView(QWidget):
         self._reasons.setWordWrap(True)
         explain(self._plane, "numbers.md#orientation")
         explain(self._badge, catalogue.QUALITY)
-        explain(self._word, catalogue.QUALITY)
+        explain(self._verdict, catalogue.QUALITY)
         explain(self._reasons, catalogue.REASONS)
         explain(self, "numbers.md")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
@@ -179,8 +179,8 @@ class FitView(QWidget):
         )
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
-        self._word.setText(quality or "")
-        for label in (self._badge, self._word):
+        self._verdict.setText(quality or "")
+        for label in (self._badge, self._verdict):
             label.setToolTip(verdict.limits.description if verdict else "")
         texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
         for value, title, text in zip(self._values, self._titles, texts, strict=True):
@@ -209,11 +209,15 @@ class FitView(QWidget):
             lay_out_now(self)
 
 
-def _figure_at(value: Label, line: _Line, at: QPoint) -> Figure:
+def _figure_at(value: Label, line: _Line, position: QPoint) -> Figure:
     """Return the figure of a row at a position; the text is right-aligned."""
     text_width = value.fontMetrics().horizontalAdvance
-    _, between, second = value.text().partition(line.between)
-    return line.second if at.x() > value.width() - text_width(second) and between else line.first
+    _, separator, second = value.text().partition(line.between)
+    return (
+        line.second
+        if position.x() > value.width() - text_width(second) and separator
+        else line.first
+    )
 
 
 def _text(line: _Line, measured: Measurement) -> str:

@@ -58,5 +58,5 @@ class FoldBox(QWidget):
 
     def _apply(self) -> None:
         fold = self._studio.fold
-        which = FoldFilter(self.quality.currentData(), self.set.currentData())
-        fold.choose(which, selected=fold.selected)
+        fold_filter = FoldFilter(self.quality.currentData(), self.set.currentData())
+        fold.choose(fold_filter, selected=fold.selected)

@@ -31,7 +31,7 @@ class FollowBox(ComboBox):
         super().__init__()
         self.setObjectName(f"{tool.name}_follow")
         self._studio, self._tool = studio, tool
-        self._shown: tuple[str, ...] | None = None
+        self._fields: tuple[str, ...] | None = None
         self.setToolTip(tr("What the line follows over the surface from click to click (Shift+T)."))
         self.refresh()
         self.currentIndexChanged.connect(lambda _: self._tool.follow(self.currentData()))
@@ -42,8 +42,8 @@ class FollowBox(ComboBox):
             sorted({name for model in self._studio.models.values() for name in model.data.fields})
         )
         with QSignalBlocker(self):
-            if fields != self._shown:
-                self._shown = fields
+            if fields != self._fields:
+                self._fields = fields
                 self.clear()
                 for cost, title in COSTS:
                     self.addItem(tr(title), cost)

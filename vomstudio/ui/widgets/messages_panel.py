@@ -137,7 +137,7 @@ class MessageBar(QFrame):
         self.notice = notice
         self._text.setText(notice.text)
         self.show()
-        self._place()
+        self._update_geometry()
 
     def connect_history(self, call: Callable[[], None]) -> None:
         """Call a function, which shows all messages, for the count of earlier ones."""
@@ -160,9 +160,9 @@ class MessageBar(QFrame):
     def set_top_tools(self, tools: QWidget | None) -> None:
         """Place the bar below tools at the top of the parent; None places it at the top."""
         self._tools = tools
-        self._place()
+        self._update_geometry()
 
-    def _place(self) -> None:
+    def _update_geometry(self) -> None:
         """Place the bar across the top of the parent, as high as its text needs."""
         parent, tools = self.parentWidget(), self._tools
         if parent is not None and not self.isHidden():
@@ -174,5 +174,5 @@ class MessageBar(QFrame):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.Resize:
-            self._place()
+            self._update_geometry()
         return False

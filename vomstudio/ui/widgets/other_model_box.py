@@ -102,7 +102,7 @@ class OtherModelBox(QWidget):
         self.models.setObjectName("other_model")
         self.browse = QPushButton(tr("File…"))
         self.browse.setToolTip(tr("A model or point cloud that is not part of the project."))
-        self.browse.clicked.connect(self._ask)
+        self.browse.clicked.connect(self._browse)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.models, 1)
@@ -155,7 +155,7 @@ class OtherModelBox(QWidget):
     def _changed(self, *_: object) -> None:
         self.model_changed.emit(self.current())
 
-    def _ask(self) -> None:
+    def _browse(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
             self,
             tr("Another model of the same rock"),
@@ -181,10 +181,10 @@ class OtherModelBox(QWidget):
             self.browse.setEnabled(True)
             self._add(other)
 
-        def refuse(why: str) -> None:
+        def refuse(reason: str) -> None:
             self._job = None
             self.browse.setEnabled(True)
-            self.status_changed.emit(why)
+            self.status_changed.emit(reason)
 
         def failed(event: Failed) -> None:
             refuse(str(Finding("job.stopped")) if event.cancelled else event.message)

@@ -16,11 +16,14 @@ Painter = Callable[[QPainter, QRectF, Callable[[FloatArray], FloatArray], float]
 """Draws on a pane. Arguments: painter, box of the pane, transform to the screen, zoom."""
 
 
-def mask_inside(box: QRectF, at: FloatArray) -> BoolArray:
+def mask_inside(box: QRectF, points: FloatArray) -> BoolArray:
     """Return which points (n, 2) of the widget are inside a box."""
-    x, y = at[:, 0], at[:, 1]
-    across, down = (x >= box.left()) & (x <= box.right()), (y >= box.top()) & (y <= box.bottom())
-    return np.asarray(across & down)
+    x, y = points[:, 0], points[:, 1]
+    is_in_x, is_in_y = (
+        (x >= box.left()) & (x <= box.right()),
+        (y >= box.top()) & (y <= box.bottom()),
+    )
+    return np.asarray(is_in_x & is_in_y)
 
 
 def paint_nothing(
@@ -45,9 +48,9 @@ def dot_painter(places: FloatArray, color: QColor, size: float) -> Painter:
         ratio = painter.device().devicePixelRatioF()
         pixels = to_screen(places)
         pixels = (pixels[mask_inside(box, pixels)] - [box.left(), box.top()]) * ratio
-        wide, high = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
+        width, height = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
         # Written to an image: drawing thousands of dots takes half a second.
-        marks = np.zeros((high, wide), np.uint32)
+        marks = np.zeros((height, width), np.uint32)
         radius = max(1, round(size * ratio / 2))
         columns, rows = pixels.astype(np.intp).T
         for ring, tint in ((radius + 1, QColor(0, 0, 0, 120)), (radius, color)):
@@ -55,9 +58,11 @@ def dot_painter(places: FloatArray, color: QColor, size: float) -> Painter:
             for dx in range(-ring, ring + 1):
                 for dy in range(-ring, ring + 1):
                     if dx * dx + dy * dy <= ring * ring:
-                        x, y = (columns + dx).clip(0, wide - 1), (rows + dy).clip(0, high - 1)
+                        x, y = (columns + dx).clip(0, width - 1), (rows + dy).clip(0, height - 1)
                         marks[y, x] = value
-        image = QImage(marks.data, wide, high, 4 * wide, QImage.Format.Format_ARGB32_Premultiplied)
+        image = QImage(
+            marks.data, width, height, 4 * width, QImage.Format.Format_ARGB32_Premultiplied
+        )
         image.setDevicePixelRatio(ratio)
         painter.drawImage(box.topLeft(), image)
 
@@ -89,8 +94,8 @@ def vector_painter(
     ) -> None:
         ends = np.hstack([to_screen(places), to_screen(places + factor * offsets)])
         lines = [QLineF(*row) for row in ends.tolist()]
-        for tint, wide in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
-            painter.setPen(QPen(tint, wide))
+        for tint, width in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
+            painter.setPen(QPen(tint, width))
             painter.drawLines(lines)
         dot_painter(places, color, 2.0)(painter, box, to_screen, zoom)
         _draw_scale_bar(painter, box, factor * zoom)
@@ -106,9 +111,9 @@ def _draw_scale_bar(painter: QPainter, box: QRectF, per_pixel: float) -> None:
     metrics = QFontMetricsF(font)
     text = f"{error:g} px"
     length = error * per_pixel
-    wide = max(length, 20.0) + metrics.horizontalAdvance(text) + 26.0
+    width = max(length, 20.0) + metrics.horizontalAdvance(text) + 26.0
     background = QRectF(
-        box.left() + 6, box.bottom() - metrics.height() - 16, wide, metrics.height() + 10
+        box.left() + 6, box.bottom() - metrics.height() - 16, width, metrics.height() + 10
     )
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(PANEL)

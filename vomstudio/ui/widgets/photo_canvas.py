@@ -144,7 +144,7 @@ class PhotoCanvas(QWidget):
 
     def set_picture(self, picture: Picture | None) -> None:
         """Draw a picture of the current photo."""
-        before = self._upright
+        previous = self._upright
         self._picture = picture
         if picture is not None:
             # The cameras may refer to photos of another size.
@@ -154,7 +154,7 @@ class PhotoCanvas(QWidget):
             if abs(turn.m11()) < 0.5:
                 grow = QTransform.fromScale(h / picture.height, w / picture.width)
             self._set_turn(shrink * turn * grow)
-            if self._upright != before:
+            if self._upright != previous:
                 self.fit()
         self.update()
 
@@ -189,9 +189,9 @@ class PhotoCanvas(QWidget):
         x, y = self._offset.x(), self._offset.y()
         return self._turn * QTransform(self._scale, 0, 0, self._scale, x, y)
 
-    def pixel_at(self, at: QPointF | QPoint) -> tuple[float, float]:
+    def pixel_at(self, position: QPointF | QPoint) -> tuple[float, float]:
         inverse, _ = self.to_screen.inverted()
-        pixel = inverse.map(QPointF(at))
+        pixel = inverse.map(QPointF(position))
         return pixel.x(), pixel.y()
 
     def to_widget(self, pixels: npt.ArrayLike) -> FloatArray:
@@ -205,9 +205,9 @@ class PhotoCanvas(QWidget):
     def fit(self) -> None:
         """Show the whole photo."""
         self._fitted = True
-        room = self.size()
+        size = self.size()
         self._scale = min(
-            room.width() / self._upright.width(), room.height() / self._upright.height()
+            size.width() / self._upright.width(), size.height() / self._upright.height()
         )
         self._centre(QPointF(self._upright.width() / 2, self._upright.height() / 2))
 
@@ -219,10 +219,10 @@ class PhotoCanvas(QWidget):
             return
         upright = [self._turn.map(QPointF(*p)) for p in pixels.tolist()]
         x, y = np.array([[p.x(), p.y()] for p in upright]).T
-        wide, high = float(np.ptp(x)) * 1.6 + 120.0, float(np.ptp(y)) * 1.6 + 120.0
+        width, height = float(np.ptp(x)) * 1.6 + 120.0, float(np.ptp(y)) * 1.6 + 120.0
         self.fit()
         fitted_scale, ratio = self._scale, self.devicePixelRatioF()
-        scale = min(self.width() / wide, self.height() / high, 1.0 / ratio)
+        scale = min(self.width() / width, self.height() / height, 1.0 / ratio)
         if scale > 1.2 * fitted_scale:
             self._fitted = False
             self._scale = scale
@@ -290,13 +290,13 @@ class PhotoCanvas(QWidget):
     def _paint_picture(self, painter: QPainter, picture: Picture) -> None:
         painter.save()
         painter.setTransform(self.to_screen, True)
-        near = self._scale * self.devicePixelRatioF()
+        pixel_ratio = self._scale * self.devicePixelRatioF()
         whole = QRectF(0, 0, *self._size)
         # The smallest level that has the resolution of the screen.
-        fine = [i for i in picture.levels if i.width() >= 0.98 * near * self._size[0]]
+        fine = [i for i in picture.levels if i.width() >= 0.98 * pixel_ratio * self._size[0]]
         level = fine[-1] if fine else picture.levels[0]
         hint = QPainter.RenderHint.SmoothPixmapTransform
-        painter.setRenderHint(hint, near < 4.0 or not picture.is_complete)
+        painter.setRenderHint(hint, pixel_ratio < 4.0 or not picture.is_complete)
         painter.drawImage(whole, level)
         painter.restore()
 
@@ -307,8 +307,8 @@ class PhotoCanvas(QWidget):
         if drawn.is_edge_list:
             edges = pixels.reshape(-1, 4)[drawn.is_visible.reshape(-1, 2).all(axis=1)]
             lines = [QLineF(*edge) for edge in edges.tolist()]
-            wide = 3.0 if is_selected else 1.8
-            for pen in (QPen(QColor(20, 20, 22, 200), wide + 2.4), QPen(color, wide)):
+            width = 3.0 if is_selected else 1.8
+            for pen in (QPen(QColor(20, 20, 22, 200), width + 2.4), QPen(color, width)):
                 painter.setPen(pen)
                 painter.drawLines(lines)
         else:
@@ -325,9 +325,9 @@ class PhotoCanvas(QWidget):
             font = painting.system_font(bold=drawn.id in self._selected)
             metrics = QFontMetricsF(font)
             x, y = self.to_widget(drawn.anchor)[0] + (8.0, -7.0)
-            wide, high = metrics.horizontalAdvance(drawn.label), metrics.height()
-            x = min(x, self.width() - wide - 4.0)
-            box = QRectF(x, y - metrics.ascent(), wide, high)
+            width, height = metrics.horizontalAdvance(drawn.label), metrics.height()
+            x = min(x, self.width() - width - 4.0)
+            box = QRectF(x, y - metrics.ascent(), width, height)
             if self.rect().toRectF().contains(box) and not any(box.intersects(b) for b in boxes):
                 boxes.append(box)
                 painting.outlined_text(painter, x, y, drawn.label, font)
@@ -338,12 +338,12 @@ class PhotoCanvas(QWidget):
         x, y = self.to_widget(pixel)[0]
         if not (np.isfinite(x) and np.isfinite(y)):
             return
-        at = QPointF(x, y)
+        centre = QPointF(x, y)
         for tint, width in ((QColor(20, 20, 22), 3.6), (color, 1.6)):
             painter.setPen(QPen(tint, width))
             for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
                 direction = QPointF(dx, dy)
-                painter.drawLine(at + direction * 3.0, at + direction * size)
+                painter.drawLine(centre + direction * 3.0, centre + direction * size)
 
     def _project(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         assert self.projection is not None
@@ -351,11 +351,11 @@ class PhotoCanvas(QWidget):
         return self.to_widget(pixels), is_visible
 
     # --- gestures ----------------------------------------------------------------------------
-    def _emit(
-        self, kind: Pointer, at: QPointF, button: Qt.MouseButton, event: QMouseEvent
+    def _create_pointer(
+        self, kind: Pointer, position: QPointF, button: Qt.MouseButton, event: QMouseEvent
     ) -> PhotoPointer:
         modifiers = event.modifiers()
-        x, y = self.pixel_at(at)
+        x, y = self.pixel_at(position)
         return PhotoPointer(
             kind,
             x,
@@ -363,34 +363,34 @@ class PhotoCanvas(QWidget):
             _BUTTONS.get(button, Button.NONE),
             bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
             bool(modifiers & Qt.KeyboardModifier.ControlModifier),
-            self._handle_at(at),
+            self._handle_at(position),
         )
 
-    def _handle_at(self, at: QPointF) -> int | None:
+    def _handle_at(self, position: QPointF) -> int | None:
         if self._preview is None or self.projection is None or not len(self._preview.line):
             return None
         pixels, is_visible = self._project(np.asarray(self._preview.line, np.float64))
-        distances = np.hypot(pixels[:, 0] - at.x(), pixels[:, 1] - at.y())
+        distances = np.hypot(pixels[:, 0] - position.x(), pixels[:, 1] - position.y())
         distances = np.where(is_visible & np.isfinite(distances), distances, np.inf)
         return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
     def feature_at(self, x: float, y: float) -> str | None:
         """Return the feature at a pixel of the photo."""
-        at = self.to_widget([x, y])[0]
+        position = self.to_widget([x, y])[0]
         best, feature_id = LINE_PIXELS, None
         for drawn in self._drawn:
             is_segment_visible = drawn.is_visible[:-1] & drawn.is_visible[1:]
             widget_pixels = self.to_widget(drawn.pixels)
             if drawn.is_edge_list:
-                distances = np.hypot(*(widget_pixels[drawn.is_visible] - at).T)
+                distances = np.hypot(*(widget_pixels[drawn.is_visible] - position).T)
             else:
                 a, ab = (
                     widget_pixels[:-1][is_segment_visible],
                     np.diff(widget_pixels, axis=0)[is_segment_visible],
                 )
                 square = np.maximum((ab**2).sum(axis=1), 1e-12)
-                t = np.clip(((at - a) * ab).sum(axis=1) / square, 0.0, 1.0)
-                distances = np.hypot(*(a + t[:, None] * ab - at).T)
+                t = np.clip(((position - a) * ab).sum(axis=1) / square, 0.0, 1.0)
+                distances = np.hypot(*(a + t[:, None] * ab - position).T)
             if len(distances) and distances.min() < best:
                 best, feature_id = float(distances.min()), drawn.id
         return feature_id
@@ -405,30 +405,32 @@ class PhotoCanvas(QWidget):
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        at = self._cursor = event.position()
+        cursor = self._cursor = event.position()
         if self._press is None:
-            self._hover_event = self._emit(Pointer.MOVE, at, Qt.MouseButton.NoButton, event)
+            self._hover_event = self._create_pointer(
+                Pointer.MOVE, cursor, Qt.MouseButton.NoButton, event
+            )
             if not self._hover.isActive():
                 self._hover.start()
             self.update()
             return
         if self._action is None:
-            if is_click(at.x() - self._press.x(), at.y() - self._press.y()):
+            if is_click(cursor.x() - self._press.x(), cursor.y() - self._press.y()):
                 return
             self._action = self._begin(event)
             self._last = self._press
         if self._action == "pan":
-            self._offset += at - self._last
+            self._offset += cursor - self._last
             self._fitted = False
         else:
-            motion = at - self._last
+            motion = cursor - self._last
             # A brush leaves no gaps.
             length = motion.manhattanLength() if self._handle is None else 0.0
             steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MAX_STEPS)
             for step in range(1, steps + 1):
                 position = self._last + motion * (step / steps)
                 self._drag(Pointer.DRAG_MOVE, position, event, is_continued=step < steps)
-        self._last = at
+        self._last = cursor
         self.update()
 
     def _hovered(self) -> None:
@@ -444,9 +446,9 @@ class PhotoCanvas(QWidget):
         return "tool"
 
     def _drag(
-        self, kind: Pointer, at: QPointF, event: QMouseEvent, *, is_continued: bool = False
+        self, kind: Pointer, position: QPointF, event: QMouseEvent, *, is_continued: bool = False
     ) -> None:
-        pointer = self._emit(kind, at, self._button, event)
+        pointer = self._create_pointer(kind, position, self._button, event)
         self.pointed.emit(replace(pointer, handle=self._handle, is_continued=is_continued))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -456,7 +458,7 @@ class PhotoCanvas(QWidget):
         if self._action == "tool":
             self._drag(Pointer.DRAG_END, event.position(), event)
         elif self._action is None and not self._doubled:
-            self.pointed.emit(self._emit(Pointer.CLICK, press, event.button(), event))
+            self.pointed.emit(self._create_pointer(Pointer.CLICK, press, event.button(), event))
         self._action, self._handle, self._doubled = None, None, False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -465,7 +467,9 @@ class PhotoCanvas(QWidget):
             return
         self._press = self._last = event.position()
         self._button, self._action, self._doubled = event.button(), None, True
-        self.pointed.emit(self._emit(Pointer.DOUBLE_CLICK, event.position(), event.button(), event))
+        self.pointed.emit(
+            self._create_pointer(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
+        )
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
         self.zoom(_ZOOM_PER_NOTCH ** (event.angleDelta().y() / 120.0), event.position())

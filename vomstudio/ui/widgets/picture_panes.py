@@ -131,9 +131,9 @@ class PicturePanes(QWidget):
     # --- content -----------------------------------------------------------------------------
     def show_pictures(self, pictures: Sequence[Picture | None], *, keep_view: bool = False) -> None:
         """Show one picture per pane; `keep_view` keeps the zoom if the sizes are the same."""
-        before = [None if p is None else p.size for p in self._pictures]
+        previous = [None if p is None else p.size for p in self._pictures]
         self._pictures = list(pictures)
-        if not keep_view or before != [None if p is None else p.size for p in pictures]:
+        if not keep_view or previous != [None if p is None else p.size for p in pictures]:
             for view in self._views:
                 view.centre = None
         self._renew()
@@ -155,8 +155,8 @@ class PicturePanes(QWidget):
     # --- geometry ----------------------------------------------------------------------------
     def box(self, pane: int) -> QRectF:
         count = len(self._pictures)
-        wide = (self.width() - GAP_PIXELS * (count - 1)) / count
-        return QRectF(pane * (wide + GAP_PIXELS), 0.0, wide, float(self.height()))
+        width = (self.width() - GAP_PIXELS * (count - 1)) / count
+        return QRectF(pane * (width + GAP_PIXELS), 0.0, width, float(self.height()))
 
     def middle(self, pane: int) -> QPointF:
         """Return the position on the screen at which the centre of the view is drawn."""
@@ -164,11 +164,13 @@ class PicturePanes(QWidget):
 
     def _fit(self, pane: int) -> tuple[FloatArray, float]:
         picture, box = self._pictures[pane], self.box(pane)
-        wide, high = (1.0, 1.0) if picture is None else picture.size
+        width, height = (1.0, 1.0) if picture is None else picture.size
         title = QFontMetricsF(system_font()).height() + 14.0
-        across = max(box.width() - self._reserve, 20.0)
-        zoom = min(across / max(wide, 1.0), max(box.height() - 2 * title, 20) / max(high, 1.0))
-        return np.array([wide / 2, high / 2]), zoom
+        available = max(box.width() - self._reserve, 20.0)
+        zoom = min(
+            available / max(width, 1.0), max(box.height() - 2 * title, 20) / max(height, 1.0)
+        )
+        return np.array([width / 2, height / 2]), zoom
 
     def _view(self, pane: int) -> tuple[FloatArray, float]:
         view = self._views[pane]
@@ -181,24 +183,24 @@ class PicturePanes(QWidget):
         points = np.asarray(places, np.float64).reshape(-1, 2)
         return (points - centre) * zoom + [middle.x(), middle.y()]
 
-    def to_picture(self, pane: int, at: QPointF) -> FloatArray:
+    def to_picture(self, pane: int, position: QPointF) -> FloatArray:
         centre, zoom = self._view(pane)
         middle = self.middle(pane)
-        return centre + np.array([at.x() - middle.x(), at.y() - middle.y()]) / zoom
+        return centre + np.array([position.x() - middle.x(), position.y() - middle.y()]) / zoom
 
-    def pane_at(self, at: QPointF) -> int | None:
+    def pane_at(self, position: QPointF) -> int | None:
         """Return the pane at a point of the widget; None between panes or without a picture."""
         for pane, picture in enumerate(self._pictures):
-            if picture is not None and self.box(pane).contains(at):
+            if picture is not None and self.box(pane).contains(position):
                 return pane
         return None
 
-    def zoom(self, factor: float, at: QPointF) -> None:
+    def zoom(self, factor: float, position: QPointF) -> None:
         """Enlarge by a factor about a point of the widget."""
-        pane = self.pane_at(at)
+        pane = self.pane_at(position)
         if pane is None:
             return
-        about = self.to_picture(pane, at)
+        about = self.to_picture(pane, position)
         centre, zoom = self._view(pane)
         min_zoom = 0.5 * self._fit(pane)[1]
         new_zoom = min(max(zoom * factor, min_zoom), MAX_ZOOM)
@@ -243,9 +245,9 @@ class PicturePanes(QWidget):
             painter.fillRect(self.rect(), BACKGROUND)
             painter.setPen(TEXT)
             painter.setFont(system_font())
-            room = QRectF(self.rect()).adjusted(24, 12, -24, -12)
+            box = QRectF(self.rect()).adjusted(24, 12, -24, -12)
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(room, int(flags), self._message)
+            painter.drawText(box, int(flags), self._message)
             return
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -326,24 +328,24 @@ class PicturePanes(QWidget):
                 painter.setPen(QPen(color, width))
                 painter.drawLines(self._lines(*ends))
                 for pane, place in enumerate(ends):
-                    (at,) = self.to_screen(pane, place)
-                    if self.box(pane).contains(QPointF(*at)):
-                        painter.drawEllipse(QPointF(*at), 7.0, 7.0)
+                    (centre,) = self.to_screen(pane, place)
+                    if self.box(pane).contains(QPointF(*centre)):
+                        painter.drawEllipse(QPointF(*centre), 7.0, 7.0)
 
     def _lines(self, left: FloatArray, right: FloatArray) -> list[QLineF]:
         """Return the lines between positions (n, 2) that both panes show; others are null."""
         ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
-        for pane, at in ((0, ends[:, :2]), (1, ends[:, 2:])):
-            ends[~mask_inside(self.box(pane), at)] = 0.0
+        for pane, points in ((0, ends[:, :2]), (1, ends[:, 2:])):
+            ends[~mask_inside(self.box(pane), points)] = 0.0
         return [QLineF(*row) for row in ends.tolist()]
 
     # --- mouse and keys ----------------------------------------------------------------------
-    def _link_at(self, at: QPointF) -> int | None:
-        pane = self.pane_at(at)
+    def _link_at(self, position: QPointF) -> int | None:
+        pane = self.pane_at(position)
         places = {0: self._links.left, 1: self._links.right}.get(-1 if pane is None else pane)
         if pane is None or places is None or not len(places):
             return None
-        distances = np.hypot(*(self.to_screen(pane, places) - [at.x(), at.y()]).T)
+        distances = np.hypot(*(self.to_screen(pane, places) - [position.x(), position.y()]).T)
         best = int(distances.argmin())
         return best if distances[best] <= PICK_RADIUS_PIXELS else None
 
@@ -357,22 +359,22 @@ class PicturePanes(QWidget):
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        at = event.position()
+        cursor = event.position()
         if self._drag is not None:
-            pane, before = self._drag
+            pane, previous = self._drag
             centre, zoom = self._view(pane)
-            motion = np.array([at.x() - before.x(), at.y() - before.y()]) / zoom
+            motion = np.array([cursor.x() - previous.x(), cursor.y() - previous.y()]) / zoom
             view = self._views[pane]
             view.centre, view.zoom = centre - motion, zoom
-            self._drag = (pane, at)
+            self._drag = (pane, cursor)
             self._renew()
             return
-        link = self._link_at(at)
+        link = self._link_at(cursor)
         if link != self._hovered_link:
             self._hovered_link = link
             self.update()
-        hovered_pane = self.pane_at(at)
-        place = None if hovered_pane is None else self.to_picture(hovered_pane, at)
+        hovered_pane = self.pane_at(cursor)
+        place = None if hovered_pane is None else self.to_picture(hovered_pane, cursor)
         self.hovered.emit(
             None if place is None else (hovered_pane, float(place[0]), float(place[1]))
         )

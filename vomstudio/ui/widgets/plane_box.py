@@ -33,19 +33,19 @@ class PlaneBox(ComboBox):
         self._studio = studio
         self._empty_text = empty_text
         self._last = ""
-        self._shown = ""
+        self._plane_id = ""
         self._follows = follows_selection
         self.keep_narrow()
         self.activated.connect(self._activated)
         studio.selection_changed.connect(self._selected)
         studio.edited.connect(self._edited)
         studio.project_opened.connect(self._opened)
-        studio.settings_changed.connect(lambda: self.show_plane(self._shown))
+        studio.settings_changed.connect(lambda: self.show_plane(self._plane_id))
         self.show_plane("")
 
     def show_plane(self, plane_id: str) -> None:
         """Show a plane without emitting a signal."""
-        self._shown = plane_id
+        self._plane_id = plane_id
         if plane_id != self._last:
             self._follows = self._follows and not plane_id
         self._fill([plane_id] if plane_id else [])
@@ -69,10 +69,10 @@ class PlaneBox(ComboBox):
             self.addItem(tr("selected: {plane}", plane=last), SELECTED)
             for id_ in ids:
                 self.addItem(self._text(id_), id_)
-            if self._follows and (not self._shown or self._shown == self._last):
+            if self._follows and (not self._plane_id or self._plane_id == self._last):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
-                self.setCurrentIndex(self.findData(self._shown))
+                self.setCurrentIndex(self.findData(self._plane_id))
         self.setToolTip(escape_markup(self.currentText()))
 
     def _text(self, id_: str) -> str:
@@ -85,9 +85,9 @@ class PlaneBox(ComboBox):
     def _activated(self, index: int) -> None:
         data = str(self.itemData(index))
         self._follows = data == SELECTED
-        self._shown = self._last if self._follows else data
+        self._plane_id = self._last if self._follows else data
         self.setToolTip(escape_markup(self.currentText()))
-        self.plane_selected.emit(self._shown)
+        self.plane_selected.emit(self._plane_id)
 
     def _selected(self, ids: tuple[str, ...]) -> None:
         records = self._studio.records
@@ -96,19 +96,19 @@ class PlaneBox(ComboBox):
             return
         self._last = last
         if self._follows:
-            self._shown = self._last
+            self._plane_id = self._last
             self.plane_selected.emit(self._last)
-        self.show_plane(self._shown)
+        self.show_plane(self._plane_id)
 
     def _edited(self, edit: Edit) -> None:
-        if not {self._last, self._shown} & set(self._studio.affected(edit)):
+        if not {self._last, self._plane_id} & set(self._studio.affected(edit)):
             return
         if self._last and not has_plane(self._studio.records.get(self._last)):
             self._last = ""
             if self._follows:
-                self._shown = ""
+                self._plane_id = ""
                 self.plane_selected.emit("")
-        self.show_plane(self._shown)
+        self.show_plane(self._plane_id)
 
     def _opened(self) -> None:
         self._last = ""

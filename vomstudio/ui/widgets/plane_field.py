@@ -83,13 +83,13 @@ class PlaneField(QWidget):
 
     def _notation_changed(self) -> None:
         """Rewrite the text in the new notation."""
-        before, notation = self._notation, self._studio.settings.notation
+        previous, notation = self._notation, self._studio.settings.notation
         self._notation = notation
         example = tr("such as {example}", example=format_plane(Plane(135.0, 70.0), notation))
         self.line.setPlaceholderText(self._empty or example)
-        if before and before != notation:
+        if previous and previous != notation:
             with suppress(VomError):
-                plane = parse_plane(self.line.text(), before)
+                plane = parse_plane(self.line.text(), previous)
                 whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
                 self.show_plane(plane, 0 if whole else 2)
 
