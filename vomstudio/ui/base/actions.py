@@ -1,4 +1,4 @@
-"""One table of actions: menus, toolbar, palette, shortcuts and tests all run these."""
+"""Table of actions, which menus, toolbar, palette, shortcuts and tests run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fit windows to the screen: too large dialogs shrink, and their contents scroll."""
+"""Fit windows to the screen: dialogs that are too large shrink and scroll."""
 
 from __future__ import annotations
 

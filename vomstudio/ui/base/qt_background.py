@@ -31,7 +31,7 @@ class QtBackground(Background):
 
     @property
     def is_stopped(self) -> bool:
-        """See `Background`."""
+        """Whether the work was stopped or the widget was deleted."""
         return super().is_stopped or not isValid(self._owner)
 
 

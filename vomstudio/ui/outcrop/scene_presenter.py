@@ -488,7 +488,7 @@ def feature_extent(measured: Measurement) -> float:
 
 
 def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
-    """Return the (c, 3) ring of a disc of the size of a feature, and its symbol at small scales.
+    """Return the (c, 3) ring of a disc of the size of a feature, and its small symbol.
 
     Both are None for a plane without extent or with an undefined dip.
     """

@@ -283,7 +283,10 @@ class DrawingView(QWidget):
 
 
 def thin_ticks(ticks: FloatArray, min_spacing: float) -> list[float]:
-    """Return every n-th tick, counted from zero, so that they are at least `min_spacing` apart."""
+    """Return every n-th tick, counted from zero.
+
+    The ticks are at least `min_spacing` apart.
+    """
     if len(ticks) < 2:
         return [float(tick) for tick in ticks]
     step = float(ticks[1] - ticks[0])

@@ -1,4 +1,4 @@
-"""Lines that the user draws on the outcrop for a panel; they remain features of the project."""
+"""Polylines that the user draws for a panel; they remain features of the project."""
 
 from __future__ import annotations
 

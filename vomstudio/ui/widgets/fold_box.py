@@ -1,4 +1,4 @@
-"""Two lists for the planes of the fold axis."""
+"""Lists that filter the planes of the fold axis."""
 
 from __future__ import annotations
 

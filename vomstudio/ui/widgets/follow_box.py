@@ -1,4 +1,4 @@
-"""Combo box for the feature that a line follows between clicks."""
+"""Combo box for the property that a line follows between clicks."""
 
 from __future__ import annotations
 

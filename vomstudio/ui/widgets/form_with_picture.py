@@ -77,7 +77,7 @@ class FormWithPicture(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        """Above the picture, show the whole form; the panel scrolls."""
+        """Set the minimum height of the form: above the picture, all of it is visible."""
         size = self._form.sizeHint()
         height = self._form.heightForWidth(max(self._scroll_area.width(), size.width()))
         needed = QSize(size.width(), max(size.height(), height))

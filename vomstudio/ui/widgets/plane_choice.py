@@ -1,4 +1,4 @@
-"""A plane of the project that is kept while other features are selected."""
+"""Choice of a plane, which is kept while other features are selected."""
 
 from __future__ import annotations
 
