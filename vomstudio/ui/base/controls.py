@@ -244,12 +244,12 @@ class _Placeholder(QWidget):
     when it becomes visible, for example when its tab is clicked.
     """
 
-    def __init__(self, on_paint: Callable[[], None]) -> None:
+    def __init__(self, paint_callback: Callable[[], None]) -> None:
         super().__init__()
-        self._on_paint = on_paint
+        self._paint_callback = paint_callback
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
-        self._on_paint()
+        self._paint_callback()
 
 
 def lay_out_now(widget: QWidget) -> None:

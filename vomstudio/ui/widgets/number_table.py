@@ -102,9 +102,9 @@ class NumberModel(QAbstractTableModel):
             value = row[0][column]
             return natural_sort_key(value) if isinstance(value, str) else value
 
-        with_value = [row for row in self.rows if row[0][column] is not None]
-        with_value.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
-        self.rows = with_value + [row for row in self.rows if row[0][column] is None]
+        rows_with_value = [row for row in self.rows if row[0][column] is not None]
+        rows_with_value.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
+        self.rows = rows_with_value + [row for row in self.rows if row[0][column] is None]
         places = {id(row): number for number, row in enumerate(self.rows)}
         for index, row in zip(persistent, rows, strict=True):
             self.changePersistentIndex(index, self.index(places[id(row)], index.column()))
