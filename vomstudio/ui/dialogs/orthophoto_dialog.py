@@ -50,8 +50,8 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 from vomstudio.ui.widgets.copied_command import (
     CopyCommandButton,
     copy_command,
+    find_model_arguments,
     format_numbers,
-    model_arguments,
 )
 from vomstudio.ui.widgets.vertex_table import parse_number
 
@@ -269,7 +269,7 @@ class OrthoDialog(QDialog):
 
     def copy_command(self) -> None:
         """Put the command that makes the same orthophoto on the clipboard."""
-        place = model_arguments(self._studio, self._model())
+        place = find_model_arguments(self._studio, self._model())
         gsd = parse_number(self.gsd.text())
         if place is None or gsd is None:
             self._studio.warn(Finding("model.file-missing", model=self._model().name))

@@ -121,7 +121,7 @@ def copy_with_file(
     copy_command(studio, arguments(path), path)
 
 
-def model_arguments(studio: Studio, model: Model) -> CommandArguments | None:
+def find_model_arguments(studio: Studio, model: Model) -> CommandArguments | None:
     """Return the file of a model and the option for its placement in the project.
 
     None if the file was not found.

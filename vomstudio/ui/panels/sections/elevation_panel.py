@@ -40,7 +40,7 @@ from vomstudio.ui.widgets.copied_command import (
     CommandArguments,
     CopyCommandButton,
     copy_command,
-    model_arguments,
+    find_model_arguments,
 )
 from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.model_box import ModelBox
@@ -258,7 +258,7 @@ class ElevationPanel(QWidget):
 
     def words(self) -> CommandArguments | None:
         asked, model = self.order(), self.model.selected_model()
-        place = None if model is None else model_arguments(self._studio, model)
+        place = None if model is None else find_model_arguments(self._studio, model)
         if asked is None or place is None:
             return None
         options = [*option_words(asked.options), *option_words(asked.files)]

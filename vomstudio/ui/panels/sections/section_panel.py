@@ -54,8 +54,8 @@ from vomstudio.ui.widgets.copied_command import (
     CopyCommandButton,
     copy_command,
     copy_with_file,
+    find_model_arguments,
     format_numbers,
-    model_arguments,
 )
 from vomstudio.ui.widgets.drawing_view import DrawingView
 from vomstudio.ui.widgets.drawn_line import DrawnLine
@@ -377,7 +377,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def words(self, profile: Path | None) -> CommandArguments | None:
         """profile : the file of the line"""
         model, result = self.model.selected_model(), self.result
-        place = None if model is None else model_arguments(self._studio, model)
+        place = None if model is None else find_model_arguments(self._studio, model)
         if place is None or result is None:
             return None
         question = result.question

@@ -32,7 +32,11 @@ from vomstudio.ui.outcrop.proposed_trace_drawings import MAX_DOUBT, line_area
 from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.panels.surface.trace_texts import cost_choices, reason_text, summary_text
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
-from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_command, model_arguments
+from vomstudio.ui.widgets.copied_command import (
+    CopyCommandButton,
+    copy_command,
+    find_model_arguments,
+)
 from vomstudio.ui.widgets.number_table import Column
 from vomstudio.ui.widgets.options_form import OptionFields
 
@@ -249,7 +253,7 @@ class TracesPanel(ProposalsPanel):
 
     def _copy_command(self) -> None:
         studio = self._studio
-        place = None if self._model is None else model_arguments(studio, self._model)
+        place = None if self._model is None else find_model_arguments(studio, self._model)
         if place is None:
             return
         out = Path(start_folder(studio)) / "proposed_traces.csv"
