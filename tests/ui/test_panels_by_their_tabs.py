@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QScrollArea, QTabBar, QWidget
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.base.controls import ScrollingLater
+from vomstudio.ui.base.controls import LazyScrollArea
 
 
 def tab_bars(window) -> list[QTabBar]:
@@ -18,7 +18,7 @@ def tab_bars(window) -> list[QTabBar]:
     return [b for b in window.findChildren(QTabBar, options=direct) if b.isVisible()]
 
 
-def made(place: ScrollingLater) -> bool:
+def made(place: LazyScrollArea) -> bool:
     # Its `widget` would make it.
     return bool(QScrollArea.widget(place).findChildren(QWidget))
 
@@ -39,7 +39,7 @@ def test_no_panel_is_empty_whose_tab_is_clicked(window, qtbot, name, size) -> No
             QTest.mouseClick(bar, Qt.MouseButton.LeftButton, pos=bar.tabRect(place).center())
             dock = next(d for d in window.docks.values() if d.windowTitle() == title)
 
-            if not isinstance(dock.widget(), ScrollingLater):
+            if not isinstance(dock.widget(), LazyScrollArea):
                 continue
             qtbot.waitUntil(partial(made, dock.widget()), timeout=3000)
             clicked += 1

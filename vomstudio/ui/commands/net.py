@@ -25,7 +25,7 @@ from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
-from vomstudio.ui.widgets.figure_file import ask_for_picture
+from vomstudio.ui.widgets.figure_file import ask_for_figure_file
 
 if TYPE_CHECKING:
     from vomstudio.ui.dialogs.readings_dialog import Place
@@ -198,7 +198,7 @@ def project_place(studio: Studio) -> Place:
 # --- figure of the net -----------------------------------------------------------------------
 def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
     """Ask for a file, and write the stereonet to it."""
-    path = ask_for_picture(parent, studio, tr("Export stereonet"), "stereonet")
+    path = ask_for_figure_file(parent, studio, tr("Export stereonet"), "stereonet")
     if path is not None:
         export_net(studio, panel, path)
 

@@ -38,7 +38,7 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
 
     def propose_sets() -> None:
         analysis_command("sets")()
-        studio.sets_wanted.emit()
+        studio.sets_requested.emit()
 
     view_command = partial(panel_command, "views")
     analysis_command = partial(panel_command, "analyse")

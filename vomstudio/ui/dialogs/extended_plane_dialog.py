@@ -36,7 +36,7 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.extended_plane_drawings import ExtendedLines
-from vomstudio.ui.widgets.axis_titles import axes_of, unit_of
+from vomstudio.ui.widgets.axis_titles import length_unit, project_axes
 from vomstudio.ui.widgets.options_form import OptionFields
 
 FIELD = "extended_plane_m"
@@ -56,7 +56,7 @@ class ExtendDialog(QDialog):
         self._model_id: str = plane.model_id  # type: ignore[attr-defined]
         self.extension: ExtendedPlane | None = None
         self.limits = OptionFields(ExtendOptions, "extend")
-        self.limits.show_unit(unit_of(axes_of(studio)))
+        self.limits.show_unit(length_unit(project_axes(studio)))
         form = QFormLayout()
         self.limits.add_rows(form)
         self.color_box = QCheckBox(tr("Colour the band by the distance from the plane"))
@@ -133,7 +133,7 @@ class ExtendDialog(QDialog):
         self.summary.setText(
             "\n".join(
                 [
-                    *_describe_extension(self.extension, metric=axes_of(self._studio).metric),
+                    *_describe_extension(self.extension, metric=project_axes(self._studio).metric),
                     *map(str, self.extension.warnings),
                 ]
             )

@@ -40,18 +40,18 @@ from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoRequest, WrittenOrthophoto
-from vomstudio.ui.base.command_targets import current_model, may_replace, start_folder
+from vomstudio.ui.base.command_targets import confirm_replacement, current_model, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.long_boxes import make_room_for_text
+from vomstudio.ui.base.long_boxes import fit_height_to_text
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.interpretation_box import InterpretationBox
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 from vomstudio.ui.widgets.copied_command import (
     CopyCommandButton,
     copy_command,
-    model_words,
-    numbers_text,
+    find_model_arguments,
+    format_numbers,
 )
 from vomstudio.ui.widgets.vertex_table import parse_number
 
@@ -226,7 +226,7 @@ class OrthoDialog(QDialog):
         self._error_effect.setText(effect.message)
         self._check()
         # The labels with several lines have their text only now.
-        make_room_for_text(self)
+        fit_height_to_text(self)
 
     def _check(self, *_: object) -> None:
         gsd = parse_number(self.gsd.text())
@@ -275,7 +275,7 @@ class OrthoDialog(QDialog):
 
     def copy_command(self) -> None:
         """Copy the command that creates the same orthophoto to the clipboard."""
-        model_arguments = model_words(self._studio, self._selected_model())
+        model_arguments = find_model_arguments(self._studio, self._selected_model())
         gsd = parse_number(self.gsd.text())
         if model_arguments is None or gsd is None:
             self._studio.warn(Finding("model.file-missing", model=self._selected_model().name))
@@ -295,7 +295,7 @@ class OrthoDialog(QDialog):
             draw=str(self._studio.project.folder) if parts or domain is not None else None,
             show=",".join(parts) if parts and parts != interpretation.PARTS else None,
             domain=domain,
-            around=numbers_text([*region.centre, region.width, region.height])
+            around=format_numbers([*region.centre, region.width, region.height])
             if self.visible_area.isChecked()
             else None,
         )
@@ -335,7 +335,7 @@ class OrthoDialog(QDialog):
             outputs += drawing_targets(out).values()
         domain = self.domain.currentData()
         existing = [p.name for p in (out, *outputs) if p.exists()]
-        if existing and not may_replace(self, existing):
+        if existing and not confirm_replacement(self, existing):
             return
         studio.jobs.submit(
             ORTHOPHOTO,

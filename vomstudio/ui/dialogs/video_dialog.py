@@ -27,10 +27,10 @@ from vomstudio.studio.jobs.survey_tasks import TAKE_FRAMES, FramesRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import start_folder
-from vomstudio.ui.base.controls import Label, allow, as_words, file_field, rich_label
+from vomstudio.ui.base.controls import Label, allow, escape_markup, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _MAX_SHOWN_GAPS = 6
@@ -135,7 +135,7 @@ class VideoDialog(QDialog):
                 tr("Folder is not empty"),
                 tr(
                     "{folder} contains other files. Write the frames into this folder?",
-                    folder=as_words(folder.name),
+                    folder=escape_markup(folder.name),
                 ),
             )
             if answer != QMessageBox.StandardButton.Yes:
@@ -208,6 +208,6 @@ def describe_report(result: FrameReport) -> str:
         if len(gaps) > _MAX_SHOWN_GAPS:
             times += " …"
         lines.append(tr("Gaps at {times}: frames may not overlap there.", times=times))
-    lines += [f"⚠ {escape(as_sentence(str(text)))}" for text in result.warnings]
-    lines.append(f"<b>{as_sentence(result.verdict)}</b>")
+    lines += [f"⚠ {escape(format_sentence(str(text)))}" for text in result.warnings]
+    lines.append(f"<b>{format_sentence(result.verdict)}</b>")
     return "<br>".join(lines)

@@ -150,7 +150,7 @@ class OutcropPlace(QWidget):
             if widget is not None:
                 widget.setVisible(seen)
         if self._bar is not None:
-            self._bar.lie_below(self._head if self._photo_in_front else None)
+            self._bar.set_top_tools(self._head if self._photo_in_front else None)
         self._fit()
         # The window keeps the room of a dock that has just gone until it lays out anew.
         QTimer.singleShot(0, self, self._lay_out_window)

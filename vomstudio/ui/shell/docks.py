@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from PySide6.QtCore import QByteArray, QChildEvent, QEvent, QObject, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
 
-from vomstudio.ui.base.controls import Scrolling, ScrollingLater
+from vomstudio.ui.base.controls import LazyScrollArea, PanelScrollArea
 from vomstudio.ui.shell.screens import bring_on_screen
 from vomstudio.ui.shell.workspace_table import HOMES, Area, Places
 
@@ -46,11 +46,11 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
         """scrolls : a long panel may be higher than the place that it is given"""
-        self._add(name, title, Scrolling(widget) if scrolls else widget)
+        self._add(name, title, PanelScrollArea(widget) if scrolls else widget)
 
     def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
         """A panel that scrolls and is made when it is first seen."""
-        self._add(name, title, ScrollingLater(make))
+        self._add(name, title, LazyScrollArea(make))
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)
@@ -147,7 +147,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def _make(self, name: str) -> None:
         """Whoever brings a panel forward may speak to it at once."""
-        if isinstance(place := self[name].widget(), ScrollingLater):
+        if isinstance(place := self[name].widget(), LazyScrollArea):
             place.widget()
 
     def _come(self, name: str) -> None:
@@ -167,7 +167,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 self._window.tabifyDockWidget(other, dock)
                 return
 
-    def make_room(self, name: str, height: int) -> None:
+    def ensure_height(self, name: str, height: int) -> None:
         """Let a panel that is docked in the window be at least so high, in pixels."""
         dock = self[name]
         if dock.height() < height and dock.isVisible() and not dock.isFloating():

@@ -30,7 +30,7 @@ from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
 from vomstudio.ui.shell.screens import restore_geometry
 from vomstudio.ui.shell.workspaces import Workspaces, geometry_of
-from vomstudio.ui.widgets.failure_notices import close_all, may_close
+from vomstudio.ui.widgets.failure_notices import can_close, close_all
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
@@ -86,7 +86,7 @@ class MainWindow(QMainWindow):
         self.actions_table.refresh()
 
     @property
-    def filled(self) -> bool:
+    def is_filled(self) -> bool:
         """Whether the studio and the panels are there."""
         return self._filled
 
@@ -209,7 +209,7 @@ class MainWindow(QMainWindow):
         self._place = OutcropPlace(self.start_page)
         self.message_bar = MessageBar(self._place.room)
         self._place.set_bar(self.message_bar)
-        self.photo_tab.join(self._place, self.actions_table.of_viewport())
+        self.photo_tab.join(self._place, self.actions_table.viewport_actions())
         self.setCentralWidget(self._place)
         self._following = WorkspaceFollowing(
             self.studio, self.survey, self.docks, self.workspaces, self._place
@@ -302,16 +302,16 @@ class MainWindow(QMainWindow):
         studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
-        studio.tool_changed_signal.connect(self.message_bar.end_hint)
+        studio.tool_changed_signal.connect(self.message_bar.hide_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
-        studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
+        studio.frame_requested.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(
             lambda folders: self._notices.offer_recovery(folders, self.files.open_path)
         )
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
-        self.cameras.found.connect(self.actions_table.refresh)
-        self.photos_panel.selection_changed.connect(self.cameras.choose)
+        self.cameras.cameras_loaded.connect(self.actions_table.refresh)
+        self.photos_panel.selection_changed.connect(self.cameras.highlight)
         self.workspaces.changed.connect(self.actions_table.refresh)
         self.photo_tab.changed.connect(self.actions_table.refresh)
         self.photo_tab.hinted.connect(self.status_line.show_photo)
@@ -326,14 +326,14 @@ class MainWindow(QMainWindow):
 
         self.viewport = viewport = Viewport(self)
         viewport.setMinimumSize(200, 150)
-        self.actions_table.give_keys_to(viewport)
+        self.actions_table.assign_viewport_keys(viewport)
         self._place.set_outcrop(viewport)
         self.start_page.setParent(viewport)
         self.start_page.place_over(viewport)
-        self.view.join(viewport)
+        self.view.attach_viewport(viewport)
         self._join_panels(viewport)
-        self.view.turned.connect(self.view_panel.show_direction)
-        self.view.turned.connect(self.actions_table.refresh)
+        self.view.direction_changed.connect(self.view_panel.show_direction)
+        self.view.direction_changed.connect(self.actions_table.refresh)
         self.view.follow_camera()
         opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         seen = widget_seen(self.photo_tab, viewport)
@@ -354,14 +354,14 @@ class MainWindow(QMainWindow):
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
-        self.cameras.chosen.connect(self.photos_panel.select_photo)
+        self.cameras.camera_selected.connect(self.photos_panel.select_photo)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
         self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
         self.in_photos.list_changed.connect(self.actions_table.refresh)
         self._photo_shown.pointer.connect(self.status_line.show_pointer)
-        self.actions_table.give_keys_to(self._photo_shown.canvas)
+        self.actions_table.assign_viewport_keys(self._photo_shown.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
 
     def _add_stereonet(self) -> None:
@@ -420,7 +420,7 @@ class MainWindow(QMainWindow):
     def _tool_changed(self, name: str) -> None:
         if name in self.tool_panel.panels:
             self._following.tool_chosen()
-        self.view.take_up(name)
+        self.view.apply_tool(name)
         self._refresh()
 
     def _refresh(self, *_: object) -> None:
@@ -437,7 +437,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             return
-        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
+        if not can_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
             event.ignore()
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []
@@ -446,7 +446,7 @@ class MainWindow(QMainWindow):
             self,
             [
                 self._keep_arrangement,
-                self.view.keep_camera,
+                self.view.save_camera,
                 self._imports.stop,
                 self.view.close,
                 self._photo_shown.close,

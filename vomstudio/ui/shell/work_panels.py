@@ -73,7 +73,7 @@ def _nothing(_: OutcropView) -> tuple[object, ...]:
 
 
 def _direction(view: OutcropView) -> tuple[object, ...]:
-    return (view.direction,)
+    return (view.view_direction,)
 
 
 def _all(view: OutcropView) -> tuple[object, ...]:

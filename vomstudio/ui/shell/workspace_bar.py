@@ -13,7 +13,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.shell.workspace_table import WORKSPACES
 from vomstudio.ui.shell.workspaces import Workspaces
-from vomstudio.ui.widgets.collapsing_texts import FittingTexts
+from vomstudio.ui.widgets.collapsing_texts import CollapsingTexts
 
 _ARROW = 16
 _TEXT = Qt.ToolButtonStyle.ToolButtonTextOnly
@@ -32,7 +32,7 @@ def commands(workspaces: Workspaces) -> list[Command]:
             workspace.icon,
             f"Ctrl+{number}",
             tr(workspace.purpose),
-            checked=lambda: workspaces.shown is workspace,
+            is_checked=lambda: workspaces.shown is workspace,
         )
 
     return [
@@ -62,9 +62,9 @@ class FittingBar(QToolBar):
         self.setMovable(False)
         self.toggleViewAction().setVisible(False)
         self.setIconSize(QSize(18, 18))
-        theme.show_toggles(self)
-        self._texts = FittingTexts(self, self._needed)
-        self.drop_texts = self._texts.drop
+        theme.highlight_toggles(self)
+        self._texts = CollapsingTexts(self, self._needed)
+        self.drop_texts = self._texts.add_group
 
     def _needed(self) -> int:
         layout = self.layout()

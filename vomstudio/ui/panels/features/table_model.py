@@ -23,8 +23,8 @@ from vomstudio.project.kinds.station import NUMBER, PHOTO
 from vomstudio.project.length_figures import LENGTH
 from vomstudio.project.records import Feature, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import as_words
-from vomstudio.ui.base.number_formatting import natural, orientation_text
+from vomstudio.ui.base.controls import escape_markup
+from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.feature_row import Row, create_row
 
@@ -89,7 +89,7 @@ OVERTURNED = _create_column(
 TYPE = _create_column(catalogue.KIND)
 TO_PICK = _create_column(catalogue.TO_PICK)
 COLUMNS: tuple[Column, ...] = (
-    _create_column(catalogue.NAME, lambda row: natural(row.feature.name)),
+    _create_column(catalogue.NAME, lambda row: natural_sort_key(row.feature.name)),
     TYPE,
     _create_column(catalogue.SET),
     ORIENTATION,
@@ -277,8 +277,10 @@ class OrientationModel(QAbstractTableModel):
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
             if column is QUALITY and (verdict := row.measured.verdict):
-                return as_words("\n".join(filter(None, (row.reasons, verdict.limits.description))))
-            return as_words(row.reasons or tr(column.tip))
+                return escape_markup(
+                    "\n".join(filter(None, (row.reasons, verdict.limits.description)))
+                )
+            return escape_markup(row.reasons or tr(column.tip))
         return None
 
     def flags(self, index: _Index) -> Qt.ItemFlag:

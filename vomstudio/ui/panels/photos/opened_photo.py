@@ -32,7 +32,7 @@ class OpenedPhoto(QObject):
         self.name = ""
         self._has_picture = False
         self._viewed_label = ""
-        self._images.pictured.connect(self._show_picture)
+        self._images.picture_loaded.connect(self._show_picture)
 
     @property
     def row(self) -> PhotoRow | None:

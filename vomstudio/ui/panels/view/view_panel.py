@@ -71,7 +71,7 @@ class ViewPanel(QWidget):
         super().__init__()
         explain(self, "numbers.md#the-view-direction")
         self._studio = studio
-        self._look = view.look
+        self._look = view.look_along
         self._direction = Line(0.0, 0.0)
         self._is_stale = False
         self._timer = QTimer(self)
@@ -367,7 +367,7 @@ class ViewPanel(QWidget):
             self._timer.start(0)
 
     def _request_axis(self) -> None:
-        self._requests.ask(self._bedding.search())
+        self._requests.request(self._bedding.search())
 
     def _store_axis(self, axis: FoldAxis | Finding) -> None:
         self._bedding.store(axis)
