@@ -9,18 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 
 NOTHING_KNOWN_DEG = 45.0
 """A plane whose 95 % error is larger may as well stand across."""
 
 
-def known_well_enough(fit: PlaneFit) -> bool:
+def known_well_enough(fit: FittedPlane) -> bool:
     """Whether a disc says something: one that may as well stand across does not."""
     return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
 
 
-def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
+def disc_of_fit(fit: FittedPlane | None) -> FloatArray | None:
     """(c, 3) the ring of a disc as wide as the points of a fit; None for no plane, one of no
     extent, or one that may as well stand across."""
     if fit is None or fit.extent is None or not known_well_enough(fit):

@@ -12,7 +12,7 @@ from vomstudio.core.arrays import BoolArray, ByteArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.pixel_areas import Area, changed_by
+from vomstudio.geometry.pixel_areas import PixelArea, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
 from vomstudio.project.records import Asset
 from vomstudio.ui.base.qt_background import QtBackground
@@ -51,7 +51,7 @@ class _States:
 class Shape:
     """What was drawn last, and whether it hides."""
 
-    areas: tuple[Area, ...]
+    areas: tuple[PixelArea, ...]
     hides: bool
     photo: str
 
@@ -141,7 +141,7 @@ class PhotoMasks(QObject):
         self._stroke, self._going_on = False, True
         self.last = Shape((), hides, name)
 
-    def draw(self, area: Area) -> None:
+    def draw(self, area: PixelArea) -> None:
         """Add an area to the shape that was begun."""
         shape = self.last
         assert shape is not None
@@ -162,7 +162,7 @@ class PhotoMasks(QObject):
             words = tr("Mask") if shape.hides else tr("Unmask")
             self._keep(words, shape.photo)
 
-    def draw_once(self, name: str, area: Area, hides: bool) -> None:
+    def draw_once(self, name: str, area: PixelArea, hides: bool) -> None:
         self.begin(name, hides)
         self.draw(area)
         self.end()
