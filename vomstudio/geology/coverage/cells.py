@@ -23,7 +23,7 @@ FACES_PER_BLOCK = 200_000
 
 
 @dataclass(frozen=True, eq=False)
-class CellGrid:
+class SquareGrid:
     """Grid of square cells, numbered row by row from 0 at the origin. Any frame, any unit.
 
     Attributes
@@ -111,7 +111,7 @@ class ExposedArea:
 
 def create_grid(
     points: FloatArray, right: FloatArray, up: FloatArray, cell: float, margin: float = 0.0
-) -> CellGrid:
+) -> SquareGrid:
     """Create a grid of whole cells around points, in the plane through the one nearest to the
     viewer.
 
@@ -127,7 +127,7 @@ def create_grid(
 
     Returns
     -------
-    CellGrid
+    SquareGrid
 
     Raises
     ------
@@ -152,11 +152,15 @@ def create_grid(
     # The excess is equal on both sides.
     corner = (low + high - cell * np.array([columns, rows])) / 2.0
     origin = axes @ np.array([*corner, float(projected[:, 2].max())])
-    return CellGrid(origin, right, up, float(cell), columns, rows)
+    return SquareGrid(origin, right, up, float(cell), columns, rows)
 
 
 def measure_faces(
-    grid: CellGrid, points: FloatArray, faces: npt.NDArray[np.integer[Any]], *, pieces: bool = False
+    grid: SquareGrid,
+    points: FloatArray,
+    faces: npt.NDArray[np.integer[Any]],
+    *,
+    pieces: bool = False,
 ) -> ExposedArea:
     """Measure the area of triangles in each cell.
 
@@ -165,7 +169,7 @@ def measure_faces(
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     points : (n, 3) ndarray
     faces : (m, 3) ndarray of int
     pieces : bool
@@ -187,7 +191,7 @@ def measure_faces(
     return visible.result()
 
 
-def measure_points(grid: CellGrid, points: FloatArray, spacing: float) -> ExposedArea:
+def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> ExposedArea:
     """Measure the area of a cloud (n, 3), whose points cover squares as wide as the spacing."""
     cells = grid.at(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
@@ -199,7 +203,7 @@ def measure_points(grid: CellGrid, points: FloatArray, spacing: float) -> Expose
 
 
 class _AreaSums:
-    def __init__(self, grid: CellGrid, keep_pieces: bool) -> None:
+    def __init__(self, grid: SquareGrid, keep_pieces: bool) -> None:
         self.grid, self._keep = grid, keep_pieces
         self.surface, self.covered = np.zeros(grid.count), np.zeros(grid.count)
         self._pieces: list[FloatArray] = []
