@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
-from vomstudio.photogrammetry.survey.planning import Station, SurveyPlan
+from vomstudio.photogrammetry.survey.planning import CameraStation, SurveyPlan
 from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPENDICULAR
 
 _MARGIN, _TITLE, _LEGEND = 18.0, 22.0, 26.0
@@ -131,7 +131,7 @@ class PlanDrawing(QWidget):
         self,
         painter: QPainter,
         plan: SurveyPlan,
-        station: Station,
+        station: CameraStation,
         at: QPointF,
         dx: float,
         dy: float,
