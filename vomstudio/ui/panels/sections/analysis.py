@@ -58,7 +58,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions, assign_domain_axes
+    from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
 
     q = question
     data = transform_model(q.data, q.to_world)
@@ -68,7 +68,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     )
     items = items_of(q.records, Measurements()) if features and q.records else ()
     parted = q.features.along == DOMAINS and bool(items)
-    directions = assign_domain_axes(items, "domains") if parted else Directions(q.along)
+    directions = assign_domain_axes(items, "domains") if parted else ProjectionDirections(q.along)
     grazing = directions.check(q.curtain)
     flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
     figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
