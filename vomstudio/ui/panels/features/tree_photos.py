@@ -18,7 +18,7 @@ from vomstudio.project.records import (
     MarkedPoint,
     Mask,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
     Record,
 )
 from vomstudio.ui.base import theme
@@ -44,7 +44,7 @@ _OFFERED = (
     "open_report",
 )
 """What the panel of photos offers for the set that it shows."""
-_SHOWN = (PhotoSet, Reconstruction, ImageMark, MarkedPoint, Mask)
+_SHOWN = (PhotoSet, ReconstructionRecord, ImageMark, MarkedPoint, Mask)
 
 
 class TreePhotos(QObject):
@@ -149,7 +149,7 @@ class TreePhotos(QObject):
                 registered=each.registered,
                 photos=each.photos,
             )
-            for each in self._studio.session.of(Reconstruction)
+            for each in self._studio.session.of(ReconstructionRecord)
             if each.photo_set_id == photo_set.id
         ]
         item.setToolTip(NAME, "\n".join(about))
