@@ -37,9 +37,9 @@ from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSet
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
-    from vomstudio.studio.jobs.photo_tasks import PhotoList
+    from vomstudio.studio.jobs.photo_tasks import PhotoListing
     from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
-    from vomstudio.studio.jobs.survey_tasks import ControlFacts, Forecast
+    from vomstudio.studio.jobs.survey_tasks import ControlFacts, ReconstructionForecast
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
@@ -80,7 +80,7 @@ class PhotoSurvey(QObject):
         self._making: RunningJob | None = None
         self._goes_on = False
         self.settings = ReconstructionSettings()
-        self.forecast: Forecast | None = None
+        self.forecast: ReconstructionForecast | None = None
         self._forecasting: RunningJob | None = None
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
@@ -218,7 +218,7 @@ class PhotoSurvey(QObject):
             return None
         return {row.name: Path(row.mask) for row in self.rows if row.mask is not None}
 
-    def _listed(self, listed: PhotoList) -> None:
+    def _listed(self, listed: PhotoListing) -> None:
         self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
         self.left_out = list(listed.left_out)
         self.rows_changed.emit()
@@ -245,7 +245,7 @@ class PhotoSurvey(QObject):
             return
         settings = self.settings
 
-        def done(found: Forecast) -> None:
+        def done(found: ReconstructionForecast) -> None:
             if self._forecasting is not job:
                 return
             self._forecasting = None

@@ -7,15 +7,15 @@ from pathlib import Path
 
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs.job import Job
-from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosRequest
-from vomstudio.studio.jobs.survey_tasks import FORESEE, Forecast, ForecastRequest
+from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoListing, PhotosRequest
+from vomstudio.studio.jobs.survey_tasks import FORESEE, ForecastRequest, ReconstructionForecast
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 
 Masks = dict[str, Path]
 
 
-def listing(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
+def listing(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoListing], PhotosRequest]:
     """It looks at the masks that lie beside the photos."""
     return LIST_PHOTOS, PhotosRequest(folder, cache, None)
 
@@ -28,7 +28,7 @@ def check(
 
 def forecast(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
-) -> tuple[Job[ForecastRequest, Forecast], ForecastRequest]:
+) -> tuple[Job[ForecastRequest, ReconstructionForecast], ForecastRequest]:
     """What the settings mean for these photos."""
     return FORESEE, ForecastRequest(
         folder,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.studio.jobs.surface_tasks import Sight
+from vomstudio.studio.jobs.surface_tasks import Viewpoint
 from vomstudio.studio.surfaces.facet_proposals import PART_POINTS
 from vomstudio.ui.base.studio import Studio
 
 
-def part_in_view(studio: Studio) -> Sight | None:
+def part_in_view(studio: Studio) -> Viewpoint | None:
     """What is in the middle of the view, as it was when it came to rest; None before that."""
     camera = studio.project.journal.view("camera")
     try:
@@ -20,7 +20,7 @@ def part_in_view(studio: Studio) -> Sight | None:
         return None
     if not np.isfinite([*eye, *toward]).all():
         return None
-    return Sight(_triple(eye), _triple(toward), PART_POINTS)
+    return Viewpoint(_triple(eye), _triple(toward), PART_POINTS)
 
 
 def _triple(x: np.ndarray) -> tuple[float, float, float]:

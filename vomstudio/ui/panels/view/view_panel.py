@@ -38,7 +38,7 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, get_feature
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.studio.view_quality import (
-    Direction,
+    AxialDirection,
     depth_along,
     direction_across_slip,
     intersection_direction,
@@ -195,14 +195,14 @@ class ViewPanel(QWidget):
     def along_meeting(self) -> None:
         """Look along the line in which the two selected planes meet: both are seen edge on."""
         found = self._meeting()
-        if isinstance(found, Direction):
+        if isinstance(found, AxialDirection):
             self._turn_axis(found.line)
 
     def along_slip_normal(self) -> None:
         """Look along the line in the fault at right angles to the selected slip, which shows the
         whole displacement."""
         found = self._across_slip()
-        if isinstance(found, Direction):
+        if isinstance(found, AxialDirection):
             self._turn_axis(found.line)
 
     def _face_outcrop(self) -> None:
@@ -297,12 +297,12 @@ class ViewPanel(QWidget):
         current = self._studio.selection.current
         return None if current is None else self._error_of(current)
 
-    def _meeting(self) -> Direction | Finding:
+    def _meeting(self) -> AxialDirection | Finding:
         if len(self._studio.selection.ids) != 2:
             return Finding("selection.not-two-planes")
         return intersection_direction(self._chosen())
 
-    def _across_slip(self) -> Direction | Finding:
+    def _across_slip(self) -> AxialDirection | Finding:
         current = self._studio.selection.current
         measured = {} if current is None else self._studio.measured([current])
         if current is None or current not in measured:
@@ -374,16 +374,16 @@ class ViewPanel(QWidget):
         axis, plane = self._bedding.axis_or_reason(), self._plane()
         no_plane = Finding("selection.no-plane") if plane is None else None
         meeting, slip = self._meeting(), self._across_slip()
-        beta = axis if isinstance(axis, Finding) else Direction(axis.beta, axis.error95_deg)
+        beta = axis if isinstance(axis, Finding) else AxialDirection(axis.beta, axis.error95_deg)
         self._offer("beta", beta)
         self._offer("meeting", meeting)
         self._offer("slip", slip)
         error = self._error_of_current()
-        self._offer("facing", no_plane if plane is None else Direction(plane.pole(), error))
+        self._offer("facing", no_plane if plane is None else AxialDirection(plane.pole(), error))
         for name in ("strike", "dip"):
             allow(self._buttons[name], no_plane)
         line = self._line()
-        self._offer("line", self.why_no_line() if line is None else Direction(line, error))
+        self._offer("line", self.why_no_line() if line is None else AxialDirection(line, error))
         no_surface = Finding("action.no-surface") if self._exposed_view() is None else None
         allow(self._buttons["rock"], no_surface)
         self._show_cost()
@@ -394,10 +394,10 @@ class ViewPanel(QWidget):
         else:
             self._verdict.setText(escape(axis.message))
 
-    def _offer(self, name: str, found: Direction | Finding | None) -> None:
+    def _offer(self, name: str, found: AxialDirection | Finding | None) -> None:
         """A button that says, before it is pressed, where it looks and what that costs."""
         button = self._buttons[name]
-        if not isinstance(found, Direction):
+        if not isinstance(found, AxialDirection):
             allow(button, found or Finding("action.no-direction"))
             return
         allow(button, None)
