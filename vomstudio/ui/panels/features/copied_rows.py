@@ -10,7 +10,7 @@ from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project.figures import Figure
 from vomstudio.ui.panels.features.feature_row import Row
-from vomstudio.ui.panels.features.table_model import ORIENTATION, Column
+from vomstudio.ui.panels.features.table_model import ORIENTATION, FeatureColumn
 
 _UNITS = {"deg": "°", "m": "m", "m2": "m²", "": ""}
 _AZIMUTHS = {
@@ -20,7 +20,7 @@ _AZIMUTHS = {
 }
 
 
-def as_text(rows: Sequence[Row], columns: Sequence[Column]) -> str:
+def as_text(rows: Sequence[Row], columns: Sequence[FeatureColumn]) -> str:
     """Lines of cells with tabs between them, the first with titles and units. An attitude takes two
     columns, in the notation of the rows; what is undefined or infinite is empty."""
     metric = all(row.measured.metric for row in rows)
@@ -30,7 +30,7 @@ def as_text(rows: Sequence[Row], columns: Sequence[Column]) -> str:
     return "\n".join("\t".join(line) for line in lines) + "\n"
 
 
-def _titles(column: Column, rows: Sequence[Row], metric: bool) -> list[str]:
+def _titles(column: FeatureColumn, rows: Sequence[Row], metric: bool) -> list[str]:
     if column is ORIENTATION:
         azimuth, angle = tr(_AZIMUTHS.get(rows[0].notation, "Dip direction")), tr("Dip")
         if any(row.measured.plane is None for row in rows):
@@ -44,7 +44,7 @@ def _titles(column: Column, rows: Sequence[Row], metric: bool) -> list[str]:
     return [f"{title} ({unit})" if unit else title]
 
 
-def _cells(column: Column, row: Row) -> list[str]:
+def _cells(column: FeatureColumn, row: Row) -> list[str]:
     if column is ORIENTATION:
         plane, line = row.measured.plane, row.measured.line
         if plane is not None:

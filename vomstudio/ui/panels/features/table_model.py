@@ -36,7 +36,7 @@ _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
 @dataclass(frozen=True)
-class Column:
+class FeatureColumn:
     """title, tip: noted for translation, title also names it in the settings; text: what is shown;
     value: what is sorted by; field: the attribute that can be edited; figure: the one of the
     catalogue that it shows, None where it is made of several."""
@@ -50,11 +50,11 @@ class Column:
     figure: Figure | None = None
 
 
-def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
+def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> FeatureColumn:
     """A figure as a column; `value` where it is sorted by something else."""
     words = figure.form in ("text", "flag")
     typed = figure.attribute if figure.form == "text" else ""
-    return Column(
+    return FeatureColumn(
         figure.title,
         figure.explanation,
         lambda row: row.text(figure),
@@ -65,7 +65,7 @@ def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
     )
 
 
-ORIENTATION = Column(
+ORIENTATION = FeatureColumn(
     to_translate("Orientation"),
     to_translate("Plane in the notation chosen under View > Notation; trend/plunge of a line"),
     lambda row: orientation_text(row.measured, row.notation) if row.oriented else "",
@@ -75,7 +75,7 @@ QUALITY = _of(of.QUALITY, lambda row: _QUALITY_ORDER[row.quality])
 OVERTURNED = _of(of.OVERTURNED, lambda row: None if row.overturned is None else not row.overturned)
 TYPE = _of(of.KIND)
 TO_PICK = _of(of.TO_PICK)
-COLUMNS: tuple[Column, ...] = (
+COLUMNS: tuple[FeatureColumn, ...] = (
     _of(of.NAME, lambda row: natural(row.feature.name)),
     TYPE,
     _of(of.SET),

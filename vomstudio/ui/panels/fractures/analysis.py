@@ -17,7 +17,7 @@ from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.notation import exact_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.widgets.drawing_view import Mark
+from vomstudio.ui.widgets.drawing_view import DrawingMark
 from vomstudio.ui.widgets.vertex_table import parse_number
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class FractureAnswer:
     lines: list[FloatArray]
     counted: SamplingRegion
     drawing: Drawing
-    mark: Mark | None
+    mark: DrawingMark | None
     mapped: MappedNetwork | None
     why: Finding | None = None
 
@@ -117,18 +117,18 @@ def wanted_of(counted_in: str, place: tuple[float, ...]) -> Finding | None:
     return None
 
 
-def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
+def mark_of(counted_in: str, place: tuple[float, ...]) -> DrawingMark | None:
     """How it looks on the map."""
     if counted_in == EVERYTHING or not place or wanted_of(counted_in, place) is not None:
         return None
     if counted_in == CIRCLE:
         x, y, radius = place
-        return Mark(np.array([[x, y], [x + radius, y]]), circle=True)
+        return DrawingMark(np.array([[x, y], [x + radius, y]]), circle=True)
     points = np.array(place).reshape(-1, 2)
     if counted_in == WINDOW and len(points) == 2:
         (x0, y0), (x1, y1) = points.tolist()
         points = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-    return Mark(points, closed=counted_in == WINDOW)
+    return DrawingMark(points, closed=counted_in == WINDOW)
 
 
 def answer(question: FractureQuestion) -> FractureAnswer:
@@ -205,7 +205,7 @@ def _of_cells(cells: FloatArray) -> SamplingRegion:
     return SamplingRegion(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
 
 
-def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> SamplingRegion:
+def _counted(counted_in: str, place: tuple[float, ...], mark: DrawingMark | None) -> SamplingRegion:
     import shapely
 
     from vomstudio.geology.fractures.network import SamplingRegion
