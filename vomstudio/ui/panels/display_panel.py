@@ -312,7 +312,7 @@ class DisplayPanel(QWidget):
         return self._view_display.scale_of(model.id)
 
     def refresh(self, *what: object) -> None:
-        """Show the settings as they are now. what : as in `ModelAppearance.changed`."""
+        """Show the settings as they are now. what : as in `Display.changed`."""
         if what == ("box",):
             self._show_clip()
             return
