@@ -35,7 +35,7 @@ def export_project(
     format_: str,
     out: Path,
     *,
-    with_map: bool = True,
+    writes_map: bool = True,
     force: bool = False,
     progress: Progress | None = None,
 ) -> ProjectTable:
@@ -43,7 +43,7 @@ def export_project(
 
     Parameters
     ----------
-    with_map : bool
+    writes_map : bool
         Also write the QGIS map of a GeoPackage.
 
     Returns
@@ -62,11 +62,11 @@ def export_project(
     """
     # Around everything that is created, else the collector scans it before it is freed.
     with pause_collection():
-        return _export(folder, format_, out, with_map, force, progress or Silent())
+        return _export(folder, format_, out, writes_map, force, progress or Silent())
 
 
 def _export(
-    folder: Path, format_: str, out: Path, with_map: bool, force: bool, progress: Progress
+    folder: Path, format_: str, out: Path, writes_map: bool, force: bool, progress: Progress
 ) -> ProjectTable:
     from vomstudio.project.journal.database import own_files, read_replay
 
@@ -80,7 +80,7 @@ def _export(
         replay.records,
         format_,
         out,
-        with_map=with_map,
+        writes_map=writes_map,
         force=force,
         thresholds=thresholds_of(replay.settings),
     )
@@ -100,7 +100,7 @@ def export_records(
     format_: str,
     out: Path,
     *,
-    with_map: bool = True,
+    writes_map: bool = True,
     force: bool = False,
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
@@ -109,7 +109,7 @@ def export_records(
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
     if format_ != "csv":
-        table = table.without_repeats()
+        table = table.drop_repeats()
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
         lists = listed_tables(records, table, measurements)
@@ -132,7 +132,7 @@ def export_records(
     if format_ == "gpkg":
         from vomstudio.project.exports.geopackage import write_layers
 
-        files = write_layers(out, records, table, layers, with_map=with_map, force=force)
+        files = write_layers(out, records, table, layers, writes_map=writes_map, force=force)
         return replace(table, files=tuple(files))
     if format_ == "shp":
         from vomstudio.project.exports.gis_files import write_shapefiles
