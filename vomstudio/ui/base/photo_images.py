@@ -30,7 +30,7 @@ _Turn = QImageIOHandler.Transformation
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class PhotoPyramid:
     """Image pyramid of a photo as it is stored.
 
     Attributes
@@ -91,12 +91,12 @@ class PhotoImages(QObject):
     def __init__(self) -> None:
         super().__init__()
         QImageReader.setAllocationLimit(_MAX_IMAGE_MB)
-        self._pictures: OrderedDict[str, Picture] = OrderedDict()
+        self._pictures: OrderedDict[str, PhotoPyramid] = OrderedDict()
         self._thumbnails: dict[str, QImage] = {}
         self._reading: str | None = None
         self._background = QtBackground(self, "photos", threads=1)
 
-    def picture(self, path: Path) -> Picture | None:
+    def picture(self, path: Path) -> PhotoPyramid | None:
         """Return the photo if it is cached; otherwise read it next."""
         key = str(path)
         cached = self._pictures.get(key)
@@ -130,7 +130,7 @@ class PhotoImages(QObject):
     def close(self) -> None:
         self._background.stop(wait_s=PATIENCE_S)
 
-    def _store(self, key: str, picture: Picture) -> None:
+    def _store(self, key: str, picture: PhotoPyramid) -> None:
         if picture.is_complete:
             self._pictures[key] = picture
             self._pictures.move_to_end(key)
@@ -146,7 +146,7 @@ class PhotoImages(QObject):
         self.thumbnail_loaded.emit(key, image)
 
 
-def _read(path: Path, request: Request[Picture]) -> Picture:
+def _read(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
     _check(path)
     reader = _reader(path)
     reader.setAutoTransform(False)
@@ -160,7 +160,7 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
         image = quick.read()
         if not image.isNull():
             turn = orientation_transform(orientation, width, height)
-            request.emit(Picture((_drawable(image),), width, height, turn, False))
+            request.emit(PhotoPyramid((_drawable(image),), width, height, turn, False))
         request.check()
     image = reader.read()
     if image.isNull():
@@ -169,7 +169,9 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
     levels = [_drawable(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
         levels.append(_halved(levels[-1]))
-    return Picture(tuple(levels), width, height, orientation_transform(orientation, width, height))
+    return PhotoPyramid(
+        tuple(levels), width, height, orientation_transform(orientation, width, height)
+    )
 
 
 def _read_thumbnail(path: Path) -> QImage:

@@ -15,6 +15,6 @@ class Docks(Protocol):
         """Make a docked panel at least as high as `height` pixels."""
 
 
-class Workspaces(Protocol):
+class WorkspaceSwitcher(Protocol):
     def switch(self, name: str) -> None:
         """Switch to a workspace."""

@@ -39,7 +39,7 @@ from vomstudio.project.domains import domain_names
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoRequest, WrittenOrthophoto
+from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOutput, OrthophotoRequest
 from vomstudio.ui.base.command_targets import confirm_replacement, current_model, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
@@ -74,7 +74,7 @@ class OrthoDialog(QDialog):
         self._direction = Line(wrap360(trend), plunge)
         centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
-        self._visible_region = planning.Region((x, y, z), width, height)
+        self._visible_region = planning.ViewRegion((x, y, z), width, height)
         self._direction_source, self._error_deg = directions.origin_of(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
@@ -315,7 +315,7 @@ class OrthoDialog(QDialog):
             studio.warn(Finding("model.file-missing", model=model.name))
             return
         out = Path(self.target.text()).expanduser()
-        view = view_directions.View(
+        view = view_directions.ViewDirection(
             self._direction.trend_deg,
             self._direction.plunge_deg,
             view_directions.AS_GIVEN,
@@ -362,7 +362,7 @@ class OrthoDialog(QDialog):
         super().accept()
 
 
-def _show_result(studio: Studio, result: WrittenOrthophoto) -> None:
+def _show_result(studio: Studio, result: OrthophotoOutput) -> None:
     extra_files = [file for file in (result.sheet, *result.drawing) if file]
     findings = [*(Finding("export.written", file=file) for file in extra_files), *result.warnings]
     main_finding = Finding(

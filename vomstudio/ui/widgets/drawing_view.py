@@ -26,7 +26,7 @@ _MAX_LABELS = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Mark:
+class DrawingMark:
     """Mark on a drawing.
 
     It is a line or ring through `points` (n, 2), or a circle around the first point through the
@@ -62,7 +62,7 @@ class DrawingView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._empty = empty
         self.drawing: Drawing | None = None
-        self.mark: Mark | None = None
+        self.mark: DrawingMark | None = None
         self._marking = False
         self._drag_start: QPointF | None = None
 
@@ -75,7 +75,7 @@ class DrawingView(QWidget):
         self._message = message or self._empty
         self.update()
 
-    def show_mark(self, mark: Mark | None) -> None:
+    def show_mark(self, mark: DrawingMark | None) -> None:
         self.mark = mark
         self.update()
 
