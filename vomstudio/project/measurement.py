@@ -29,8 +29,8 @@ from vomstudio.geology.quality import (
     total_error_deg,
 )
 from vomstudio.geometry import transform
-from vomstudio.geometry.lines import LineFit
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.lines import FittedLine
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.project.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 
@@ -98,12 +98,12 @@ class Measurement:
     points: FloatArray
     resolution_m: float | None
     outcrop_normal: FloatArray | None
-    fit: PlaneFit | None
+    fit: FittedPlane | None
     verdict: Verdict | None
     problem: Finding | None
     plane: Plane | None = None
     line: Line | None = None
-    line_fit: LineFit | None = None
+    line_fit: FittedLine | None = None
     max_confidence95_deg: float | None = None
     min_confidence95_deg: float | None = None
     confidence_axis: FloatArray | None = None
@@ -212,7 +212,7 @@ def empty_measurement(
     return Measurement(points, resolution_m, None, None, None, problem, kind=kind, metric=metric)
 
 
-def fit_fields(fit: PlaneFit | None, plane: Plane | None = None) -> dict[str, Any]:
+def fit_fields(fit: FittedPlane | None, plane: Plane | None = None) -> dict[str, Any]:
     """Return the fields of a measurement that a fitted plane determines.
 
     `plane` is its attitude if that is already known.

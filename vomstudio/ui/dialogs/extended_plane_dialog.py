@@ -24,7 +24,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.model_transform import transform_model
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.section.extend_options import ExtendOptions
@@ -216,7 +216,7 @@ class ExtendDialog(QDialog):
 
 
 def _extend_plane(
-    data: Mesh | PointCloud, model: Model, fit: PlaneFit, options: ExtendOptions
+    data: Mesh | PointCloud, model: Model, fit: FittedPlane, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
     """Extend a plane through the model in World. Runs in a worker thread."""
     world = transform_model(data, model.to_world)
