@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology import orientation
-from vomstudio.geology.common_rotation_errors import Region
+from vomstudio.geology.common_rotation_errors import ConfidenceRegion
 from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
@@ -90,7 +90,7 @@ class Measurement:
         95 % half-angle of a trace's plane due to its doubtful stretches; None without any.
     bend_deg : float or None
         Bend of a face from edge to edge, for a face that bends as a whole.
-    total : Region or None
+    total : ConfidenceRegion or None
         Joint 95 % region of a line including the registration, as far as that is known; None if the
         region of the line is unknown.
     """
@@ -122,7 +122,7 @@ class Measurement:
     registration_error_deg: float | None = None
     stretch_error_deg: float | None = None
     bend_deg: float | None = None
-    total: Region | None = None
+    total: ConfidenceRegion | None = None
 
     @cached_property
     def total95_deg(self) -> float | None:
