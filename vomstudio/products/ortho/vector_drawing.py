@@ -535,7 +535,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
         title = comment or " - ".join(drawing.ends)
-        out = dxf.Drawing(file, colors, bounds, title, metric=drawing.metric)
+        out = dxf.DxfWriter(file, colors, bounds, title, metric=drawing.metric)
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
