@@ -9,7 +9,7 @@ from typing import Any
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed, memory_need
-from vomstudio.photogrammetry.survey.survey_options import FrameOptions
+from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, take_frames
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.job import Job, Lane
@@ -21,7 +21,7 @@ class FramesRequest:
 
     video: Path
     out: Path
-    options: FrameOptions
+    options: VideoFrameOptions
     force: bool
 
 
@@ -84,9 +84,9 @@ class Forecast:
 def _foresee(request: ForecastRequest, progress: Progress) -> Forecast:
     from vomstudio.core.errors import VomError
     from vomstudio.io.photos.reading import read_photos
-    from vomstudio.photogrammetry.base.settings import Settings
+    from vomstudio.photogrammetry.base.settings import PipelineSettings
 
-    settings = Settings(quality=request.quality, threads=request.threads)
+    settings = PipelineSettings(quality=request.quality, threads=request.threads)
     memory = None
     if request.sizes:
         memory = memory_need(settings, request.sizes)

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.photogrammetry.survey.survey_options import FrameOptions
+from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, is_ours, verdict_of
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.survey_tasks import TAKE_FRAMES, FramesRequest
@@ -59,7 +59,7 @@ class VideoDialog(QDialog):
         intro.setWordWrap(True)
         self.video, video_row = file_field("video_file", tr("Choose…"), self._browse_video)
         self.folder, folder_row = file_field("video_folder", tr("Choose…"), self._browse_folder)
-        self.options = OptionFields(FrameOptions, "video")
+        self.options = OptionFields(VideoFrameOptions, "video")
         form = QFormLayout()
         form.addRow(tr("Video"), video_row)
         self.options.add_rows(form)
