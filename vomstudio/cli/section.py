@@ -59,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions, assign_domain_axes
+    from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
     from vomstudio.products.section.inputs import (
         ReadFeatures,
         read_features,
@@ -82,7 +82,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if features.features is not None:
         section_features = read_features(features.features, args.azimuth, ModelFrame(model.crs))
     directions = (
-        assign_domain_axes(section_features.items, "--along") if is_by_domain else Directions(along)
+        assign_domain_axes(section_features.items, "--along")
+        if is_by_domain
+        else ProjectionDirections(along)
     )
     curtain, warnings = _curtain(place, model)
     grazing = directions.check(curtain)

@@ -26,8 +26,8 @@ from vomstudio.products.ortho.domain_axes import (
     off_axis_findings,
 )
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.ortho.planning import Plan
-from vomstudio.products.ortho.tiles import Source, Tile, TilePicture
+from vomstudio.products.ortho.planning import OrthophotoPlan
+from vomstudio.products.ortho.tiles import Tile, TilePicture, TileSource
 
 _MIN_SIDE_SHARE = 0.98
 """Minimum share of a domain's points on its side of a fault.
@@ -76,7 +76,7 @@ class Territory:
         """Return the features of the domain and of none; angles of others are distorted."""
         return tuple(item for item in items if item.domain in ("", self.name))
 
-    def seen_in(self, items: Sequence[Item], plan: Plan) -> Territory:
+    def seen_in(self, items: Sequence[Item], plan: OrthophotoPlan) -> Territory:
         """Return the territory with findings if the view is not along the domain's axis."""
         return replace(self, notes=(*self.notes, *off_axis_findings(items, self.name, plan)))
 
@@ -167,8 +167,8 @@ def _faults(items: Sequence[Item]) -> list[Wall]:
 class OneDomain:
     """Source of tiles with all but one domain in grey."""
 
-    source: Source
-    plan: Plan
+    source: TileSource
+    plan: OrthophotoPlan
     territory: Territory
 
     @property

@@ -43,11 +43,11 @@ class OrthophotoRequest:
 
     path: Path
     cache: Path
-    view: view_directions.View
+    view: view_directions.ViewDirection
     to_world: Matrix
     crs: str | None
     gsd: float | None
-    region: planning.Region | None
+    region: planning.ViewRegion | None
     out: Path
     sheet: Path | None
     draw: Path | None = None

@@ -74,7 +74,7 @@ class OrthoDialog(QDialog):
         self._direction = Line(wrap360(trend), plunge)
         centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
-        self._visible_region = planning.Region((x, y, z), width, height)
+        self._visible_region = planning.ViewRegion((x, y, z), width, height)
         self._direction_source, self._error_deg = directions.origin_of(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
@@ -315,7 +315,7 @@ class OrthoDialog(QDialog):
             studio.warn(Finding("model.file-missing", model=model.name))
             return
         out = Path(self.target.text()).expanduser()
-        view = view_directions.View(
+        view = view_directions.ViewDirection(
             self._direction.trend_deg,
             self._direction.plunge_deg,
             view_directions.AS_GIVEN,

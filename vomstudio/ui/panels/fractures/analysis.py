@@ -292,7 +292,7 @@ def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
 def _drawing(
     q: FractureQuestion, face: Curtain, lines: Sequence[FloatArray], cells: FloatArray
 ) -> Drawing:
-    from vomstudio.products.ortho.vector_drawing import Drawing, Shape
+    from vomstudio.products.ortho.vector_drawing import Drawing, DrawingShape
     from vomstudio.products.section.writing import end_names
 
     points = np.concatenate([*lines, cells.reshape(-1, 2)])
@@ -301,8 +301,11 @@ def _drawing(
     unit = "m" if q.metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
     shapes = (
-        *(Shape("cells", cell, _CELL_COLOR, closed=True) for cell in cells),
-        *(Shape("traces", line, trace.color) for trace, line in zip(q.traces, lines, strict=True)),
+        *(DrawingShape("cells", cell, _CELL_COLOR, closed=True) for cell in cells),
+        *(
+            DrawingShape("traces", line, trace.color)
+            for trace, line in zip(q.traces, lines, strict=True)
+        ),
     )
     return Drawing(
         shapes,
