@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QLabel, QTableView, QTreeView, QWidget
 from tests.driver import close, make_window, wait
 from tests.fuzz.projects import specimen
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.records import Feature, FeatureType, Model
 from vomstudio.ui.base.controls import Label, as_words, rich_label, rich_lines
 
@@ -31,7 +31,7 @@ def project(tmp_path: Path) -> Path:
     os.mkfifo(pipe)
     name = f'<img src="{pipe}">'
     folder = specimen(tmp_path)
-    opened = Project.open(folder)
+    opened = ProjectFolder.open(folder)
     session = opened.session
     for feature in session.of(Feature):
         words = {"name": f"{feature.name} {name}", "notes": name, "set_name": name}

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.io.settings import Settings
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Record
 from vomstudio.project.session import Session
@@ -137,7 +137,7 @@ class Studio(QObject):
         return self.workspace.projects.is_open
 
     @property
-    def project(self) -> Project:
+    def project(self) -> ProjectFolder:
         return self.workspace.projects.project
 
     @property
