@@ -29,7 +29,7 @@ class Stopped(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Registered:
+class ModelBounds:
     """The bounds (2, 3) of a model in its file frame are known."""
 
     data: Mesh | PointCloud
@@ -151,7 +151,7 @@ class FieldReady:
 
 
 Event = (
-    Registered
+    ModelBounds
     | ProxyReady
     | MeshChunkReady
     | NodeReady

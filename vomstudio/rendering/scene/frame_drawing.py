@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterable
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.rendering.scene import proxies
-from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.dirty_region import Spot, find_spot, visible_in_spot
 from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
 from vomstudio.rendering.scene.feature_layer import HALO_EXTRA, LINE_WIDTH
-from vomstudio.rendering.scene.frame_progress import Entry, Frame
+from vomstudio.rendering.scene.frame_progress import Entry, FrameProgress
 from vomstudio.rendering.scene.model_scene import Part
 from vomstudio.rendering.scene.texture_levels import TextureLevels
 from vomstudio.rendering.scene.visible_nodes import VisibleNodes
@@ -34,7 +34,7 @@ BAND_POINTS = 25_000
 MAX_BANDS = 12
 
 
-class Picture:
+class FramePicture:
     """Picture of a scene.
 
     Attributes
@@ -51,9 +51,9 @@ class Picture:
         self,
         canvas: Canvas,
         contents: Contents,
-        sight: Sight,
+        sight: SceneVisibility,
         nodes: VisibleNodes,
-        frame: Frame,
+        frame: FrameProgress,
     ) -> None:
         self.eye_dome = False
         self.showing_proxy = False

@@ -55,7 +55,7 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.axis_titles import axes_of
 
 if TYPE_CHECKING:
-    from vomstudio.rendering.qt.display import Display
+    from vomstudio.rendering.qt.display import ModelAppearance
     from vomstudio.rendering.qt.viewport import Viewport
 
 # Width of a field in the narrowest dock.
@@ -88,7 +88,7 @@ class DisplayPanel(QWidget):
         explain(self, "window.md#look-as-you-need")
         self._models_box: Callable[[], ClipBox | None] = lambda: None
         self._studio, self._display, self._current = studio, studio.display, current
-        self._view_display: Display | None = None
+        self._view_display: ModelAppearance | None = None
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 6, 6, 6)
@@ -328,7 +328,7 @@ class DisplayPanel(QWidget):
         return self._view_display.scale_of(model.id)
 
     def refresh(self, *changes: object) -> None:
-        """Show the current settings. `changes` are the arguments of `Display.changed`."""
+        """Show the current settings. `changes` are the arguments of `ModelAppearance.changed`."""
         if changes == ("box",):
             self._show_clip()
             return
