@@ -155,7 +155,7 @@ MAP_MEASURABLE = Job(
 
 
 @dataclass(frozen=True)
-class Sight:
+class Viewpoint:
     """View of the user, World: eye, target, and the number of surface points to examine there."""
 
     eye: tuple[float, float, float]
@@ -169,7 +169,7 @@ class FacetsRequest:
 
     model: PlacedModel
     options: FacetOptions
-    part: Sight | None
+    part: Viewpoint | None
     out: Path
 
 

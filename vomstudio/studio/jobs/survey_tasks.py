@@ -74,14 +74,14 @@ class ControlFacts:
 
 
 @dataclass(frozen=True)
-class Forecast:
+class ReconstructionForecast:
     """Forecast of a reconstruction: memory, None without photos; control, None without points."""
 
     memory: MemoryNeed | None
     control: ControlFacts | None
 
 
-def _foresee(request: ForecastRequest, progress: Progress) -> Forecast:
+def _foresee(request: ForecastRequest, progress: Progress) -> ReconstructionForecast:
     from vomstudio.core.errors import VomError
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.base.settings import PipelineSettings
@@ -97,7 +97,7 @@ def _foresee(request: ForecastRequest, progress: Progress) -> Forecast:
             control = _control(request.control, request.marks, request.crs, photos)
         except VomError as error:
             control = ControlFacts((), request.crs, None, None, finding_of(error), ())
-    return Forecast(memory, control)
+    return ReconstructionForecast(memory, control)
 
 
 def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> ControlFacts:
@@ -119,7 +119,7 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     return serialisation.decode(ControlFacts, check.to_dict())
 
 
-FORESEE = Job("foresee", Lane.INSPECTION, ForecastRequest, Forecast, _foresee)
+FORESEE = Job("foresee", Lane.INSPECTION, ForecastRequest, ReconstructionForecast, _foresee)
 """Forecast memory and control points of a reconstruction."""
 
 JOBS = (TAKE_FRAMES, FORESEE)

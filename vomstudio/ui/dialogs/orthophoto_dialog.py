@@ -39,7 +39,7 @@ from vomstudio.project.domains import domain_names
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoRequest, WrittenOrthophoto
+from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOutput, OrthophotoRequest
 from vomstudio.ui.base.command_targets import current_model, may_replace, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
@@ -362,7 +362,7 @@ class OrthoDialog(QDialog):
         super().accept()
 
 
-def _show_result(studio: Studio, result: WrittenOrthophoto) -> None:
+def _show_result(studio: Studio, result: OrthophotoOutput) -> None:
     extra_files = [file for file in (result.sheet, *result.drawing) if file]
     findings = [*(Finding("export.written", file=file) for file in extra_files), *result.warnings]
     main_finding = Finding(
