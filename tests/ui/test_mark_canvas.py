@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from tests.driver import drag
 from vomstudio.io.photos.pixels import pixels_upright
 from vomstudio.studio.tools.interaction_types import Pointer
-from vomstudio.ui.base.photo_images import PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PhotoImages, PhotoPyramid
 from vomstudio.ui.panels.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark
 from vomstudio.ui.widgets.photo_canvas import PhotoPointer
 
@@ -38,7 +38,7 @@ def shown(tmp_path: Path, qtbot):
         Image.fromarray(pixels).save(path, exif=exif)
         with qtbot.waitSignal(images.pictured, timeout=10_000) as got:
             assert images.picture(path) is None
-        assert isinstance(got.args[1], Picture)
+        assert isinstance(got.args[1], PhotoPyramid)
         canvas = MarkCanvas()
         qtbot.addWidget(canvas)
         canvas.resize(600, 600)

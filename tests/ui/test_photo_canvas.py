@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImageReader
 
 from vomstudio.studio.tools.interaction_types import Pointer
-from vomstudio.ui.base.photo_images import PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PhotoImages, PhotoPyramid
 from vomstudio.ui.widgets.photo_canvas import PhotoCanvas, PhotoPointer
 
 WIDE, HIGH = 60, 40
@@ -36,7 +36,7 @@ def images(qtbot):
     made.close()
 
 
-def read(images: PhotoImages, path: Path, qtbot) -> Picture | str:
+def read(images: PhotoImages, path: Path, qtbot) -> PhotoPyramid | str:
     with qtbot.waitSignal(images.pictured, timeout=10_000) as got:
         assert images.picture(path) is None
     return got.args[1]
@@ -48,7 +48,7 @@ def test_a_photo_is_shown_upright_and_its_pixels_stay_those_of_the_file(
 ) -> None:
     path = stored(tmp_path, orientation)
     picture = read(images, path, qtbot)
-    assert isinstance(picture, Picture)
+    assert isinstance(picture, PhotoPyramid)
     assert (picture.width, picture.height) == (WIDE, HIGH)
     # Where Qt's own turning puts the red pixel.
     reader = QImageReader(str(path))

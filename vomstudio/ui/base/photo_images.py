@@ -30,7 +30,7 @@ _Turn = QImageIOHandler.Transformation
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class PhotoPyramid:
     """A photo as it is stored, in sizes halved again and again.
 
     width, height : as stored; turn : from its pixels to those of the picture as it is looked at,
@@ -76,12 +76,12 @@ class PhotoImages(QObject):
     def __init__(self) -> None:
         super().__init__()
         QImageReader.setAllocationLimit(_MOST_MB)
-        self._kept: OrderedDict[str, Picture] = OrderedDict()
+        self._kept: OrderedDict[str, PhotoPyramid] = OrderedDict()
         self._thumbnails: dict[str, QImage] = {}
         self._reading: str | None = None
         self._background = QtBackground(self, "photos", threads=1)
 
-    def picture(self, path: Path) -> Picture | None:
+    def picture(self, path: Path) -> PhotoPyramid | None:
         """The photo if it is at hand; else it is read, and no other one before it."""
         key = str(path)
         kept = self._kept.get(key)
@@ -115,7 +115,7 @@ class PhotoImages(QObject):
     def close(self) -> None:
         self._background.stop(wait_s=PATIENCE_S)
 
-    def _store(self, key: str, picture: Picture) -> None:
+    def _store(self, key: str, picture: PhotoPyramid) -> None:
         if picture.whole:
             self._kept[key] = picture
             self._kept.move_to_end(key)
@@ -128,7 +128,7 @@ class PhotoImages(QObject):
         self.thumbnailed.emit(key, image)
 
 
-def _read(path: Path, request: Request[Picture]) -> Picture:
+def _read(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
     _check(path)
     reader = _reader(path)
     reader.setAutoTransform(False)
@@ -142,7 +142,7 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
         image = quick.read()
         if not image.isNull():
             turn = upright(orientation, width, height)
-            request.emit(Picture((_drawable(image),), width, height, turn, False))
+            request.emit(PhotoPyramid((_drawable(image),), width, height, turn, False))
         request.check()
     image = reader.read()
     if image.isNull():
@@ -151,7 +151,7 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
     levels = [_drawable(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
         levels.append(_halved(levels[-1]))
-    return Picture(tuple(levels), width, height, upright(orientation, width, height))
+    return PhotoPyramid(tuple(levels), width, height, upright(orientation, width, height))
 
 
 def _read_thumbnail(path: Path) -> QImage:

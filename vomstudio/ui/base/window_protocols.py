@@ -15,6 +15,6 @@ class Docks(Protocol):
         """Let a panel that is docked in the window be at least so high, in pixels."""
 
 
-class Workspaces(Protocol):
+class WorkspaceSwitcher(Protocol):
     def switch(self, name: str) -> None:
         """Go to a workspace."""

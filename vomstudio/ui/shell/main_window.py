@@ -279,14 +279,14 @@ class MainWindow(QMainWindow):
 
     def _make_bars(self) -> None:
         from vomstudio.ui.shell.menus import make_bars
-        from vomstudio.ui.shell.notices import Notices
+        from vomstudio.ui.shell.notices import NoticePresenter
         from vomstudio.ui.shell.status_line import StatusLine
 
         actions, bar = self.actions_table.all, self.message_bar
         make_bars(self, self.studio, self.files, self.docks, actions, self._of_tools)
         self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
-        self._notices = Notices(self.messages, bar, self.status_line, actions, self.docks)
+        self._notices = NoticePresenter(self.messages, bar, self.status_line, actions, self.docks)
 
     def _connect(self) -> None:
         studio = self.studio

@@ -19,7 +19,7 @@ from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
 _INFO_MS = 6000
 
 
-class Notices(QObject):
+class NoticePresenter(QObject):
     """Adds each notice to the list and shows it in the status line or the bar."""
 
     def __init__(

@@ -44,7 +44,7 @@ of panels; a dock that is missing here would stand nowhere."""
 
 
 @dataclass(frozen=True)
-class Workspace:
+class WorkspaceLayout:
     """title, purpose : noted for translation; purpose : one line that is shown while there is
     nothing of what it needs. shares : of the left, right and bottom docks in the width and height
     of the window; first_share : of the upper stack of a side in its height. middle : the dock that
@@ -76,8 +76,8 @@ class Workspace:
 
 
 # The order is that of the strip and of the keys Ctrl+1 to Ctrl+6.
-WORKSPACES: tuple[Workspace, ...] = (
-    Workspace(
+WORKSPACES: tuple[WorkspaceLayout, ...] = (
+    WorkspaceLayout(
         "photos",
         to_translate("Photos"),
         "image-multiple-outline",
@@ -91,7 +91,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         middle="photos",
         beside_photo=0.22,
     ),
-    Workspace(
+    WorkspaceLayout(
         "model",
         to_translate("Model"),
         "cube-outline",
@@ -105,7 +105,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         bottom=(("jobs", "messages"),),
         shares=(0.205, 0.233, 0.18),
     ),
-    Workspace(
+    WorkspaceLayout(
         "register",
         to_translate("Register"),
         "map-marker-radius-outline",
@@ -121,7 +121,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         first_share=0.72,
         beside_photo=0.22,
     ),
-    Workspace(
+    WorkspaceLayout(
         "interpret",
         to_translate("Interpret"),
         "vector-polyline",
@@ -134,7 +134,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         right=(("stereonet",), ("properties", "surface", "three_points")),
         bottom=(("table", "in_photos"),),
     ),
-    Workspace(
+    WorkspaceLayout(
         "analyse",
         to_translate("Analyse"),
         "chart-scatter-plot",
@@ -151,7 +151,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
-    Workspace(
+    WorkspaceLayout(
         "views",
         to_translate("Views and export"),
         "export-variant",
@@ -172,7 +172,7 @@ FIRST = "interpret"
 _BY_NAME = {workspace.name: workspace for workspace in WORKSPACES}
 
 
-def workspace_of(name: str) -> Workspace:
+def workspace_of(name: str) -> WorkspaceLayout:
     """The workspace of this name; the first one where there is none."""
     return _BY_NAME.get(name, _BY_NAME[FIRST])
 
@@ -193,7 +193,9 @@ def is_small(width: int, height: int) -> bool:
     return width < _SMALL_WIDTH or height < _SMALL_HEIGHT
 
 
-def places_in(workspace: Workspace, width: int, height: int, *, photo: bool = False) -> Places:
+def places_in(
+    workspace: WorkspaceLayout, width: int, height: int, *, photo: bool = False
+) -> Places:
     """Where its docks stand in a window of this size. What has no height for itself becomes a tab.
     In a small window the docks at the bottom go to the side, where those that need width wait
     until they are called; where they stand in front, they have the bottom and the right side.
@@ -221,7 +223,7 @@ def places_in(workspace: Workspace, width: int, height: int, *, photo: bool = Fa
 
 
 def sizes_in(
-    workspace: Workspace, width: int, height: int, *, photo: bool = False
+    workspace: WorkspaceLayout, width: int, height: int, *, photo: bool = False
 ) -> dict[Area, int]:
     """Width of the sides and height of the bottom in a window of this size, in pixels. photo : as
     in `places_in`"""

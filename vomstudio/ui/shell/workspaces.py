@@ -15,7 +15,7 @@ from vomstudio.ui.shell.workspace_table import (
     FIRST,
     WORKSPACES,
     Places,
-    Workspace,
+    WorkspaceLayout,
     is_small,
     places_in,
     sizes_in,
@@ -64,7 +64,7 @@ class Workspaces(QObject):
         self._timer.timeout.connect(self._settle)
 
     @property
-    def shown(self) -> Workspace:
+    def shown(self) -> WorkspaceLayout:
         return self._shown
 
     @property
@@ -212,7 +212,7 @@ class Workspaces(QObject):
         finally:
             self._window.setUpdatesEnabled(True)
 
-    def _size_again(self, shown: Workspace) -> None:
+    def _size_again(self, shown: WorkspaceLayout) -> None:
         if shown is self._shown and self._put_away is None:
             self.give_sizes()
 
@@ -288,10 +288,10 @@ def geometry_of(kept: Mapping[str, str]) -> str | None:
     return kept.get(_GEOMETRY)
 
 
-def _key(workspace: Workspace, small: bool, photo: bool) -> str:
+def _key(workspace: WorkspaceLayout, small: bool, photo: bool) -> str:
     own = (*((_SMALL,) if small else ()), *((_PHOTO,) if photo and workspace.beside_photo else ()))
     return " ".join((_DOCKS, workspace.name, *own))
 
 
-def _keys(workspace: Workspace) -> list[str]:
+def _keys(workspace: WorkspaceLayout) -> list[str]:
     return [_key(workspace, small, photo) for small in (False, True) for photo in (False, True)]

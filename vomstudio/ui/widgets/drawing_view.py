@@ -27,7 +27,7 @@ _MOST_LABELS = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Mark:
+class DrawingMark:
     """What is marked on a drawing: a line or ring through `points` (n, 2), or a circle about the
     first of them through the second."""
 
@@ -49,7 +49,7 @@ class DrawingView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._empty = empty
         self.shown: Drawing | None = None
-        self.mark: Mark | None = None
+        self.mark: DrawingMark | None = None
         self._marking = False
         self._from: QPointF | None = None
 
@@ -62,7 +62,7 @@ class DrawingView(QWidget):
         self._said = instead or self._empty
         self.update()
 
-    def show_mark(self, mark: Mark | None) -> None:
+    def show_mark(self, mark: DrawingMark | None) -> None:
         self.mark = mark
         self.update()
 

@@ -27,7 +27,7 @@ from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
 from vomstudio.rendering.view.readout_position import ReadingPosition
 from vomstudio.studio.tools.interaction_types import Button, Pointer, Preview, is_click
-from vomstudio.ui.base.photo_images import Picture
+from vomstudio.ui.base.photo_images import PhotoPyramid
 
 HANDLE_PIXELS = 9.0
 LINE_PIXELS = 7.0
@@ -95,7 +95,7 @@ class PhotoCanvas(QWidget):
         """In World, of the photo's axis."""
         self.message = ""
         self._size = (1, 1)
-        self._picture: Picture | None = None
+        self._picture: PhotoPyramid | None = None
         self._turn = QTransform()
         self._upright = QSize(1, 1)
         self._scale, self._offset = 1.0, QPointF()
@@ -128,7 +128,7 @@ class PhotoCanvas(QWidget):
         self._set_turn(QTransform())
         self.fit()
 
-    def set_picture(self, picture: Picture | None) -> None:
+    def set_picture(self, picture: PhotoPyramid | None) -> None:
         """Draw this picture of the photo that was set."""
         before = self._upright
         self._picture = picture
@@ -272,7 +272,7 @@ class PhotoCanvas(QWidget):
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(room, int(flags), self.message)
 
-    def _paint_picture(self, painter: QPainter, picture: Picture) -> None:
+    def _paint_picture(self, painter: QPainter, picture: PhotoPyramid) -> None:
         painter.save()
         painter.setTransform(self.to_screen, True)
         near = self._scale * self.devicePixelRatioF()

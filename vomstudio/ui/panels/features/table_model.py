@@ -35,7 +35,7 @@ _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
 @dataclass(frozen=True)
-class Column:
+class FeatureColumn:
     """Column of the orientation table.
 
     Attributes
@@ -61,11 +61,11 @@ class Column:
     figure: Figure | None = None
 
 
-def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
+def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) -> FeatureColumn:
     """Create the column of a figure; `value` replaces the sort key."""
     is_text = figure.form in ("text", "flag")
     field = figure.attribute if figure.form == "text" else ""
-    return Column(
+    return FeatureColumn(
         title=figure.title,
         tip=figure.explanation,
         text=lambda row: row.text(figure),
@@ -76,7 +76,7 @@ def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) ->
     )
 
 
-ORIENTATION = Column(
+ORIENTATION = FeatureColumn(
     to_translate("Orientation"),
     to_translate("Plane in the notation chosen under View > Notation; trend/plunge of a line"),
     lambda row: orientation_text(row.measured, row.notation) if row.has_orientation else "",
@@ -88,7 +88,7 @@ OVERTURNED = _create_column(
 )
 TYPE = _create_column(catalogue.KIND)
 TO_PICK = _create_column(catalogue.TO_PICK)
-COLUMNS: tuple[Column, ...] = (
+COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(catalogue.NAME, lambda row: natural(row.feature.name)),
     TYPE,
     _create_column(catalogue.SET),

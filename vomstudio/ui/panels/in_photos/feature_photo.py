@@ -17,7 +17,7 @@ from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.photos import ModelPhotos
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.ui.base.photo_images import PATIENCE_S, PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PATIENCE_S, PhotoImages, PhotoPyramid
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.in_photos.drawn_features import draw_features
@@ -138,11 +138,11 @@ class FeaturePhoto(QObject):
         self.canvas.message = message
         self.canvas.update()
 
-    def _show_picture(self, key: str, picture: Picture | str) -> None:
+    def _show_picture(self, key: str, picture: PhotoPyramid | str) -> None:
         photos = self.photos
         if photos is None or self.view is None or str(photos.path(self.view)) != key:
             return
-        if isinstance(picture, Picture):
+        if isinstance(picture, PhotoPyramid):
             is_first = self.canvas.message != ""
             self.canvas.message = ""
             self.canvas.set_picture(picture)
