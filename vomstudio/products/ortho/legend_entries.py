@@ -19,7 +19,7 @@ TICK_DEG = 35.0
 
 
 class LegendShape(Protocol):
-    """The part of a drawn shape (`vector_drawing.Shape`) that a legend needs."""
+    """The part of a drawn shape (`vector_drawing.DrawingShape`) that a legend needs."""
 
     @property
     def layer(self) -> str: ...

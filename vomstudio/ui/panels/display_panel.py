@@ -328,7 +328,7 @@ class DisplayPanel(QWidget):
         return self._view_display.scale_of(model.id)
 
     def refresh(self, *changes: object) -> None:
-        """Show the current settings. `changes` are the arguments of `ModelAppearance.changed`."""
+        """Show the current settings. `changes` are the arguments of `Display.changed`."""
         if changes == ("box",):
             self._show_clip()
             return
