@@ -56,6 +56,6 @@ def test_each_type_is_named_beside_a_glyph_of_its_colour_on_the_page(
 
 
 def test_lines_that_explain_the_drawing_are_not_in_its_legend() -> None:
-    bend = DrawingShape("bends", LINE, "#888888", label="bend", aside=True)
+    bend = DrawingShape("bends", LINE, "#888888", label="bend", is_annotation=True)
     drawn = drawing(None)
     assert replace(drawn, shapes=(*drawn.shapes, bend)).legend == drawn.legend

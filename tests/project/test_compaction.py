@@ -72,7 +72,7 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(
     before = {row.seq: row for row in worn.journal.rows()}
     plan = worn.compaction()
     # Two rows of a step that was replaced, and the save at the birth of the project.
-    assert (plan.rows, plan.of_rows, plan.assets, plan.asset_bytes) == (3, 10, (), 0)
+    assert (plan.rows, plan.total_rows, plan.assets, plan.asset_bytes) == (3, 10, (), 0)
     assert not plan.nothing
     assert not worn.is_compacted
     worn.compact()
@@ -97,7 +97,7 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(
     assert min(made[5].time, made[7].time) >= before[10].time
     plan = worn.compaction()
     assert plan.nothing
-    assert (plan.rows, plan.of_rows) == (0, 7)
+    assert (plan.rows, plan.total_rows) == (0, 7)
 
 
 def test_the_session_goes_on_in_the_new_journal(worn: ProjectFolder) -> None:

@@ -53,7 +53,7 @@ def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: ProjectFolde
     records, label, again = dict(session.records), session.undo_label, session.redo_label
     assert len(damaged.problems) == 1
     made = damaged.repair()
-    assert made.lost == tuple(read_replay(made.kept).problems)
+    assert made.lost == tuple(read_replay(made.backup).problems)
     assert damaged.problems == []
     assert verify(damaged.folder).sound
     played = read_replay(damaged.folder)
@@ -87,7 +87,7 @@ def test_no_damaged_journal_takes_the_place_of_an_earlier_one(
     damaged: ProjectFolder, folder: Path
 ) -> None:
     (folder / "journal-damaged-1.sqlite").write_bytes(b"of another day")
-    assert damaged.repair().kept.name == "journal-damaged-2.sqlite"
+    assert damaged.repair().backup.name == "journal-damaged-2.sqlite"
     assert (folder / "journal-damaged-1.sqlite").read_bytes() == b"of another day"
 
 
@@ -97,13 +97,13 @@ def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
     damaged.journal.set_view("camera", [1.5])
     before = {row.label: row for row in damaged.journal.rows() if row.kind == "do"}
     made = damaged.repair()
-    assert made.kept == folder / "journal-damaged-1.sqlite"
+    assert made.backup == folder / "journal-damaged-1.sqlite"
     assert damaged.journal.view("camera") == [1.5]
     for row in damaged.journal.rows():
         if row.kind == "do":
             was = before[row.label]
             assert (row.time, row.version, row.after) == (was.time, was.version, was.after)
-    kept = sqlite3.connect(made.kept)
+    kept = sqlite3.connect(made.backup)
     rows = kept.execute("SELECT count(*) FROM journal WHERE time = 'then'")
     assert rows.fetchone() == (1,)
     kept.close()

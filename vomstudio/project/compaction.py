@@ -39,11 +39,11 @@ _ASSETS_BACKUP = "assets-before-compaction"
 class CompactionPlan:
     """Rows and files that a compaction would remove, and the bytes of these files.
 
-    `of_rows` is the number of rows before the compaction.
+    `total_rows` is the number of rows before the compaction.
     """
 
     rows: int
-    of_rows: int
+    total_rows: int
     assets: tuple[str, ...]
     asset_bytes: int
 

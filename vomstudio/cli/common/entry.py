@@ -115,14 +115,14 @@ def _to_vom_error(error: Exception) -> VomError:
             remedy = tr("Close other programs and try again.")
             return _InternalError(Finding("job.out-of-memory", remedy=remedy))
         case OSError():
-            return _from_os_error(error)
+            return _os_error_as_vom_error(error)
     logging.getLogger(__name__).error("an internal error", exc_info=error)
     return _InternalError(
         Finding("command.internal-error", type=type(error).__name__, error=str(error))
     )
 
 
-def _from_os_error(error: OSError) -> VomError:
+def _os_error_as_vom_error(error: OSError) -> VomError:
     finding = Finding("system.refused", reason=error.strerror or str(error))
     if isinstance(error, BrokenPipeError) or error.filename is None:
         return _InternalError(finding)

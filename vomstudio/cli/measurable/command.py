@@ -93,7 +93,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     with numbers_of(args.model):
         mapped = measurable_map(
-            model.data, plane, _with_registration(options, model, plane), progress
+            model.data, plane, _add_registration_error(options, model, plane), progress
         )
     warnings = [*model.warnings, *reading, *unknown_unit(model)]
     warnings += mapped.warnings
@@ -131,7 +131,7 @@ def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding
     return mean_plane(table, target.set), tuple(table.warnings)
 
 
-def _with_registration(
+def _add_registration_error(
     options: MeasurableOptions, model: WorldModel, plane: Plane
 ) -> MeasurableOptions:
     """Return the options with the error of the project's registration if none was given."""

@@ -115,16 +115,16 @@ def usable_photos(
 class TakenPhoto:
     """Original photo for the texture, read on access."""
 
-    taken: Photo
+    original: Photo
     view: View
 
     @property
     def photo(self) -> bytes:
-        return bytes_of(self.taken.path)
+        return bytes_of(self.original.path)
 
     @property
     def mask(self) -> bytes | None:
-        return None if self.taken.mask is None else bytes_of(self.taken.mask)
+        return None if self.original.mask is None else bytes_of(self.original.mask)
 
 
 def photo_hash(photo: Photo) -> str:

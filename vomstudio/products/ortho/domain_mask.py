@@ -61,7 +61,7 @@ class Territory:
         Faults that separate it from others.
     points : (n, 3) array
         Points of features that decide where no wall does; empty if walls are sufficient.
-    own : (n,) bool array
+    is_member : (n,) bool array
         Which of these belong to the domain.
     notes : tuple of Finding
     """
@@ -69,7 +69,7 @@ class Territory:
     name: str
     walls: tuple[Wall, ...]
     points: FloatArray
-    own: BoolArray
+    is_member: BoolArray
     notes: tuple[Finding, ...]
 
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
@@ -226,6 +226,6 @@ class OneDomain:
             )
             @ matrix[:3].T
         )
-        is_domain[j, i] = self.territory.own[self.territory.tree.query(places)[1]]
+        is_domain[j, i] = self.territory.is_member[self.territory.tree.query(places)[1]]
         spread = is_domain.repeat(_CELL_PX, axis=0).repeat(_CELL_PX, axis=1)
         return spread[: depth.shape[0], : depth.shape[1]]

@@ -32,14 +32,14 @@ class DrawnPicture:
         Number of filled pixels in holes.
     hole_m : float or None
         Maximum width of holes of a cloud that were closed; None for a mesh.
-    said : tuple of Finding
+    findings : tuple of Finding
     """
 
     rgba: ByteArray
     depth: Float32Array
     filled: int
     hole_m: float | None
-    said: tuple[Finding, ...]
+    findings: tuple[Finding, ...]
 
     def draw(self, tile: Tile) -> TilePicture:
         part = np.s_[tile.row : tile.row + tile.height, tile.column : tile.column + tile.width]
@@ -48,7 +48,7 @@ class DrawnPicture:
         return TilePicture(self.rgba[part], self.depth[part], filled)
 
     def warnings(self) -> list[Finding]:
-        return list(self.said)
+        return list(self.findings)
 
 
 def draw_picture(

@@ -153,10 +153,10 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
     colors, written = {}, {}
     for record in records.values():
         if isinstance(record, Feature):
-            typed = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
+            has_type = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
             if kind_of(record).listed:
                 written[record.id] = kind_of(record).drawing_label(record)
-            colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
+            colors[record.id] = (color_of(record, records) if has_type else "") or NO_COLOR
     items: list[Item] = []
     for layer in project_layers(records, table, measurements):
         if layer.name == GRIDS:

@@ -291,7 +291,7 @@ class WrittenOrthophoto(Result):
 
 
 def collect_result(
-    made: OrthophotoFiles,
+    files: OrthophotoFiles,
     requested: PlannedPicture,
     image: str,
     sheet: str | None,
@@ -300,14 +300,14 @@ def collect_result(
     """Return the result of a drawn picture; `warnings` about the model precede the others."""
     return WrittenOrthophoto(
         image,
-        str(made.sidecar),
-        str(made.depth),
-        str(made.world_file),
+        str(files.sidecar),
+        str(files.depth),
+        str(files.world_file),
         sheet,
-        {form: str(path) for form, path in made.drawing.items()} or None,
-        figures_of(made.facts),
+        {form: str(path) for form, path in files.drawing.items()} or None,
+        figures_of(files.facts),
         requested.fold,
-        (*warnings, *requested.warnings, *made.warnings),
+        (*warnings, *requested.warnings, *files.warnings),
     )
 
 

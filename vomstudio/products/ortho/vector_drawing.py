@@ -60,7 +60,7 @@ class DrawingShape:
         Columns of files.
     symbol : tuple of arrays
         Map symbol, as in `ProjectedItem`.
-    aside : bool
+    is_annotation : bool
         Annotation of the drawing, not a feature.
     """
 
@@ -73,7 +73,7 @@ class DrawingShape:
     filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
     symbol: tuple[FloatArray, ...] = ()
-    aside: bool = False
+    is_annotation: bool = False
 
     def marks(self, reach: float) -> list[FloatArray]:
         """Return the polylines (k, 2) of a plane's symbol; `reach` is half its length."""
@@ -123,7 +123,7 @@ class Drawing:
     @property
     def legend(self) -> list[LegendEntry]:
         """Entries of the drawn types, without lines that only annotate the drawing."""
-        return entries_of([shape for shape in self.shapes if not shape.aside])
+        return entries_of([shape for shape in self.shapes if not shape.is_annotation])
 
 
 def shape_of(flat: ProjectedItem) -> DrawingShape:
@@ -522,7 +522,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     """
     scale = paper_scale(drawing.bounds)
     symbol_layers = {
-        shape.layer: shape.layer if shape.aside else shape.layer + SYMBOLS
+        shape.layer: shape.layer if shape.is_annotation else shape.layer + SYMBOLS
         for shape in drawing.shapes
         if shape.label or shape.marks(1.0)
     }
@@ -539,7 +539,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
-            if shape.aside:
+            if shape.is_annotation:
                 out.line(points, names[shape.layer])
             elif len(points) == 1:
                 out.point(points[0], names[shape.layer], values)

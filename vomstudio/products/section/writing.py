@@ -347,7 +347,7 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
             _BEND_COLOR,
             label=tr("bend, on toward {azimuth}°", azimuth=f"{round(azimuth) % 360:03d}"),
             values={"azimuth_deg": azimuth},
-            aside=True,
+            is_annotation=True,
         )
         for at, azimuth in curtain.bends(MAX_BENDS)
     ]

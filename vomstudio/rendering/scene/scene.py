@@ -70,7 +70,7 @@ class Scene:
         """Create the off-screen window and detect the graphics driver."""
         canvas = self.canvas
         canvas.open(width, height)
-        self.features.attach(canvas.layer, canvas.chosen)
+        self.features.attach(canvas.layer, canvas.emphasis)
         self.cameras.attach(canvas.layer)
         self._sight.apply()
         canvas.detect_driver()

@@ -55,7 +55,7 @@ def warm_up(
             part.actor.GetProperty().LightingOff()
         sight.apply(Camera())
         part.actor.VisibilityOn()
-        canvas.render(erase=True, surface=True, layer=False, chosen=False)
+        canvas.render(erase=True, surface=True, layer=False, emphasis=False)
         canvas.wait()
         intake.drop(part)
         canvas.origin = origin

@@ -64,7 +64,7 @@ def compaction_text(plan: CompactionPlan) -> str:
         tr(
             "{rows} of {total} journal rows hold edits that were undone and then replaced.",
             rows=plan.rows,
-            total=plan.of_rows,
+            total=plan.total_rows,
         )
     ]
     if plan.assets:
