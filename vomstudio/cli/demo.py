@@ -254,7 +254,7 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
         records = dict(project.session.records)
         table, layers = folder / "planes.csv", folder / "layers.gpkg"
         export_records(records, "csv", table, force=True)
-        export_records(records, "gpkg", layers, with_map=False, force=True)
+        export_records(records, "gpkg", layers, writes_map=False, force=True)
     finally:
         project.close()
     return [table, layers, project.folder]

@@ -105,18 +105,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         flats,
         crs=model.crs,
         model=str(model.loaded.path),
-        metric=model.in_metres,
+        metric=model.has_metric_unit,
         north_known=model.placed,
         warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing),
         force=args.force,
     )
     result = {**written.to_dict(), "convention": section_features.convention or None}
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     if section_features.convention:
         out.note(tr("read as {convention}", convention=section_features.convention))
     out.warn(written.warnings)
     words = writing.projection_words(figures)
-    out.text(_result_text(written.to_dict(), unit_of(model.in_metres), words))
+    out.text(_result_text(written.to_dict(), unit_of(model.has_metric_unit), words))
 
 
 def _curtain(

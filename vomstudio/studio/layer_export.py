@@ -31,7 +31,7 @@ def update_layers(folder: Path, has_features: bool) -> list[Finding]:
     from vomstudio.project.exports.export import export_project
 
     try:
-        export_project(folder, "gpkg", folder / LAYERS, with_map=False, force=True)
+        export_project(folder, "gpkg", folder / LAYERS, writes_map=False, force=True)
     except VomError as error:
         return [Finding("project.layers-outdated", reason=error, reason_code=error.code)]
     return []

@@ -112,7 +112,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.labels = args.output
         warnings += write_labelled(args, model, mapped.as_fields())
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(_result_text(mapped))
 
@@ -135,11 +135,11 @@ def _add_registration_error(
     options: MeasurableOptions, model: WorldModel, plane: Plane
 ) -> MeasurableOptions:
     """Return the options with the error of the project's registration if none was given."""
-    if options.registration_error_deg is not None or model.in_project is None:
+    if options.registration_error_deg is not None or model.project_model is None:
         return options
     from vomstudio.project.measurement import ToWorld
 
-    tilt = ToWorld.from_model(model.in_project).tilt_deg(plane.normal()) or 0.0
+    tilt = ToWorld.from_model(model.project_model).tilt_deg(plane.normal()) or 0.0
     return replace(options, registration_error_deg=tilt)
 
 

@@ -256,7 +256,7 @@ class NetMark:
     label, marker : str
     color : str or None
         Colour of its set; None for a typed direction.
-    said : str
+    typed_text : str
         Text of a typed direction before its line.
     """
 
@@ -264,7 +264,7 @@ class NetMark:
     label: str
     marker: str = "x"
     color: str | None = None
-    said: str = ""
+    typed_text: str = ""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ class NetAdditions:
         Rotation of everything.
     circles, marks : tuples
         Typed circles and directions.
-    found : frozenset of str
+    statistics : frozenset of str
         Items of `FINDINGS`.
     intersections, errors : bool
         Intersections of planes, and 95 % ellipses of their errors.
@@ -46,7 +46,7 @@ class NetAdditions:
     turning: Turning = field(default_factory=Turning)
     circles: tuple[NetCircle, ...] = ()
     marks: tuple[NetMark, ...] = ()
-    found: frozenset[str] = frozenset()
+    statistics: frozenset[str] = frozenset()
     intersections: bool = False
     errors: bool = False
     fold: FoldFilter | None = None
@@ -71,7 +71,7 @@ class NetAdditions:
             turn = self.turning.vectors if self.turning.turns else None
             fold, not_good = fold_of_table(rows, self.fold, turn)
             net = replace(net, fold=fold, fold_not_good=not_good)
-        return add_statistics(net, self.found)
+        return add_statistics(net, self.statistics)
 
 
 def contouring_of(options: StereonetOptions) -> Contouring:
@@ -100,7 +100,7 @@ def read_wishes(options: StereonetOptions) -> NetAdditions:
             *(circle for circle, _ in slips),
         ),
         marks=tuple(mark for _, mark in slips),
-        found=frozenset(name for name in FINDINGS if getattr(options, name)),
+        statistics=frozenset(name for name in FINDINGS if getattr(options, name)),
         intersections=options.intersections,
         errors=options.errors,
         fold=FoldFilter(options.quality, options.only_set) if options.fold else None,

@@ -57,7 +57,7 @@ class Item:
     normal : (3,) array or None
         Upward normal of a plane.
     dip_direction_deg, dip_deg : float or None
-    said : str
+    symbol_label : str
         Label in place of the name.
     filled : bool
         The colour is that of the area.
@@ -80,7 +80,7 @@ class Item:
     normal: FloatArray | None = None
     dip_direction_deg: float | None = None
     dip_deg: float | None = None
-    said: str = ""
+    symbol_label: str = ""
     filled: bool = False
     overturned: bool = False
     domain: str = ""
@@ -181,7 +181,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     normal=normal,
                     dip_direction_deg=dd,
                     dip_deg=dip,
-                    said=written.get(text["id"], ""),
+                    symbol_label=written.get(text["id"], ""),
                     filled=layer.by != "kind",
                     overturned=normal is not None and bool(values_of.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),

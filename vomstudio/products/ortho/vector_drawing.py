@@ -134,7 +134,7 @@ def shape_of(flat: ProjectedItem) -> DrawingShape:
     """
     item, dip = flat.item, flat.apparent_dip_deg
     written = item.dip_deg if flat.symbol else dip
-    label = item.said or (item.name if item.form == "point" else "")
+    label = item.symbol_label or (item.name if item.form == "point" else "")
     if item.normal is not None and written is not None:
         label = f"{item.name} {abs(written):.0f}°" if item.name else f"{abs(written):.0f}°"
     turned = {"overturned": 1} if flat.symbol and item.overturned else {}

@@ -137,7 +137,7 @@ class ReadingPosition:
                 return False
             return not next_too or float(_lengths_in(box, onwards).sum()) == 0.0
 
-        at_cursor = range(POSITIONS_AT_CURSOR)
+        cursor_positions = range(POSITIONS_AT_CURSOR)
         is_usual = self.side < len(places)
         if self.side < POSITIONS_AT_CURSOR:
             if free(self.side, LINE_CLEARANCE, next_too=True):
@@ -145,7 +145,7 @@ class ReadingPosition:
             clearance = NEW_CLEARANCE
         else:
             clearance = RETURN_CLEARANCE
-        for side in at_cursor:
+        for side in cursor_positions:
             if free(side, clearance, next_too=True):
                 return side
         if is_usual and free(self.side, LINE_CLEARANCE):

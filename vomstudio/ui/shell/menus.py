@@ -244,7 +244,7 @@ def make_bars(
     groups = {
         "workspaces": command_names(),
         "tools": [entry.name for entry in TOOLS],
-        "tools_in_bar": [entry.name for entry in TOOLS if entry.in_bar],
+        "tools_in_bar": [entry.name for entry in TOOLS if entry.is_in_toolbar],
         **names,
         "of_tools": [
             entry

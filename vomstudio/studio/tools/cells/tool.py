@@ -157,5 +157,5 @@ TOOL = ToolEntry(
     key="Shift+L",
     tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
     order=70,
-    in_bar=False,
+    is_in_toolbar=False,
 )
