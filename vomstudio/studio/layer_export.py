@@ -68,7 +68,7 @@ class GisLayers:
     def write(self) -> None:
         """Start a job that writes the layers now."""
         self._timer.stop()
-        if self._projects.project.untitled or not self._projects.kept:
+        if self._projects.project.untitled or not self._projects.is_written:
             return
         folder = self._projects.project.folder
         path = folder / LAYERS

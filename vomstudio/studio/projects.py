@@ -199,7 +199,7 @@ class Projects:
         self._notices.post(Notice(finding, "error", SAVE_AS))
 
     @property
-    def kept(self) -> bool:
+    def is_written(self) -> bool:
         """Whether all steps are on the disk, and the next one can be written."""
         return self.project.write_failure is None
 
@@ -235,7 +235,7 @@ class Projects:
         """Undo all unsaved changes, which stay in the history. Raises VomError."""
         # If this cannot be written, the changes remain unsaved and are restored at the next
         # start.
-        if self.session.dirty and self.kept:
+        if self.session.dirty and self.is_written:
             self.session.discard_unsaved()
 
     @property

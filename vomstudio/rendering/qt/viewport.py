@@ -192,7 +192,7 @@ class Viewport(QWidget):
         pixels, depth = self.camera.project(points, self.extent())
         scene = self._life.scene
         if scene is not None:
-            return pixels, scene.seen(points)
+            return pixels, scene.visibility(points)
         width, height = self.extent()
         with np.errstate(invalid="ignore"):
             inside = (

@@ -265,7 +265,7 @@ class Scene:
 
     # -- visibility
 
-    def seen(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
+    def visibility(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
         """Return whether World points (n, 3) are not behind the surface as last drawn."""
         return self._sight.in_front(points, slack)
 

@@ -85,7 +85,7 @@ class Files(QObject):
             "unsaved": "*" if self._studio.session.dirty else "",
         }
         projects = self._studio.workspace.projects
-        if projects.kept:
+        if projects.is_written:
             return tr("{project}{unsaved} – VOM Studio", **values)
         if projects.whole_on_disk:
             return tr("{project}{unsaved} (cannot be written) – VOM Studio", **values)
