@@ -330,7 +330,7 @@ def region_of_line(
 
     Returns
     -------
-    Region or None
+    ConfidenceRegion or None
         None if the half-angles are unknown.
     """
     if largest_deg is None or smallest_deg is None:

@@ -115,7 +115,7 @@ def offset(points: FloatArray, stretch: Range, fit: FittedPlane | None) -> float
         Points of the trace.
     stretch : Range
         First and last row.
-    fit : PlaneFit or None
+    fit : FittedPlane or None
 
     Returns
     -------

@@ -68,7 +68,7 @@ def governing_confidence_deg(fit: FittedPlane, kind: Kind = "trace") -> float | 
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind, optional
 
     Returns
@@ -97,7 +97,7 @@ def governing_half_angles(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind, optional
     resolution_m : float, optional
         Effective resolution of the model.
@@ -135,7 +135,7 @@ def is_within_wander(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind
     resolution_m : float or None
         Effective resolution of the model.
@@ -162,7 +162,7 @@ def feature_extent_m(fit: FittedPlane, kind: Kind = "trace") -> float | None:
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind, optional
 
     Returns
@@ -189,7 +189,7 @@ def resolution_tilt_deg(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float or None
         Effective resolution of the model.
     kind : Kind, optional
@@ -227,7 +227,7 @@ def is_from_too_few(fit: FittedPlane, resolution_m: float | None, good_deg: floa
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float or None
         Effective resolution of the model.
     good_deg : float
@@ -260,7 +260,7 @@ def total_error_deg(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float or None
         Effective resolution of the model.
     kind : Kind, optional
@@ -354,7 +354,7 @@ def is_local(fit: FittedPlane, bend_deg: float | None, total_deg: float | None) 
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     bend_deg : float or None
         Bend of the face.
     total_deg : float or None

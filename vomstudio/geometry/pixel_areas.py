@@ -41,7 +41,7 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
 
     Returns
     -------
-    Area
+    PixelArea
     """
     points = np.asarray(corners, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, 0.0, width, height)
@@ -77,7 +77,7 @@ def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -
 
     Returns
     -------
-    Area
+    PixelArea
     """
     points = np.asarray(course, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, radius, width, height)
@@ -107,7 +107,7 @@ def whole_area(width: int, height: int) -> PixelArea:
 
     Returns
     -------
-    Area
+    PixelArea
     """
     return PixelArea(0, 0, np.ones((height, width), np.bool_))
 
@@ -141,7 +141,7 @@ def changed_by(used: BoolArray, area: PixelArea, hides: bool) -> Change | None:
     ----------
     used : (height, width) ndarray of bool
         Mask; changed in place.
-    area : Area
+    area : PixelArea
     hides : bool
         Whether the pixels of the shape are excluded, not included.
 

@@ -20,7 +20,7 @@ def known_well_enough(fit: FittedPlane) -> bool:
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
 
     Returns
     -------
@@ -34,7 +34,7 @@ def disc_of_fit(fit: FittedPlane | None) -> FloatArray | None:
 
     Parameters
     ----------
-    fit : PlaneFit or None
+    fit : FittedPlane or None
 
     Returns
     -------

@@ -81,7 +81,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
 
     Returns
     -------
-    Arrangement
+    ProgressiveOrder
     """
     if not len(points):
         no_rows = np.zeros(0, np.int64)

@@ -195,7 +195,7 @@ def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> Expo
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     points : (n, 3) ndarray
     spacing : float
 

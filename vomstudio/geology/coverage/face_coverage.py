@@ -95,7 +95,7 @@ def cell_name(grid: SquareGrid, number: int) -> str:
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     number : int
         Number of the cell.
 
@@ -194,7 +194,7 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     line : (k, 3) ndarray
 
     Returns

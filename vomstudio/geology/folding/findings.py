@@ -34,7 +34,7 @@ def shape_findings(shape: PoleShape) -> list[Finding]:
 
     Parameters
     ----------
-    shape : Shape
+    shape : PoleShape
 
     Returns
     -------
@@ -61,7 +61,7 @@ def lone_plane_finding(
         Change of beta without the plane; None if the others have no such axis.
     error95_deg : float
         95 % error of beta.
-    other : Verdict or None
+    other : FoldVerdict or None
         Verdict of the other planes if `turn_deg` is None; None if they have one dip.
 
     Returns
@@ -86,7 +86,7 @@ def cone_untested_finding(plane: str, other: FoldVerdict) -> Finding:
     ----------
     plane : str
         Name of the plane.
-    other : Verdict
+    other : FoldVerdict
         Verdict without it.
 
     Returns

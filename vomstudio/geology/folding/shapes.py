@@ -181,7 +181,7 @@ def describe_shape(
 
     Returns
     -------
-    Shape
+    PoleShape
     """
     off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))

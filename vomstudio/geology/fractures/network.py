@@ -307,12 +307,12 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     area : shapely Polygon, optional
 
     Returns
     -------
-    Lengths
+    TraceLengths
     """
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)
@@ -417,7 +417,7 @@ def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densi
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     members : (n,) ndarray of bool
         True for pieces of the set.
     area : shapely Polygon

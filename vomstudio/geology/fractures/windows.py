@@ -62,7 +62,7 @@ def circle_estimates(pieces: TracePieces, radius: float) -> CircleEstimates:
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     radius : float
         Metres.
 
@@ -115,7 +115,7 @@ def trace_directions(pieces: TracePieces) -> FloatArray:
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
 
     Returns
     -------
@@ -140,7 +140,7 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     area : shapely Polygon
 
     Returns
@@ -191,7 +191,7 @@ def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, 
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     area : shapely Polygon
 
     Returns

@@ -76,7 +76,7 @@ def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
 
     Returns
     -------
-    Nodes
+    QuadratureNodes
     """
     a, b = -k1, -k2
     x, wx = _legendre(-1.0, 1.0, _width(a))
@@ -148,7 +148,7 @@ def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
 
     Returns
     -------
-    Nodes
+    QuadratureNodes
         Frame: mean, major, minor axis.
     """
     major = 1.0 / math.sqrt(kappa - 2.0 * beta)

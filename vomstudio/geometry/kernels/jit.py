@@ -135,7 +135,7 @@ def part(function: Callable[..., Any]) -> KernelPart:
 
     Returns
     -------
-    Part
+    KernelPart
     """
     return KernelPart(function)
 
@@ -152,7 +152,7 @@ def step(function: Callable[..., Any]) -> KernelPart:
 
     Returns
     -------
-    Part
+    KernelPart
     """
     return KernelPart(function, inline="always")
 
@@ -166,7 +166,7 @@ def fast_part(function: Callable[..., Any]) -> KernelPart:
 
     Returns
     -------
-    Part
+    KernelPart
     """
     return KernelPart(function, fastmath=True)
 

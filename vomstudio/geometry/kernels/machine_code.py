@@ -61,7 +61,7 @@ def entry(
 
     Parameters
     ----------
-    source : Source
+    source : KernelSource
     compile_by_numba : callable
         Returns the kernel that reports errors inside the code.
 
@@ -202,7 +202,7 @@ def numba_cache_folder(source: KernelSource) -> Path | None:
 
     Parameters
     ----------
-    source : Source
+    source : KernelSource
 
     Returns
     -------

@@ -26,7 +26,7 @@ FINDINGS = ("girdles", "maxima", "averages")
 
 
 @dataclass(frozen=True)
-class NetRequest:
+class NetAdditions:
     """Requested items of a net besides the sets.
 
     Parameters
@@ -81,7 +81,7 @@ def contouring_of(options: StereonetOptions) -> Contouring:
     )
 
 
-def read_wishes(options: StereonetOptions) -> NetRequest:
+def read_wishes(options: StereonetOptions) -> NetAdditions:
     """Return the items drawn besides the sets.
 
     Raises
@@ -92,7 +92,7 @@ def read_wishes(options: StereonetOptions) -> NetRequest:
     plane = None if options.untilt is None else parse_net_plane(options.untilt, "--untilt")
     slips = [parse_slip(text) for text in options.slip_lines]
     rotate = options.rotate
-    return NetRequest(
+    return NetAdditions(
         turning=Turning(plane) if rotate is None else Turning(plane, *parse_rotation(rotate)),
         circles=(
             *map(parse_plane_circle, options.planes),

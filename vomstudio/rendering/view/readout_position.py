@@ -105,7 +105,7 @@ class ReadingPosition:
             Sizes of the whole reading, then of shorter forms for lack of space; at least one.
         view : Size
             Width and height of the view.
-        picked : Picked
+        picked : PickedPoints
         """
         for number, size in enumerate(sizes):
             places = _places(size, view, picked)
