@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
 from tests import driver, guards
 from tests.driver import wait
 from vomstudio.io.settings import Settings
-from vomstudio.ui.base.controls import ScrollingLater
+from vomstudio.ui.base.controls import LazyScrollArea
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.ui.shell import screens
 from vomstudio.ui.shell.layout import FIRST
@@ -46,7 +46,7 @@ class PanelDefaults:
         self._restore: list[tuple[QWidget, Callable[[], None]]] = []
         self._note(window.tool_panel)
         for dock in window.docks.values():
-            if not isinstance(place := dock.widget(), ScrollingLater):
+            if not isinstance(place := dock.widget(), LazyScrollArea):
                 continue
             if place._make is None:
                 self._note(place.widget())

@@ -49,7 +49,7 @@ from vomstudio.project.kinds.remark import Remark
 from vomstudio.geometry.frames import Frame
 from vomstudio.project.records import Model
 from vomstudio.io.models.opening import read_model
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 
@@ -60,7 +60,7 @@ result = {}
 loaded = read_model(here / "a.off")
 result["vertices"], result["faces"] = loaded.data.vertices.tolist(), loaded.data.faces.tolist()
 
-project = Project.create(here / "p.vom")
+project = ProjectFolder.create(here / "p.vom")
 session = project.session
 session.apply(edits.add_model(session.records, Model(
     "m1", "a", "a.off", "mesh", loaded.content_hash, Frame("crs", "EPSG:32633"))))

@@ -84,11 +84,12 @@ def ours(images: Path, work: Path, size: int, threads: int) -> dict[str, Any]:
         "import sys; from pathlib import Path\n"
         "from vomstudio.io.photos.reading import read_photos\n"
         "from vomstudio.studio.jobs.executors import Threads\n"
-        "from vomstudio.photogrammetry.align.alignment import Options, align\n"
+        "from vomstudio.photogrammetry.align.alignment import AlignmentOptions, align\n"
         "from vomstudio.core.progress import Silent\n"
         "photos = read_photos(Path(sys.argv[1])).photos\n"
         "size, threads = int(sys.argv[3]), int(sys.argv[4])\n"
-        "align(photos, Path(sys.argv[2]), Options(max_size=size, threads=threads),\n"
+        "align(photos, Path(sys.argv[2]),\n"
+        "      AlignmentOptions(max_size=size, threads=threads),\n"
         "      Threads(threads), Silent())\n"
     )
     command = [sys.executable, "-c", code, str(images), str(work / "ours"), str(size)]

@@ -40,7 +40,7 @@ from vomstudio.geology.plane_bands import find_plane_band
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.planes import PlaneFit, fit_plane
+from vomstudio.geometry.planes import FittedPlane, fit_plane
 
 Floats = npt.NDArray[np.float64]
 SIZE = 3.0
@@ -141,7 +141,7 @@ def outcrop(
     return Outcrop(made, normal, points[chosen], spacing)
 
 
-def holds(fit: PlaneFit, normal: Floats) -> bool:
+def holds(fit: FittedPlane, normal: Floats) -> bool:
     """Whether the true normal is inside the joint region."""
     if fit.max_confidence95_deg is None or fit.min_confidence95_deg is None:
         return False
@@ -158,7 +158,7 @@ class Followed:
     """The fit of a followed trace, the face (3,) around it, its path, what of it is outside of
     doubtful stretches, its true error, and the resolution of the model."""
 
-    fit: PlaneFit
+    fit: FittedPlane
     face: Floats | None
     path: Path
     rest: RemainingTrace | None

@@ -78,7 +78,7 @@ def run(count: int) -> dict[str, float]:
     mine = [straight[plan.view] for plan in pairs.plans]
     around = neighbours_by_name(scene, pairs)
     cloud = timed("fuse", lambda: fuse(names, maps, mine, around))
-    options = meshing.SurfaceOptions(faces=FACES_EACH * count, threads=2)
+    options = meshing.MeshingOptions(faces=FACES_EACH * count, threads=2)
     steps = Stages("surface", taken)
     mesh = meshing.build_surface(cloud, options, steps, scene.centres).mesh
     steps.stage("")

@@ -100,9 +100,11 @@ def of_look(width: int, height: int, size: int) -> tuple[Any, int]:
     def task(w: int, h: int, faces: np.ndarray) -> visibility.VisibilityTask:
         return visibility.VisibilityTask(encoded(w, h), None, viewed("a", w, h), vertices, faces)
 
-    visibility.look(task(400, 300, faces[:100]))
+    visibility.compute_visibility(task(400, 300, faces[:100]))
     whole = task(width, height, faces)
-    return lambda: visibility.look(whole), visibility.memory_needed(width, height, len(faces))
+    return lambda: visibility.compute_visibility(whole), visibility.memory_needed(
+        width, height, len(faces)
+    )
 
 
 STEPS = {"features": of_features, "straight": of_straight, "depths": of_depths, "look": of_look}

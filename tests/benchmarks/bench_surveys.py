@@ -23,7 +23,7 @@ from tests.photogrammetry.align.surveys import SURVEYS, Survey
 from tests.photogrammetry.made_photos import Finder
 from vomstudio.core.errors import VomError
 from vomstudio.core.progress import Silent
-from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
+from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 
 HEAD = (
     f"{'survey':34s} {'photos':>6s} {'placed':>6s} {'peer':>5s} {'px':>7s} {'peer px':>8s} "
@@ -54,10 +54,10 @@ def placed(survey: Survey, work: Path, pixels: bool) -> tuple[Alignment, list[st
         from vomstudio.studio.jobs.executors import Threads
 
         photos = read_photos(survey.write(work / "photos")).photos
-        alignment = align(photos, work, Options(), Threads(2), Silent())
+        alignment = align(photos, work, AlignmentOptions(), Threads(2), Silent())
         return alignment, [photo.name for photo in photos]
     features = made(survey, work)
-    alignment = align(features.photos, work, Options(), Finder([features]), Silent())
+    alignment = align(features.photos, work, AlignmentOptions(), Finder([features]), Silent())
     return alignment, [photo.name for photo in features.photos]
 
 

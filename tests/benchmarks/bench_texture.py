@@ -25,7 +25,7 @@ import numpy as np
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface.texture_truth import Comparison, compare
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.photogrammetry.surface.meshing import SurfaceOptions, build_surface
+from vomstudio.photogrammetry.surface.meshing import MeshingOptions, build_surface
 from vomstudio.photogrammetry.surface.texture import make_texture
 from vomstudio.studio.jobs.executors import Threads
 
@@ -141,7 +141,7 @@ def main() -> None:
         taken.append(rock.taken(view, picture, ending=".jpg"))
     cloud = rock.cloud_of(face, views, spacing=0.0125, noise=0.002)
     print(f"{len(views)} photos of {size[0]} x {size[1]}, {len(cloud.points):,} points", flush=True)
-    options = SurfaceOptions(faces=args.faces, threads=args.threads)
+    options = MeshingOptions(faces=args.faces, threads=args.threads)
     surface = timed("surface", lambda: build_surface(cloud, options)).mesh
     print(f"{len(surface.faces):,} faces, {off_truth(surface, face)}")
     made = timed("texture", lambda: make_texture(surface, taken, executor=Threads(args.threads)))

@@ -28,7 +28,7 @@ from scipy.spatial.distance import cdist
 from vomstudio.geology.quality import Kind, judge, total_error_deg
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import moments
-from vomstudio.geometry.planes import PlaneFit, fit_planes
+from vomstudio.geometry.planes import FittedPlane, fit_planes
 
 Floats = npt.NDArray[np.float64]
 JOINT_95 = float(np.sqrt(stats.chi2.ppf(0.95, 2)))
@@ -105,7 +105,7 @@ def patch(rng: np.random.Generator) -> Made:
     return Made(np.column_stack([along, off]), known_deg(along, covariance), spacing)
 
 
-def fit_patches(parts: list[Floats]) -> list[PlaneFit]:
+def fit_patches(parts: list[Floats]) -> list[FittedPlane]:
     found = []
     for points in parts:
         known = moments(points)
@@ -113,7 +113,7 @@ def fit_patches(parts: list[Floats]) -> list[PlaneFit]:
     return found
 
 
-def fit_traces(parts: list[Floats]) -> list[PlaneFit]:
+def fit_traces(parts: list[Floats]) -> list[FittedPlane]:
     offsets = np.concatenate([[0], np.cumsum([len(points) for points in parts])])
     fits = fit_planes(np.concatenate(parts), offsets)
     return [fits[i] for i in range(len(fits))]

@@ -131,7 +131,7 @@ def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> N
     from vomstudio.geometry.frames import Frame
     from vomstudio.geometry.registrations import Registration
     from vomstudio.project import edits
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.records import Model
 
     mesh = tmp_path / "face.xyz"
@@ -141,7 +141,7 @@ def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> N
         project.add_model(mesh, unit="m", up="z")
         project.save()
     turn = ((0.0, -2.0, 0.0, 1000.0), (2.0, 0.0, 0.0, 500.0), (0.0, 0.0, 2.0, 0.0), (0, 0, 0, 1.0))
-    opened = Project.open(folder)
+    opened = ProjectFolder.open(folder)
     (model,) = opened.session.of(Model)
     record = Registration("r", "points", "points", Frame("crs", "EPSG:32633"), turn)
     opened.session.apply(edits.set_registration(opened.session.records, record, [model.id]))

@@ -19,7 +19,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.products.sample.check import DISPLACEMENT, FOLD_AXIS, INTERSECTION
 from vomstudio.products.sample.photo_check import CAMERA_CENTRES, MODEL_OFFSET
 from vomstudio.project import sample
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 
@@ -82,7 +82,7 @@ def test_the_project_opens_with_beds_and_fault_as_traces_and_joints_as_patches(
     demo: tuple[Path, dict],
 ) -> None:
     folder, result = demo
-    project = Project.open(folder / "sample.vom")
+    project = ProjectFolder.open(folder / "sample.vom")
     try:
         traces, patches = project.session.of(Trace), project.session.of(Patch)
         picks = len(traces) + len(patches)

@@ -11,7 +11,7 @@ from tests.messages import shown_codes
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 
@@ -23,7 +23,7 @@ WEST = tuple((-x, y, z) for x, y, z in EAST)
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     folder = tmp_path / "Kliff é.vom"
-    opened = Project.create(folder)
+    opened = ProjectFolder.create(folder)
     session = opened.session
     frame = Frame(kind="crs", crs="EPSG:32615")
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, frame)

@@ -105,12 +105,12 @@ def project(tmp_path: Path) -> Path:
     from vomstudio.geometry.frames import Frame
     from vomstudio.project import edits
     from vomstudio.project.bed_descriptions import describe_bed
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.kinds.dimension import Dimension
     from vomstudio.project.kinds.trace import Trace
     from vomstudio.project.records import Model
 
-    made = Project.create(tmp_path / "p.vom")
+    made = ProjectFolder.create(tmp_path / "p.vom")
     session = made.session
     model = Model("m", "stair", "stair.obj", "mesh", "0" * 64, Frame("local"))
     session.apply(edits.add_model(session.records, model))
@@ -181,10 +181,10 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
 def test_the_bedding_is_that_of_the_traces_near_the_line(run, project: Path) -> None:
     """The other limb, which dips to the West 50 m away, counts only if it is asked for."""
     from vomstudio.project import edits
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.kinds.trace import Trace
 
-    made = Project.open(project)
+    made = ProjectFolder.open(project)
     session = made.session
     other = []
     for k in range(4):
@@ -228,12 +228,12 @@ def test_a_line_along_a_rough_face_does_not_make_the_boundaries_uncertain(run, t
     the thickness is known by the traces. An overturned bed is told."""
     from vomstudio.geometry.frames import Frame
     from vomstudio.project import edits
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.kinds.trace import Trace
     from vomstudio.project.records import Model
 
     generator = np.random.default_rng(5)
-    made = Project.create(tmp_path / "p.vom")
+    made = ProjectFolder.create(tmp_path / "p.vom")
     session = made.session
     model = Model("m", "face", "face.obj", "mesh", "0" * 64, Frame("local"))
     session.apply(edits.add_model(session.records, model))

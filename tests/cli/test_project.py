@@ -19,7 +19,7 @@ from vomstudio.geometry.brush import MeshSurface
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.models.opening import read_model
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.journal.migration import SCHEMA_VERSION
 from vomstudio.project.kinds.trace import Trace
@@ -40,7 +40,7 @@ OBJ = "v 0 0 0\nv 40 0 0\nv 0 -40 -40\nf 1 2 3\n"
 def project(tmp_path: Path) -> Path:
     """With a model whose file is gone, and one trace on it."""
     folder = tmp_path / "Kliff é.vom"
-    opened = Project.create(folder)
+    opened = ProjectFolder.create(folder)
     session = opened.session
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32615"))
     session.apply(edits.add_model(session.records, model))
@@ -54,7 +54,7 @@ def project(tmp_path: Path) -> Path:
 @pytest.fixture
 def empty(tmp_path: Path) -> Path:
     folder = tmp_path / "empty.vom"
-    Project.create(folder).close()
+    ProjectFolder.create(folder).close()
     return folder
 
 
@@ -77,7 +77,7 @@ def change_rows(folder: Path, statement: str) -> None:
 
 # --- looking -------------------------------------------------------------------------------------
 def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project: Path) -> None:
-    window = Project.open(project)
+    window = ProjectFolder.open(project)
     found = run("project", project, "list", "--json").json
     window.close()
     (model,) = found["models"]
@@ -139,7 +139,7 @@ def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path
 
 
 def test_a_project_that_is_open_in_a_window_is_not_changed(run, project: Path) -> None:
-    window = Project.open(project)
+    window = ProjectFolder.open(project)
     before = (project / "journal.sqlite").read_bytes()
     for words in (["undo"], ["add-model", sample_model()], ["compact"]):
         ran = run("project", project, *words, "--json")
@@ -390,13 +390,13 @@ def fitted(run: Run, project: Path) -> dict[str, Any]:
 
 def test_features_of_an_earlier_rule_say_so_and_are_measured_anew(run: Run, tmp_path: Path) -> None:
     folder = tmp_path / "cliff.vom"
-    opened = Project.create(folder)
+    opened = ProjectFolder.create(folder)
     opened.close()
     file = tmp_path / "wall.obj"
     # A wall that faces south, with a vertex every half metre.
     file.write_text(wall(0.5), encoding="utf-8")
     assert run("project", folder, "add-model", file, "--up", "z", "--unit", "m").code == 0
-    opened = Project.open(folder)
+    opened = ProjectFolder.open(folder)
     session = opened.session
     (model,) = session.of(Model)
     # Dips 60 degrees to the south, with scatter along its normal.

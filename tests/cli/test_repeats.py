@@ -15,7 +15,7 @@ from tests.messages import codes, shown_values, warned
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits, repeated_features
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 
@@ -182,7 +182,7 @@ def project(tmp_path):
     folder = tmp_path / "beds.vom"
     model = Model("m", "face", "face.obj", "mesh", "0" * 64, Frame("local"))
     points = np.array([[0, 0, 0], [1, 0.9, 0.1], [2, -0.4, 0.6], [3, 0.7, 0.9], [4, -0.2, 1.5]])
-    with closing(Project.create(folder)) as made:
+    with closing(ProjectFolder.create(folder)) as made:
         session = made.session
         session.apply(edits.add_model(session.records, model))
         for i, id_ in enumerate(("b1", "b2", "b3")):

@@ -23,7 +23,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
 from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.extraction.facets import Facets, find_facets
+from vomstudio.extraction.facets import FacetSegmentation, find_facets
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
@@ -38,7 +38,7 @@ def three_sheets(rng: np.random.Generator, **options: float) -> tuple[PointCloud
     return clouds_of(*parts)
 
 
-def errors(found: Facets, part: np.ndarray) -> dict[int, float]:
+def errors(found: FacetSegmentation, part: np.ndarray) -> dict[int, float]:
     """The angle to the truth, by the part that most of a facet's points are of."""
     result = {}
     for facet in found.facets:

@@ -7,13 +7,15 @@ import pytest
 
 from tests.extraction.planes_by_construction import sheet
 from tests.messages import by_code
-from vomstudio.extraction.facets import Facets, find_facets
+from vomstudio.extraction.facets import FacetSegmentation, find_facets
 from vomstudio.geometry.cloud import PointCloud
 
 ROCK, GRASS = (130, 120, 105), (105, 135, 70)
 
 
-def scene(seed: int, ground_dip: float, ground: tuple[int, int, int], wall_dip: float) -> Facets:
+def scene(
+    seed: int, ground_dip: float, ground: tuple[int, int, int], wall_dip: float
+) -> FacetSegmentation:
     """10 x 10 m of smooth ground before a wall of 5 x 5 m, each with the noise of a photo."""
     rng = np.random.default_rng(seed)
     flat = sheet(rng, (20.0, ground_dip), (0.0, 0.0, 0.0), size=10.0, count=20_000, noise=0.01)

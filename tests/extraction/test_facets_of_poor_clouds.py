@@ -15,7 +15,7 @@ from tests.extraction.planes_by_construction import (
 from tests.messages import by_code
 from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.facets import Facets, find_facets
+from vomstudio.extraction.facets import FacetSegmentation, find_facets
 from vomstudio.geometry.cloud import PointCloud
 
 ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
@@ -32,7 +32,7 @@ def squares(
     ]
 
 
-def worst(result: Facets, part: np.ndarray) -> float:
+def worst(result: FacetSegmentation, part: np.ndarray) -> float:
     return max(
         angle_deg(
             facet.fit.normal, normal_of(*ATTITUDES[int(np.bincount(part[facet.rows]).argmax()) % 3])

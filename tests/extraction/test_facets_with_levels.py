@@ -8,7 +8,7 @@ import pytest
 from tests.extraction.planes_by_construction import angle_deg, axes_of, grid_mesh, normal_of
 from tests.messages import by_code
 from tests.tiers import first_in_default_tier
-from vomstudio.extraction.facets import Facets, find_facets
+from vomstudio.extraction.facets import FacetSegmentation, find_facets
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
@@ -30,7 +30,7 @@ def at_two_levels(seed: int, times: float, share: float = 0.5, *, over: bool = F
     return PointCloud(turned(x, y, NOISE * (rng.standard_normal(8000) + times * up)))
 
 
-def are_told(result: Facets) -> bool:
+def are_told(result: FacetSegmentation) -> bool:
     """The two levels are two good planes of the right attitude, or the one is said to be none."""
     if len(result.facets) == 1:
         verdict = result.facets[0].verdict

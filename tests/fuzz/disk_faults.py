@@ -399,7 +399,7 @@ class Work:
 
     def __init__(self, kind: str, places: dict[str, str], out: Path) -> None:
         from vomstudio.project.assets import store_asset
-        from vomstudio.project.folder import Project
+        from vomstudio.project.folder import ProjectFolder
         from vomstudio.project.photo_edits import add_photo_set, set_masks
         from vomstudio.project.records import PhotoSet
 
@@ -407,7 +407,7 @@ class Work:
         self.sound = out.with_name(f"{kind}-sound") / "a.vom"
         self.sound.parent.mkdir()
         shutil.copytree(f"{places['specimens']}/schema1.vom", self.sound)
-        with contextlib.closing(Project.open(self.sound)) as project:
+        with contextlib.closing(ProjectFolder.open(self.sound)) as project:
             session = project.session
             session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere")))
             mask = store_asset(project.folder, b"a mask", ".png")
@@ -430,14 +430,14 @@ class Work:
     def trial(self, at: int, number: int, *, goes_on: bool, over: bool) -> str:
         """over : as in a window, where steps wait in memory"""
         from vomstudio.core.errors import VomError
-        from vomstudio.project.folder import Project
+        from vomstudio.project.folder import ProjectFolder
 
         shutil.rmtree(self.out, ignore_errors=True)
         self.out.mkdir(parents=True)
         folder, target = self.out / "a.vom", self.out / "target" / "b.vom"
         shutil.copytree(self.sound, folder)
         before = state_of(folder)
-        project = Project.open(folder)
+        project = ProjectFolder.open(folder)
         told: list[Any] = []
         if over:
             project.buffer_unwritten_steps(told.append)

@@ -36,7 +36,7 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits, grid_edits
 from vomstudio.project.assets import store_asset
 from vomstudio.project.edit import Edit
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.replay import Replay, replay
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.known_line import KnownLine
@@ -50,7 +50,7 @@ from vomstudio.project.photo_edits import (
     set_masks,
     set_points,
 )
-from vomstudio.project.records import FaceGrid, Feature, Model, PhotoSet, Reconstruction
+from vomstudio.project.records import FaceGrid, Feature, Model, PhotoSet, ReconstructionRecord
 from vomstudio.project.verify import verify
 
 MODEL = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", "0" * 64, Frame("local"))
@@ -65,7 +65,7 @@ class Editor:
     def __init__(self, folder: Path, chance: random.Random, say: Callable[[str], None]) -> None:
         self.folder, self.chance, self.say = folder, chance, say
         new = not folder.exists()
-        self.project = Project.create(folder) if new else Project.open(folder)
+        self.project = ProjectFolder.create(folder) if new else ProjectFolder.open(folder)
         self.number = 0
 
     def work(self) -> None:
@@ -262,7 +262,7 @@ class Editor:
         if found is None:
             return None
         id_ = self.new_id("r")
-        made = Reconstruction(id_, found.id, id_, id_, "low", "0" * 64, (), 9, 8, 0.4)
+        made = ReconstructionRecord(id_, found.id, id_, id_, "low", "0" * 64, (), 9, 8, 0.4)
         return add_reconstruction(self.records, made, self._registration())
 
     def _registration(self) -> Registration:
@@ -324,7 +324,7 @@ def judge(told: list[list[str]]) -> str:
 
     kind, folder, last, state = told[-1]
     # A kill between the rename and the opening leaves both, whole.
-    project = Project.open(Path(folder))
+    project = ProjectFolder.open(Path(folder))
     try:
         if project.problems:
             return f"DAMAGED after {kind}: {project.problems}"

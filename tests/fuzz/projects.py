@@ -32,7 +32,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits, grid_edits
 from vomstudio.project.exports.export import export_project
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import NAME, read_replay
 from vomstudio.project.journal.replay import Replay
 from vomstudio.project.journal.rows import COLUMNS, checksum
@@ -75,7 +75,7 @@ def specimen(folder: Path) -> Path:
     """A project with features of every kind and a grid, made at earlier schemas and at that of
     today."""
     made = copy_of("schema1", folder)
-    project = Project.open(made)
+    project = ProjectFolder.open(made)
     session = project.session
     model = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", HASH, Frame("local"))
     session.apply(edits.add_model(session.records, model))
@@ -163,7 +163,7 @@ def outcome(folder: Path, before: tuple[Any, ...] | None) -> str:
         if not played.problems and before is not None and said_by(played) != before:
             return "CHANGED SILENTLY"
         verify(folder)
-        opened = Project.open(folder)
+        opened = ProjectFolder.open(folder)
         try:
             named = bool(opened.problems)
             if before is not None and not named and dict(opened.session.records) != before[0]:

@@ -48,7 +48,7 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
     import json
     import sqlite3
 
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.journal.database import NAME
     from vomstudio.project.journal.rows import COLUMNS, checksum
 
@@ -70,7 +70,7 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
     db.execute("UPDATE head SET checksum = ?", (total,))
     db.commit()
     db.close()
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     assert id_ not in opened.session.records
     messages = [str(problem) for problem in opened.problems]
     assert any(f"row {row[0]} " in message and "name" in message for message in messages)

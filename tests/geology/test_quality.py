@@ -22,11 +22,11 @@ from vomstudio.geology.quality import (
     resolution_tilt_deg,
     total_error_deg,
 )
-from vomstudio.geometry.lines import LineFit, fit_line
-from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
+from vomstudio.geometry.lines import FittedLine, fit_line
+from vomstudio.geometry.planes import FittedPlane, fit_plane, fit_planes
 
 
-def good_fit() -> PlaneFit:
+def good_fit() -> FittedPlane:
     """A well bent trace, 10 m long, 5 mm noise."""
     t = np.linspace(-1.0, 1.0, 40)
     points = np.stack([5.0 * t, 8.0 * t * t, np.zeros(40)], axis=1)
@@ -36,25 +36,25 @@ def good_fit() -> PlaneFit:
 GOOD = replace(good_fit(), bow_tilt_deg=None)
 
 
-def judged(fit: PlaneFit, **changes: object) -> Verdict:
+def judged(fit: FittedPlane, **changes: object) -> Verdict:
     options: dict[str, object] = {"resolution_m": 0.01, "outcrop_normal": (1.0, 0.0, 0.0)}
     options.update(changes)
     return judge(fit, **options)  # type: ignore[arg-type]
 
 
-def verdict(fit: PlaneFit, **changes: object) -> tuple[str, list[str]]:
+def verdict(fit: FittedPlane, **changes: object) -> tuple[str, list[str]]:
     """Return the quality and the codes of the reasons."""
     result = judged(fit, **changes)
     return result.quality, [each.code for each in result.reasons]
 
 
-def reason(fit: PlaneFit, **changes: object) -> Finding:
+def reason(fit: FittedPlane, **changes: object) -> Finding:
     """Return the only reason of a verdict."""
     (only,) = judged(fit, **changes).reasons
     return only
 
 
-def notes(fit: PlaneFit, **changes: object) -> dict[str, dict[str, object]]:
+def notes(fit: FittedPlane, **changes: object) -> dict[str, dict[str, object]]:
     """Return the values of the notes by their codes."""
     return by_code(judged(fit, **changes).notes)
 
@@ -215,12 +215,12 @@ def test_a_straight_line_picked_on_a_flat_face_leaves_its_plane_open(n: int) -> 
 def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing() -> None:
     t = np.arange(101.0)
 
-    def wide(sigma: float, thin: int = 1) -> PlaneFit:
+    def wide(sigma: float, thin: int = 1) -> FittedPlane:
         return fit_plane(
             np.column_stack([t, np.sqrt(2.0) * sigma * np.sin(t), 0.01 * np.sin(2.7 * t)])[::thin]
         )
 
-    def total(fit: PlaneFit, resolution: float) -> float | None:
+    def total(fit: FittedPlane, resolution: float) -> float | None:
         return total_error_deg(fit, resolution, outcrop_normal=(0.0, 0.1, 1.0))
 
     assert total(wide(0.8), 1.0) == 90.0
@@ -422,7 +422,7 @@ def test_the_extent_of_a_trace_is_its_length() -> None:
 # Lines
 
 
-def straight(n: int, noise: float = 0.0) -> LineFit:
+def straight(n: int, noise: float = 0.0) -> FittedLine:
     rng = np.random.default_rng(2)
     points = np.outer(np.linspace(0, 3, n), [1.0, 0.0, -1.0]) + rng.normal(0, noise, (n, 3))
     return fit_line(points)
@@ -460,7 +460,7 @@ def test_a_line_uncertain_mostly_from_the_registration_has_that_reason(
 
 
 def test_a_line_of_unknown_error_has_the_cause_as_its_reason() -> None:
-    def reasons(fit: LineFit | None, known: bool = True) -> list[str]:
+    def reasons(fit: FittedLine | None, known: bool = True) -> list[str]:
         found = judge_line(fit, confidence95_deg=None, plane_is_known=known)
         assert found.quality == ("doubtful" if found.reasons else "good")
         return [each.code for each in found.reasons]

@@ -14,7 +14,7 @@ import pytest
 from tests.tiers import first_in_default_tier
 from vomstudio.geometry.kernels import machine_code
 from vomstudio.geometry.kernels.jit import Kernel, kernel, part
-from vomstudio.geometry.kernels.sources import Part, Source
+from vomstudio.geometry.kernels.sources import KernelPart, KernelSource
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="numba's own cache does it there")
 
@@ -111,7 +111,7 @@ def test_a_part_counts_with_all_that_it_calls() -> None:
     def name_of(factor: float) -> str:
         inner = part(lambda x: x * factor)
         outer = part(lambda x: inner(x) + 1.0)
-        return machine_code._file_name(Source(lambda x: outer(x), "f8(f8)", False))
+        return machine_code._file_name(KernelSource(lambda x: outer(x), "f8(f8)", False))
 
     assert name_of(2.0) == name_of(2.0) != name_of(3.0)
 
@@ -134,8 +134,8 @@ def test_options_of_kernels_and_parts_count() -> None:
     def half(x):  # type: ignore[no-untyped-def]
         return x / 2
 
-    def name_of(signature: str, fast: bool, piece: Part) -> str:
-        return machine_code._file_name(Source(lambda x: piece(x), signature, fast))
+    def name_of(signature: str, fast: bool, piece: KernelPart) -> str:
+        return machine_code._file_name(KernelSource(lambda x: piece(x), signature, fast))
 
     names = set()
     for signature, fast, options in [
@@ -145,7 +145,7 @@ def test_options_of_kernels_and_parts_count() -> None:
         ("f8(f8)", False, {"fastmath": True}),
     ]:
         for _ in range(2):
-            names.add(name_of(signature, fast, Part(half, **options)))
+            names.add(name_of(signature, fast, KernelPart(half, **options)))
     assert len(names) == 4
 
 

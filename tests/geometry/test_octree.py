@@ -15,9 +15,9 @@ from vomstudio.geometry.streaming.octree import (
     MAX_SPACING_PIXELS,
     ArrangedNodes,
     CloudNodes,
+    CloudView,
     NodeStore,
     StreamedCloud,
-    View,
     parent_rows,
     split_cloud,
 )
@@ -64,13 +64,13 @@ def test_the_node_above_is_the_cube_around() -> None:
     assert parent_rows(np.array([[3, 5, 2, 7], [1, 1, 0, 1]])).tolist() == [-1, -1]
 
 
-def view(position: np.ndarray, *, orthographic: bool = False, **more: object) -> View:
+def view(position: np.ndarray, *, orthographic: bool = False, **more: object) -> CloudView:
     """A look to the north."""
-    given = View(tuple(position), (EAST, UP, NORTH), 0.4, 1.6, orthographic, 0.1, 900)
+    given = CloudView(tuple(position), (EAST, UP, NORTH), 0.4, 1.6, orthographic, 0.1, 900)
     return replace(given, **more)
 
 
-def needed(nodes: CloudNodes, seen: View) -> np.ndarray:
+def needed(nodes: CloudNodes, seen: CloudView) -> np.ndarray:
     """By the definition, a node at a time: points of its box in the picture, and neighbours of the
     node above too far apart on the screen at the box's nearest point."""
     position, axes = np.array(seen.position), np.array(seen.axes)
@@ -99,7 +99,7 @@ VIEWS = [
 
 
 @pytest.mark.parametrize("seen", VIEWS)
-def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: View) -> None:
+def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: CloudView) -> None:
     nodes = tree()
     chosen = nodes.choose(seen, 10**9)
     wanted = needed(nodes, seen)
@@ -348,7 +348,7 @@ def test_where_nothing_is_loaded_there_is_no_surface() -> None:
         assert surface.normal_near(0, file.boxes[0].mean(axis=0), 30.0) is None
 
 
-def chosen_plainly(nodes: CloudNodes, seen: View) -> set[int]:
+def chosen_plainly(nodes: CloudNodes, seen: CloudView) -> set[int]:
     """A node at a time: the ball around its box against the planes that bound the picture."""
     position, axes = np.array(seen.position), np.array(seen.axes)
     wide = seen.half_height * seen.aspect

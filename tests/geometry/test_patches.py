@@ -20,7 +20,7 @@ from vomstudio.geometry.patches import (
     outline,
     runs_to_ids,
 )
-from vomstudio.geometry.planes import PlaneFit, fit_plane
+from vomstudio.geometry.planes import FittedPlane, fit_plane
 
 ACROSS, ALONG = 36, 30
 
@@ -92,7 +92,7 @@ def blob(n: int, seed: int, thickness: float = 0.05) -> np.ndarray:
     return flat @ np.array([e1, np.cross(e3, e1), e3]) + [700.0, -300.0, 40.0]
 
 
-def moment_fit(points: np.ndarray) -> PlaneFit:
+def moment_fit(points: np.ndarray) -> FittedPlane:
     known = moments(points)
     return fit_moments(known.n, known.mean, known.scatter)
 
@@ -106,7 +106,7 @@ OF_ITS_OWN = ("extent", "max_coordinate", "ordered", "axes")
 def test_a_patch_has_the_figures_of_the_plane_through_its_points(n: int, thickness: float) -> None:
     points = blob(n, n, thickness)
     patch, plane = moment_fit(points), fit_plane(points, ordered=False)
-    for field in fields(PlaneFit):
+    for field in fields(FittedPlane):
         if field.name in OF_ITS_OWN:
             continue
         ours, theirs = getattr(patch, field.name), getattr(plane, field.name)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from matplotlib.path import Path as Outline
 
 from vomstudio.geometry.pixel_areas import (
-    Area,
+    PixelArea,
     changed_by,
     polygon_area,
     stroke_area,
@@ -22,7 +22,7 @@ COLUMNS, ROWS = np.meshgrid(np.arange(WIDE) + 0.5, np.arange(HIGH) + 0.5)
 CENTRES = np.column_stack([COLUMNS.ravel(), ROWS.ravel()])
 
 
-def spread(area: Area) -> np.ndarray:
+def spread(area: PixelArea) -> np.ndarray:
     """As a picture of its own."""
     made = np.zeros((HIGH, WIDE), bool)
     made[area.window] = area.inside

@@ -15,7 +15,7 @@ from tests.messages import refused
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
+from vomstudio.geometry.planes import FittedPlane, fit_plane, fit_planes
 
 UTM = np.array([576_700.0, 5_188_200.0, 215.0])
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
@@ -136,7 +136,7 @@ def test_a_plane_of_known_attitude_is_found(azimuth: float, dip: float) -> None:
     assert angle_between(fit.dip_direction_deg, azimuth) < 0.5
 
 
-def same_but_turned(a: PlaneFit, b: PlaneFit, angle: float, rel: float) -> None:
+def same_but_turned(a: FittedPlane, b: FittedPlane, angle: float, rel: float) -> None:
     vectors = ("centroid", "normal", "axes", "dip_direction_deg")
     for f in fields(a):
         if f.name in (*vectors, "max_coordinate"):
@@ -393,7 +393,7 @@ def test_a_group_without_a_plane_is_blank_in_a_batch_and_harms_no_other() -> Non
             continue
         assert fits.error[i] == finding
         assert fits.n[i] == len(groups[i])
-        for f in fields(PlaneFit):
+        for f in fields(FittedPlane):
             value = getattr(fits[i], f.name)
             if isinstance(value, np.ndarray):
                 assert np.isnan(value).all(), f.name

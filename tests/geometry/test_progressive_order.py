@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from vomstudio.geometry.progressive_order import (
     MAX_LEVEL,
     POINTS_PER_NODE,
-    Arrangement,
+    ProgressiveOrder,
     _depth,
     arrange,
 )
@@ -27,7 +27,7 @@ def face(n: int, seed: int = 0) -> np.ndarray:
     return np.column_stack([x, 2.0 * np.sin(x / 3.0) + 0.1 * rng.random(n), z]) + UTM
 
 
-def nodes(found: Arrangement) -> list[np.ndarray]:
+def nodes(found: ProgressiveOrder) -> list[np.ndarray]:
     return [found.rows[a:b] for a, b in zip(found.starts[:-1], found.starts[1:], strict=True)]
 
 
@@ -37,11 +37,11 @@ def points() -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def found(points: np.ndarray) -> Arrangement:
+def found(points: np.ndarray) -> ProgressiveOrder:
     return arrange(points)
 
 
-def test_every_point_is_in_one_node(found: Arrangement, points: np.ndarray) -> None:
+def test_every_point_is_in_one_node(found: ProgressiveOrder, points: np.ndarray) -> None:
     assert np.array_equal(np.sort(found.rows), np.arange(len(points)))
     assert found.is_sound(len(points))
     assert np.diff(found.starts).max() <= POINTS_PER_NODE
@@ -50,7 +50,7 @@ def test_every_point_is_in_one_node(found: Arrangement, points: np.ndarray) -> N
 
 
 def test_nodes_lie_in_their_boxes_and_below_their_parents(
-    found: Arrangement, points: np.ndarray
+    found: ProgressiveOrder, points: np.ndarray
 ) -> None:
     for node, rows in enumerate(nodes(found)):
         own = points[rows]
@@ -64,7 +64,9 @@ def test_nodes_lie_in_their_boxes_and_below_their_parents(
             assert ((own >= low - reach) & (own <= high + reach)).mean() > 0.99
 
 
-def test_every_beginning_covers_the_whole_evenly(found: Arrangement, points: np.ndarray) -> None:
+def test_every_beginning_covers_the_whole_evenly(
+    found: ProgressiveOrder, points: np.ndarray
+) -> None:
     own = nodes(found)
     for spacing in np.unique(found.spacing)[1:]:
         some = np.concatenate([own[k] for k in np.flatnonzero(found.spacing >= spacing)])
@@ -172,7 +174,7 @@ def test_it_can_be_stopped() -> None:
         arrange(face(1000), check)
 
 
-def test_an_order_of_other_points_is_not_sound(found: Arrangement) -> None:
+def test_an_order_of_other_points_is_not_sound(found: ProgressiveOrder) -> None:
     n = len(found.rows)
     assert not found.is_sound(n - 1)
     assert not replace(found, starts=found.starts[:-1]).is_sound(n)

@@ -32,7 +32,14 @@ from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.photo_edits import add_photo_set, add_reconstruction
-from vomstudio.project.records import ImageMark, MarkedPoint, Mask, Model, PhotoSet, Reconstruction
+from vomstudio.project.records import (
+    ImageMark,
+    MarkedPoint,
+    Mask,
+    Model,
+    PhotoSet,
+    ReconstructionRecord,
+)
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.studio.tools.line import LineTool
 from vomstudio.studio.tools.measure import MeasureTool
@@ -89,7 +96,7 @@ def on_screen(studio: Any) -> dict[str, Any]:
             for m in studio.session.of(Mask)
         ),
         "reconstructions": [
-            [r.name, r.folder, r.registered] for r in studio.session.of(Reconstruction)
+            [r.name, r.folder, r.registered] for r in studio.session.of(ReconstructionRecord)
         ],
         "registrations": [
             [r.name, r.method, [list(row) for row in r.matrix]]
@@ -261,7 +268,7 @@ def photo_events(studio: Any) -> list[Event]:
 
     document = PhotoDocument(studio)
     wall = PhotoSet("photos-1", "wall", "/geologist/wall", "EPSG:32633")
-    run = Reconstruction("run-1", wall.id, "wall", "wall-low", "low", "0" * 64, (), 9, 8, 0.4)
+    run = ReconstructionRecord("run-1", wall.id, "wall", "wall-low", "low", "0" * 64, (), 9, 8, 0.4)
     found = Registration("r-1", "control points, wall", "control", Frame("crs", "EPSG:32633"))
     east = ((1.0, 0.0, 0.0, 250.0), *IDENTITY[1:])
 

@@ -301,7 +301,7 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
         driver.pause()
         driver.keep_picture(dialog, f"alignment-depths-{what}")
     choose(depths.table, 1)
-    wait(lambda: "no depth map" in panes._words, "the reason")
+    wait(lambda: "no depth map" in panes._message, "the reason")
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
     wait(lambda: not window.findChildren(AlignmentDialog), "the end")
 

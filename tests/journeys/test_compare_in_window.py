@@ -43,7 +43,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     panel = panel_of(window)
     assert not panel.start.isEnabled()
     assert shown_codes(panel.start.toolTip()) == {"action.no-other-model"}
-    panel.other.take(higher)
+    panel.other.load_file(higher)
     driver.wait(panel.start.isEnabled, "the benchmark")
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == "Stop"
@@ -91,7 +91,7 @@ def test_distances_are_there_when_the_project_is_opened_again(
     id_ = driver.open_outcrop(window, outcrop)
     studio = window.studio
     panel = panel_of(window)
-    panel.other.take(higher)
+    panel.other.load_file(higher)
     driver.wait(panel.start.isEnabled, "the benchmark")
     driver.click(panel.start, panel.start.rect().center())
     driver.wait(lambda: panel.comparison is not None, "the distances", 60.0)

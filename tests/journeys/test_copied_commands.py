@@ -112,7 +112,7 @@ def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
         panel.count.setValue(number)
         panel.seeds.setText(seeds)
         press(panel.start)
-        wait(lambda: panel.result is not None and not panel._newest.waiting, "the sets")
+        wait(lambda: panel.result is not None and not panel._newest.is_waiting, "the sets")
         press(panel.copy)
         found = told()
         mine = panel.result.proposal
@@ -165,7 +165,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     model = studio.records[model_id]
     frame = replace(model.frame, unit_m=2.0)
     assert studio.attempt(edits.declare_frame, model_id, frame)
-    window.view.look(300.0, 20.0)
+    window.view.look_along(300.0, 20.0)
     wait(lambda: window.viewport.still, "the camera's rest")
     window.actions_table.run("orthophoto")
     (dialog,) = window.findChildren(OrthoDialog)

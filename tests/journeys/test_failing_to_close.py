@@ -65,7 +65,7 @@ def quit_by_key(window) -> None:
 
 STEPS = [
     "workspaces.to_keep",
-    "view.keep_camera",
+    "view.save_camera",
     "viewport.gestures.stop",
     "_photo_shown.close",
     "net.close_thread",
@@ -167,7 +167,9 @@ def test_a_photo_whose_end_fails_gives_its_tab_back(window, qtbot, photos, monke
     wait(lambda: survey.document.is_imported and not survey.is_reading, "the photos", 120.0)
     window.photo_opening.open()
     page = window.photo_opening.page
-    wait(lambda: page.canvas._picture is not None and page.canvas._picture.whole, "the picture")
+    wait(
+        lambda: page.canvas._picture is not None and page.canvas._picture.is_complete, "the picture"
+    )
     wait(lambda: page.masks.used(page.photo) is not None, "its mask")
     whole = page.marks.close
 

@@ -54,7 +54,7 @@ def dialog_of(window, moved: Path) -> FitDialog:
     (dialog,) = window.findChildren(FitDialog)
     assert not dialog.fit_button.isEnabled()
     assert shown_codes(dialog.fit_button.toolTip()) == {"action.no-other-model"}
-    dialog.other.take(moved)
+    dialog.other.load_file(moved)
     driver.wait(lambda: dialog.reference is not None, "the reference")
     for view in (dialog.model_view, dialog.reference_view):
         driver.wait(lambda v=view: "pickable" in v.models.reached("shown"), "a model to click on")
@@ -330,7 +330,7 @@ def test_a_cloud_of_what_has_not_moved_is_the_mask(window, outcrop, tmp_path) ->
     which.activated.emit(which.count() - 1)
     assert not dialog.fit_button.isEnabled()
     assert "stable.no-model" in shown_codes(dialog.fit_button.toolTip())
-    dialog.stable.stable_model.take(mask)
+    dialog.stable.stable_model.load_file(mask)
     driver.wait(dialog.fit_button.isEnabled, "the mask")
     driver.keep_picture(dialog, "fit-stable-cloud")
     by_stable = turned()

@@ -36,7 +36,7 @@ def type_in(field, text: str) -> None:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the figures")
 
 
 def add(window, model_id: str, name: str, points, kind: str = "joint", set_name: str = "") -> str:
@@ -82,7 +82,7 @@ def wall(window, outcrop):
     window.actions_table.run("count_fractures")
     panel = window.findChild(FracturesPanel)
     assert not panel.visibleRegion().isEmpty()
-    window.docks.make_room("fractures", 330)
+    window.docks.ensure_height("fractures", 330)
     type_in(panel.plane.line, "180/90")
     settle(panel)
     return panel
@@ -212,7 +212,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     assert not panel.copy.isEnabled()
     origin = corner(panel)
     ends = origin + ([[3, 2], [3, 3.5]] if kind == "Circle" else [[4, 0.5], [4, 3.5]])
-    start, end = (QPoint(*np.rint(p).astype(int).tolist()) for p in panel.map.place_of(ends))
+    start, end = (QPoint(*np.rint(p).astype(int).tolist()) for p in panel.map.to_widget(ends))
     driver.drag(panel.map, start, end)
     settle(panel)
     assert panel.region_field.text()
@@ -306,7 +306,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     assert not panel.copy.isEnabled()
     studio.selection.set(["F"])
     assert not panel.add.isEnabled()
-    press(panel.fault.take)
+    press(panel.fault.take_button)
     studio.selection.set(["W", "E"])
     press(panel.add)
     refreshed(panel)
@@ -339,7 +339,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
 def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
     panel, studio = faulted, window.studio
     studio.selection.set(["F"])
-    press(panel.fault.take)
+    press(panel.fault.take_button)
     add(
         window,
         driver.model(window).id,

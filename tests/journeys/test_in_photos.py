@@ -60,7 +60,7 @@ def points_of(window, name: str) -> np.ndarray:
 def spot(canvas, panel, world: np.ndarray) -> QPoint:
     """Where a World point is on the canvas."""
     photos = panel.feature_photo.photos.views
-    x, y = canvas.screen_of(photos.pixels(panel.feature_photo.view, world[None]))[0]
+    x, y = canvas.to_widget(photos.pixels(panel.feature_photo.view, world[None]))[0]
     return QPoint(round(float(x)), round(float(y)))
 
 
@@ -87,9 +87,9 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
         assert views.shows(views.row(name), points).any()
     best = max(views.shows(i, points).mean() for i in range(12))
     assert views.shows(panel.feature_photo.view, points).mean() >= best - 0.2
-    assert canvas.sees(views.pixels(panel.feature_photo.view, points).mean(axis=0)[None]), (
-        "it is in sight"
-    )
+    assert canvas.contains_pixels(
+        views.pixels(panel.feature_photo.view, points).mean(axis=0)[None]
+    ), "it is in sight"
     driver.pause(200)
     driver.keep_picture(window, "in-photos-1-selected")
 
@@ -124,7 +124,7 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     for place, vertex in zip(on, studio.tool_of(TraceTool).vertices, strict=True):
         seen = views.pick(panel.feature_photo.view, canvas.pixel_at(place))
         assert np.abs(seen.position - vertex).max() < 1e-9
-        there = canvas.screen_of(views.pixels(panel.feature_photo.view, np.array(vertex)[None]))[0]
+        there = canvas.to_widget(views.pixels(panel.feature_photo.view, np.array(vertex)[None]))[0]
         assert np.hypot(there[0] - place.x(), there[1] - place.y()) < 1e-3
     assert np.linalg.norm(chosen[:, None] - studio.tool_of(TraceTool).vertices, axis=2).min(
         axis=0
@@ -190,7 +190,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     wait(lambda: "F01: visible in" in panel.summary.text(), "the fault's photos")
     wait(lambda: any(d.id == "F01" for d in canvas._drawn), "the fault on the photo")
     drawn = next(d for d in canvas._drawn if d.id == "F01")
-    on = canvas.screen_of(drawn.pixels[drawn.seen])
+    on = canvas.to_widget(drawn.pixels[drawn.is_visible])
     x, y = on[len(on) // 2]
     studio.selection.set([])
     driver.pause(150)
@@ -224,7 +224,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     # All of it lies under the brush's way through the photo.
     mesh = studio.models[patch.model_id].data
     painted = mesh.vertices[mesh.faces[runs_to_ids(patch.runs)]].mean(axis=1)
-    on = canvas.screen_of(
+    on = canvas.to_widget(
         panel.feature_photo.photos.views.pixels(panel.feature_photo.view, painted)
     )
     assert np.abs(on - [middle.x() + 30, middle.y() + 12]).max() < 150

@@ -93,7 +93,7 @@ def read(window, panel: ControlPanel, name: str, text: str) -> None:
 def solved(panel: ControlPanel) -> None:
     """Wait for the placement, which is worked out beside the window."""
     driver.pause()
-    driver.wait(lambda: not panel._solving.waiting, "the placement")
+    driver.wait(lambda: not panel._solving.is_waiting, "the placement")
     driver.pause()
 
 

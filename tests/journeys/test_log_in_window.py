@@ -50,7 +50,7 @@ def panel_of(window) -> BedLogPanel:
 
 def settle(panel) -> None:
     driver.pause(250)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the log")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the log")
 
 
 def beds_in_turn(picks):

@@ -29,7 +29,7 @@ def press(button) -> None:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the figures")
 
 
 def grid_of(window) -> FaceGrid:
@@ -60,7 +60,7 @@ def laid(window, outcrop):
     panel = window.findChild(CoveragePanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert shown_codes(panel.figures.empty) == {"grid.not-begun"}
+    assert shown_codes(panel.figures.placeholder) == {"grid.not-begun"}
     assert not panel.figures.toPlainText()
     press(panel.create_button)
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")

@@ -26,7 +26,7 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import FeatureType, Model
@@ -242,7 +242,7 @@ def test_a_project_whose_disk_becomes_writable_is_written_and_locked_from_then_o
         assert window.message_bar.notice.code == "project.on-disk-again"
         assert {COAL.id, "other", "third"} <= set(read_replay(folder).records)
         with refused("project.locked"):
-            Project.open(folder)
+            ProjectFolder.open(folder)
         window.studio.new_project()
 
 
@@ -302,7 +302,7 @@ def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, ou
 def project(own_folders, qtbot, outcrop, tmp_path) -> tuple[Path, Path]:
     """A saved project with one bed, closed again; and its model's file."""
     folder = tmp_path / "work" / "cliff.vom"
-    made = Project.create(folder)
+    made = ProjectFolder.create(folder)
     frame = Frame("crs", driver.CRS)
     model = Model("m1", "outcrop", str(outcrop), "mesh", file_hash(outcrop), frame)
     made.session.apply(edits.add_model(made.session.records, model))
@@ -438,7 +438,7 @@ def test_what_was_left_out_is_what_the_bar_says_last(project):
     import sqlite3
 
     folder, _ = project
-    opened = Project.open(folder)
+    opened = ProjectFolder.open(folder)
     (bed,) = opened.session.of(Trace)
     for i in range(3):
         more = replace(bed, id=f"t{2 + i}", name=f"bed {2 + i}")
@@ -523,7 +523,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
 @pytest.mark.full
 def test_what_is_said_of_a_path_stands_in_front_of_the_offer_to_restore(own_folders, tmp_path):
     for name in ("left.vom", "asked.vom"):
-        Project.create(tmp_path / name).close()
+        ProjectFolder.create(tmp_path / name).close()
     (own_folders / "settings.toml").write_text(
         f"unclosed = ['{tmp_path / 'left.vom'}', '{tmp_path / 'asked.vom'}']\n"
     )

@@ -97,7 +97,9 @@ def opened(window, name: str):
     wait(lambda: window.photo_opening.page is not None, "the photo's page")
     page = window.photo_opening.page
     wait(lambda: page.photo == name, name)
-    wait(lambda: page.canvas._picture is not None and page.canvas._picture.whole, "the picture")
+    wait(
+        lambda: page.canvas._picture is not None and page.canvas._picture.is_complete, "the picture"
+    )
     wait(lambda: page.masks.used(name) is not None, "its mask")
     return page
 

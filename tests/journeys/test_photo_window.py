@@ -66,13 +66,16 @@ def open_by_double_click(window, row: int):
 
 
 def ready(photo) -> None:
-    wait(lambda: photo.canvas._picture is not None and photo.canvas._picture.whole, "the picture")
+    wait(
+        lambda: photo.canvas._picture is not None and photo.canvas._picture.is_complete,
+        "the picture",
+    )
     wait(lambda: photo.masks.used(photo.photo) is not None, "its mask")
 
 
 def on(photo, x: float, y: float) -> QPoint:
     """Where a pixel of the stored photo is on the canvas."""
-    (at,) = photo.canvas.screen_of([x, y])
+    (at,) = photo.canvas.to_widget([x, y])
     return QPoint(round(float(at[0])), round(float(at[1])))
 
 
@@ -313,7 +316,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     ready(photo)
     driver.pause(50)
     middle = QPointF(photo.canvas.rect().center())
-    (at,) = photo.canvas.screen_of(sight.expected[third])
+    (at,) = photo.canvas.to_widget(sight.expected[third])
     assert np.hypot(at[0] - middle.x(), at[1] - middle.y()) < 2.0, "it is brought into sight"
     move(photo.canvas, middle.toPoint() + QPoint(30, 20))
     driver.keep_picture(photo, "photo-window-4-expected")
@@ -323,7 +326,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     worst = photo.marks.prediction("tie1").worst
     assert worst[1] > 2.0
     driver.keep_picture(photo, "photo-window-5-wrong")
-    (now,) = photo.canvas.screen_of(photo.marks.marking.of("tie1")[third])
+    (now,) = photo.canvas.to_widget(photo.marks.marking.of("tie1")[third])
     start = QPoint(round(now[0]), round(now[1]))
     drag(photo.canvas, start, start - QPoint(40, 0))
     assert photo.marks.prediction("tie1").worst[1] < 1.5

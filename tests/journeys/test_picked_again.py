@@ -28,7 +28,7 @@ def press(button) -> None:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the figures")
 
 
 def pick(window: MainWindow, points: np.ndarray) -> Trace:
@@ -54,7 +54,7 @@ def three(window, outcrop, picks):
     panel = window.findChild(RepeatsPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "repeats.not-begun" in shown_codes(panel.figures.empty)
+    assert "repeats.not-begun" in shown_codes(panel.figures.placeholder)
     assert not panel.figures.toPlainText()
     panel.interpreter.setFocus()
     QTest.keyClicks(panel.interpreter, "AB")

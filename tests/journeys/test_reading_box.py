@@ -134,7 +134,7 @@ def test_a_project_that_is_opened_again_looks_as_in_a_new_window(
     key(window, Qt.Key.Key_Return)
     key(window, Qt.Key(ord(letter)))
     move(window.viewport, driver.pixel(window, points[3]))
-    window.view.keep_camera()
+    window.view.save_camera()
     folder = tmp_path / "cliff.vom"
     window.studio.save_as(folder)
     window.studio.new_project()

@@ -69,7 +69,7 @@ def section_of(window) -> SectionPanel:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the section")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the section")
 
 
 def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(

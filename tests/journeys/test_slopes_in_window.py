@@ -66,7 +66,7 @@ def type_face(panel, text: str) -> None:
 
 def settle(panel) -> None:
     driver.pause(150)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the answer")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the answer")
 
 
 def choose(panel, text: str) -> None:

@@ -228,7 +228,7 @@ def test_mistakes_of_marking_cells(ready):
     run("looked_at")
     panel = window.findChild(CoveragePanel)
     driver.pause(200)
-    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.is_waiting and not panel._timer.isActive(), "the figures")
     takes_back(window, lambda: lay(window, panel), UNDO)
     lay(window, panel)
     (grid,) = studio.session.of(FaceGrid)

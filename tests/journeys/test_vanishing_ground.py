@@ -27,7 +27,7 @@ from tests.journeys.test_photo_window import (
     press as press_in,
 )
 from tests.small_disk import failing_disk, fill, small_disk
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import NAME, read_replay
 from vomstudio.project.journal.failures import is_lost
 from vomstudio.project.records import Mask
@@ -103,7 +103,7 @@ def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
     elif how == "journal removed":
         (folder / NAME).unlink()
     else:
-        Project.create(older).close()
+        ProjectFolder.create(older).close()
         shutil.rmtree(folder)
         shutil.copytree(older, folder)
     words = "was replaced" if how == "replaced" else "no longer exists"

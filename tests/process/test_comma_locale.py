@@ -14,7 +14,7 @@ import pytest
 
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 
@@ -90,7 +90,7 @@ def inputs(folder: Path) -> None:
     faces = "".join(f"f {c} {c + 1} {c + 13}\nf {c} {c + 13} {c + 12}\n" for c in corners)
     vertices = "".join(f"v {a!r} {b!r} {c!r} 0.5 0.25 0.125\n" for a, b, c in points.tolist())
     (folder / "m.obj").write_text(vertices + faces)
-    project = Project.create(folder / "p.vom")
+    project = ProjectFolder.create(folder / "p.vom")
     session = project.session
     frame = Frame("crs", "EPSG:32615")
     model = Model("m1", "cliff", "m.obj", "mesh", "0" * 64, frame)

@@ -24,14 +24,16 @@ from vomstudio.cli import main
 from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.progress import InlineExecutor, Silent
 from vomstudio.geometry.cameras import View
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.pipeline.reconstruction import reconstruct as reconstruct_here
 
 
 def here(photos: Path, out: Path, **settings: object) -> VomError:
     """What the work is refused with, in this process."""
     with pytest.raises(VomError) as caught:
-        reconstruct_here(photos, out, Settings("preview", **settings), InlineExecutor(), Silent())  # type: ignore[arg-type]
+        reconstruct_here(
+            photos, out, PipelineSettings("preview", **settings), InlineExecutor(), Silent()
+        )  # type: ignore[arg-type]
     assert caught.value.exit_code == 2
     assert "\n" not in str(caught.value)
     return caught.value
@@ -225,7 +227,7 @@ def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path
 
     with pytest.raises(InputError) as caught:
         reconstruct_here(
-            folder, tmp_path / "out", Settings("preview"), InlineExecutor(), Vanishing()
+            folder, tmp_path / "out", PipelineSettings("preview"), InlineExecutor(), Vanishing()
         )
     assert caught.value.code == "reconstruct.photo-lost"
     assert "photo 2.jpg" in str(caught.value.file)

@@ -26,7 +26,11 @@ from vomstudio.products.ortho.interpretation import Item, items_of_table
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.section.directions import Directions, assign_domain_axes, domain_projections
+from vomstudio.products.section.directions import (
+    ProjectionDirections,
+    assign_domain_axes,
+    domain_projections,
+)
 from vomstudio.products.section.section_lines import curtain_of_plane
 from vomstudio.products.section.writing import project_items
 
@@ -153,9 +157,9 @@ def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
         assert line is not None
         points = np.array([1.0, 0.0, 2.0]) + np.outer([-5.0, 0.0, 9.0], line.vector())
         item = Item("traces", "line", points, "t", "t", "bedding", "", "", domain=domain)
-        (flat,), _ = project_items((item,), curtain, Directions(None, axes), None)
+        (flat,), _ = project_items((item,), curtain, ProjectionDirections(None, axes), None)
         assert flat.points == pytest.approx(np.tile(flat.points[:1], (3, 1)), abs=1e-6)
-    (finding,) = Directions(None, axes_of_domains(faulted()[:4], "-")).check(curtain)
+    (finding,) = ProjectionDirections(None, axes_of_domains(faulted()[:4], "-")).check(curtain)
     assert finding.code == "section.domain-without-axis"
     assert finding.values["domain"] == "hanging wall"
 
@@ -259,7 +263,7 @@ def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
     axes = projection_axes({"fold": beds})
     assert axes["fold"].valid == "conditional"
     curtain = curtain_of_plane(plane_option("010/90"), (0.0, 0.0, 0.0))
-    (report,) = domain_projections(Directions(None, axes), curtain)
+    (report,) = domain_projections(ProjectionDirections(None, axes), curtain)
     assert report.valid == "conditional"
     assert report.words.startswith(f"{replace(report, valid='yes').words}; ")
 

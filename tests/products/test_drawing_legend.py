@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vomstudio.products.ortho.legend_entries import explain_symbols
-from vomstudio.products.ortho.vector_drawing import Drawing, Shape, svg_text
+from vomstudio.products.ortho.vector_drawing import Drawing, DrawingShape, svg_text
 
 LINE = np.array([[0.0, 0.0], [4.0, 1.0]])
 KINDS = {"bedding": "#0072b2", "fault": "#d55e00"}
@@ -19,13 +19,15 @@ KINDS = {"bedding": "#0072b2", "fault": "#d55e00"}
 def drawing(dip_deg: float | None) -> Drawing:
     """Return a drawing of two beds, a fault and the outline of a surface."""
     shapes = [
-        Shape(kind, LINE + number, color, values={"kind": kind})
+        DrawingShape(kind, LINE + number, color, values={"kind": kind})
         for number, (kind, color) in enumerate(KINDS.items())
         for _ in range(2)
     ]
     shapes += [
-        Shape("surface", LINE),
-        Shape("bedding", LINE[:1], KINDS["bedding"], dip_deg=dip_deg, values={"kind": "bedding"}),
+        DrawingShape("surface", LINE),
+        DrawingShape(
+            "bedding", LINE[:1], KINDS["bedding"], dip_deg=dip_deg, values={"kind": "bedding"}
+        ),
     ]
     bounds = np.array([[-1.0, -1.0], [6.0, 3.0]])
     return Drawing(tuple(shapes), bounds, ("W", "E"), ("x (m)", "y (m)"), ("A title",))
@@ -54,6 +56,6 @@ def test_each_type_is_named_beside_a_glyph_of_its_colour_on_the_page(
 
 
 def test_lines_that_explain_the_drawing_are_not_in_its_legend() -> None:
-    bend = Shape("bends", LINE, "#888888", label="bend", aside=True)
+    bend = DrawingShape("bends", LINE, "#888888", label="bend", is_annotation=True)
     drawn = drawing(None)
     assert replace(drawn, shapes=(*drawn.shapes, bend)).legend == drawn.legend

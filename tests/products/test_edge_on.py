@@ -15,7 +15,7 @@ from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import plan_heights
 from vomstudio.products.elevation.writing import figures_of
 from vomstudio.products.ortho.orthophoto import write_orthophoto
-from vomstudio.products.ortho.planning import Plan, plan
+from vomstudio.products.ortho.planning import OrthophotoPlan, plan
 from vomstudio.products.ortho.view_directions import view_against_plane, view_along_line
 
 WALL = Plane(130.0, 35.0)
@@ -33,7 +33,7 @@ def sheet(rough: float = 0.0, bowed: float = 0.0) -> Mesh:
     return Mesh(points, faces.reshape(-1, 3).astype(np.int32))
 
 
-def planned(mesh: Mesh, trend: float, plunge: float, gsd: float = 0.25) -> Plan:
+def planned(mesh: Mesh, trend: float, plunge: float, gsd: float = 0.25) -> OrthophotoPlan:
     return plan(mesh, view_along_line(trend, plunge), to_world=np.eye(4), gsd=gsd)
 
 

@@ -37,7 +37,7 @@ from vomstudio.products.net.figure_options import StereonetFigure
 from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.products.net.legend import legend_entries
 from vomstudio.products.net.net_options import Turning, parse_cone, parse_slip, rotate_net
-from vomstudio.products.net.preparation import NetWishes
+from vomstudio.products.net.preparation import NetAdditions
 from vomstudio.products.net.set_statistics import (
     add_statistics,
     describe_sets,
@@ -243,7 +243,7 @@ def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None
     measured_net = NetContents(make_sets({"beds": ("plane", *planes)}))
     circle, mark = parse_slip("120/60/40")
     cone = parse_cone(f"{plane.pole().trend_deg}/{plane.pole().plunge_deg}/20")
-    wishes = NetWishes(turning, (circle, cone), (mark,))
+    wishes = NetAdditions(turning, (circle, cone), (mark,))
     after = wishes.net(measured_net, ROWS)
     measured = Line.from_vector(after.sets[0].vectors()[0])
     for drawn in after.circles_typed:
@@ -252,7 +252,7 @@ def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None
     (line,) = after.marks
     assert abs(line.line.vector() @ measured.vector()) < 1e-9
     assert line.label == f"rake 40: {format_line(line.line)}"
-    before = NetWishes(Turning(), (circle, cone), (mark,)).net(measured_net, ROWS)
+    before = NetAdditions(Turning(), (circle, cone), (mark,)).net(measured_net, ROWS)
     assert before.circles_typed == (circle, cone)
     assert before.marks == (mark,)
 

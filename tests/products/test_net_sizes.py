@@ -28,7 +28,7 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.legend import text_width
-from vomstudio.products.net.page import Page
+from vomstudio.products.net.page import NetPage
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, symbol_scale
 
 ONE = NetStyle(font_pt=8.0, marker_pt=4.0, line_pt=0.7)
@@ -143,8 +143,8 @@ def test_a_sheet_and_a_style_twice_as_large_are_the_same_picture(
         assert box[3] - box[1] == pytest.approx(text.get_fontsize())
 
 
-def page(net: NetContents, width: float, height: float) -> Page:
-    return Page(Figure(figsize=(width / 72, height / 72), dpi=72), net, ONE)
+def page(net: NetContents, width: float, height: float) -> NetPage:
+    return NetPage(Figure(figsize=(width / 72, height / 72), dpi=72), net, ONE)
 
 
 @pytest.mark.parametrize("title", ["", "Limb"])

@@ -36,7 +36,7 @@ VIEWS = [(0, 90), (40, 35), (305, 62), (180, -90), (220, 50)]
 
 
 def make(
-    data: Any, view: view_directions.View, folder: Path, gsd: float | None, **more: Any
+    data: Any, view: view_directions.ViewDirection, folder: Path, gsd: float | None, **more: Any
 ) -> Any:
     """Write an orthophoto and return (made, rgba, depth, facts)."""
     planned = plan(data, view, to_world=SAME, gsd=gsd)
@@ -524,7 +524,7 @@ def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend
     data, places = marked_mesh(tmp_path) if kind == "mesh" else marked_cloud()
     view, gsd = view_along_line(trend, plunge), 0.0093
     middle = places[len(places) // 2]
-    region = planning.Region(tuple(middle.tolist()), 1.2, 0.9)
+    region = planning.ViewRegion(tuple(middle.tolist()), 1.2, 0.9)
     planned = plan(data, view, to_world=SAME, gsd=gsd, region=region)
     assert planned.grid.width <= 1.2 / gsd + 2
     assert planned.grid.height <= 0.9 / gsd + 2
@@ -553,7 +553,7 @@ def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend
 
 def test_a_region_beside_the_model_is_refused(tmp_path) -> None:  # type: ignore[no-untyped-def]
     mesh, places = marked_mesh(tmp_path)
-    region = planning.Region(tuple((places[0] + 1000.0).tolist()), 1.0, 1.0)
+    region = planning.ViewRegion(tuple((places[0] + 1000.0).tolist()), 1.0, 1.0)
     with refused("view.part-empty"):
         plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.01, region=region)
 

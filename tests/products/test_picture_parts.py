@@ -25,7 +25,7 @@ from vomstudio.products.ortho._texture_kernels import sample_texture
 from vomstudio.products.ortho.cloud_picture import CloudSource, local_spacing
 from vomstudio.products.ortho.mesh_picture import MeshSource, texel_sizes
 from vomstudio.products.ortho.orthophoto import write_orthophoto
-from vomstudio.products.ortho.planning import Region, plan
+from vomstudio.products.ortho.planning import ViewRegion, plan
 from vomstudio.products.ortho.tiles import Grid, Tile
 from vomstudio.products.ortho.view_directions import view_along_axis, view_along_line
 
@@ -477,7 +477,7 @@ def test_a_region_is_cut_to_what_there_is_of_the_model(trend: float, plunge: flo
     low, high = own.min(axis=0), own.max(axis=0)
     for at, size in (((0.5, 0.2), (3.0, 2.0)), ((4.0, -4.0), (3.0, 6.0)), ((0, 0), (99.0, 1.0))):
         centre = whole.reference + at[0] * frame.right + at[1] * frame.down
-        region = Region(tuple(centre.tolist()), *size)
+        region = ViewRegion(tuple(centre.tolist()), *size)
         part = plan(cloud, view, to_world=SAME, gsd=0.1, region=region).grid
         first = np.maximum(low, np.array(at) - np.array(size) / 2)
         last = np.minimum(high, np.array(at) + np.array(size) / 2)
@@ -486,7 +486,7 @@ def test_a_region_is_cut_to_what_there_is_of_the_model(trend: float, plunge: flo
         assert middle == pytest.approx((first + last) / 2, abs=1e-6)
     outside = whole.reference + 9.0 * frame.right
     with refused("view.part-empty"):
-        plan(cloud, view, to_world=SAME, gsd=0.1, region=Region(tuple(outside), 1.0, 1.0))
+        plan(cloud, view, to_world=SAME, gsd=0.1, region=ViewRegion(tuple(outside), 1.0, 1.0))
 
 
 @pytest.mark.parametrize("gsd", [0.0, -1.0, np.nan, np.inf])

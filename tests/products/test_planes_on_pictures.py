@@ -21,7 +21,7 @@ from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import write_sheet
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
-    Shape,
+    DrawingShape,
     shape_of,
     svg_text,
     write_dxf,
@@ -107,7 +107,7 @@ def map_drawing() -> Drawing:
         item(dd, dip, (10.0 * k, 7.0 * k, 0), overturned=k == 1)
         for k, (dd, dip) in enumerate(PLANES)
     ]
-    trace = Shape("traces", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
+    trace = DrawingShape("traces", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
     shapes = tuple(
         replace(shape_of(seen(row, 0, 90)), label=f"bed {k}") for k, row in enumerate(rows)
     )
@@ -117,7 +117,7 @@ def map_drawing() -> Drawing:
 
 def section_drawing() -> Drawing:
     shape = shape_of(seen(item(120, 20), 40, 0))
-    trace = Shape("traces", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
+    trace = DrawingShape("traces", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
     return Drawing((shape, trace), np.array([[-10.0, -10.0], [10.0, 10.0]]), ("W", "E"), ("x", "y"))
 
 
@@ -156,8 +156,8 @@ def test_other_formats_return_without_their_symbols_too(tmp_path: Path) -> None:
 
 
 def test_a_layer_of_somebody_that_is_called_symbols_is_read(tmp_path: Path) -> None:
-    trace = Shape("my_symbols", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
-    other = Shape("lines", np.array([[0.0, 1.0], [5.0, 9.0]]), "#0072b2")
+    trace = DrawingShape("my_symbols", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
+    other = DrawingShape("lines", np.array([[0.0, 1.0], [5.0, 9.0]]), "#0072b2")
     bounds = np.array([[0.0, 0.0], [9.0, 9.0]])
     write_dxf(tmp_path / "d.dxf", Drawing((trace, other), bounds, ("W", "E"), ("x", "y")))
     assert len(read_gis_lines(tmp_path / "d.dxf").lines) == 2

@@ -26,7 +26,7 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
+from vomstudio.geometry.planes import FittedPlane, fit_plane, fit_planes
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.products.sample import photo_check
 from vomstudio.products.sample.check import (
@@ -97,7 +97,7 @@ def test_about_one_in_twenty_of_all_stated_regions_misses_the_truth() -> None:
 # One check at a time
 
 
-def blob(thickness: float = 0.02) -> PlaneFit:
+def blob(thickness: float = 0.02) -> FittedPlane:
     rng = np.random.default_rng(1)
     flat = rng.normal(size=(40, 3)) * [3.0, 1.0, thickness]
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]

@@ -12,7 +12,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.interpretation import Item, apparent_dip_deg, count_features
 from vomstudio.products.section.cutting import cut_model
-from vomstudio.products.section.directions import Directions
+from vomstudio.products.section.directions import ProjectionDirections
 from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
 from vomstudio.products.section.writing import project_items
 
@@ -164,17 +164,17 @@ def test_features_come_along_the_direction_of_projection() -> None:
         40,
     )
     # The viewer looks North: East is at the right.
-    (flat,), left_out = project_items((item,), curtain, Directions(None), 6.0)
+    (flat,), left_out = project_items((item,), curtain, ProjectionDirections(None), 6.0)
     assert left_out == 0
     assert flat.points[0] == pytest.approx([1, 162])
     assert flat.away[0] == pytest.approx(-5)
     assert flat.apparent_dip_deg == pytest.approx(40)
     along = np.array([0.0, np.cos(np.radians(30)), -np.sin(np.radians(30))])
-    (flat,), _ = project_items((item,), curtain, Directions(along), None)
+    (flat,), _ = project_items((item,), curtain, ProjectionDirections(along), None)
     assert flat.points[0] == pytest.approx([1, 162 + 5 * np.tan(np.radians(30))])
-    assert project_items((item,), curtain, Directions(None), 4.0) == ((), 1)
+    assert project_items((item,), curtain, ProjectionDirections(None), 4.0) == ((), 1)
     far = curtain_of_line([[UTM[0] + 3, UTM[1]], [UTM[0] + 9, UTM[1]]])
-    assert project_items((item,), far, Directions(None), None) == ((), 1)
+    assert project_items((item,), far, ProjectionDirections(None), None) == ((), 1)
 
 
 def test_a_trace_with_its_line_and_its_plane_is_one_feature() -> None:
@@ -187,7 +187,7 @@ def test_a_trace_with_its_line_and_its_plane_is_one_feature() -> None:
     items = [*(item(*each, 5.0) for each in near), *(item(*each, 50.0) for each in far)]
     # Of one that reaches into the section not all lies out of it.
     items += [item("traces", "d", 50.0), item("planes", "d", 5.0)]
-    flats, left_out = project_items(tuple(items), curtain, Directions(None), 6.0)
+    flats, left_out = project_items(tuple(items), curtain, ProjectionDirections(None), 6.0)
     assert len(flats) == 4
     assert count_features(flat.item for flat in flats) == 3
     assert left_out == 1

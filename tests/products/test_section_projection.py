@@ -15,7 +15,7 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.interpretation import NO_COLOR, Item, items_of_table
 from vomstudio.products.section.cutting import cut_model
-from vomstudio.products.section.directions import Directions
+from vomstudio.products.section.directions import ProjectionDirections
 from vomstudio.products.section.section_lines import Curtain, curtain_of_line, curtain_of_plane
 from vomstudio.products.section.writing import (
     figures_of,
@@ -38,8 +38,8 @@ BEDS = items_of_table(
 
 def written(tmp_path: Path, curtain: Curtain, along: np.ndarray | None, name: str) -> str:
     cut = cut_model(GROUND, curtain, None, 0.0)
-    flats, left_out = project_items(BEDS, curtain, Directions(along), None)
-    figures = figures_of(cut, curtain, flats, left_out, Directions(along))
+    flats, left_out = project_items(BEDS, curtain, ProjectionDirections(along), None)
+    figures = figures_of(cut, curtain, flats, left_out, ProjectionDirections(along))
     write_section(tmp_path / name, cut, curtain, figures, flats)
     return (tmp_path / name).read_text("utf-8")
 
@@ -47,7 +47,7 @@ def written(tmp_path: Path, curtain: Curtain, along: np.ndarray | None, name: st
 @pytest.mark.parametrize("angle", [3.0, 5.0, 12.0, 19.0])
 def test_a_grazing_direction_costs_what_is_said(angle: float) -> None:
     """Features move by h cot a in the section, h from it: that is what a degree changes."""
-    (finding,) = Directions(Line(angle, 0.0).vector()).check(EAST)
+    (finding,) = ProjectionDirections(Line(angle, 0.0).vector()).check(EAST)
     cot = [1.0 / math.tan(math.radians(angle + step)) for step in (-0.05, 0.05)]
     expected = 100.0 * (cot[0] - cot[1]) * 10.0
     assert finding.code == "section.grazing-direction"
@@ -57,19 +57,19 @@ def test_a_grazing_direction_costs_what_is_said(angle: float) -> None:
 
 def test_directions_that_meet_the_section_are_not_warned_of_and_those_in_it_refused() -> None:
     for line in (Line(90, 0), Line(21, 0), Line(120, 20), Line(135, 60)):
-        assert Directions(line.vector()).check(EAST) == ()
-    assert Directions(None).check(EAST) == ()
+        assert ProjectionDirections(line.vector()).check(EAST) == ()
+    assert ProjectionDirections(None).check(EAST) == ()
     for line in (Line(0, 0), Line(1.5, 0), Line(181, 30), Line(0, 90)):
         with refused("section.along-direction", UsageError, limit_deg=2.0):
-            Directions(line.vector()).check(EAST)
+            ProjectionDirections(line.vector()).check(EAST)
 
 
 def test_of_a_line_with_bends_the_pieces_that_are_met_hold_features() -> None:
     bent = curtain_of_line([[0, -50], [0, 0], [50, 0]])
     along = Line(0.0, 0.0).vector()
-    (finding,) = Directions(along).check(bent)
+    (finding,) = ProjectionDirections(along).check(bent)
     assert finding == Finding("section.pieces-without-features", limit_deg=2.0)
-    flats, _ = project_items(BEDS, bent, Directions(along), None)
+    flats, _ = project_items(BEDS, bent, ProjectionDirections(along), None)
     assert [float(flat.points[0, 0]) for flat in flats] == pytest.approx([60.0])
 
 
@@ -110,7 +110,7 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     the bend on the inner side, where both pieces have the corner before them."""
     bent = curtain_of_line([[0, -50], [0, 0], [50, 0]])
     on = np.array([[0, -20, 1.0], [0, -5, 2.0], [0, 0, 3.0], [7, 0, 4.0], [30, 0, 5.0]])
-    (flat,), left_out = project_items((line_item(on),), bent, Directions(None), None)
+    (flat,), left_out = project_items((line_item(on),), bent, ProjectionDirections(None), None)
     assert left_out == 0
     for corner in ([30, 1], [45, 2], [50, 3], [57, 4], [80, 5.0]):
         assert np.abs(flat.points - corner).max(axis=1).min() < 1e-9
@@ -118,7 +118,7 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     assert np.abs(flat.away).max() < 1e-9
     # 6 m inside the corner, which is before both pieces.
     inner = np.array([[6, -30, 1.0], [6, -6, 1.0], [30, -6, 1.0]])
-    flats, _ = project_items((line_item(inner),), bent, Directions(None), None)
+    flats, _ = project_items((line_item(inner),), bent, ProjectionDirections(None), None)
     assert [f.points[[0, -1], 0] for f in flats] == [
         pytest.approx([20, 44], abs=0.3),
         pytest.approx([56, 80], abs=0.3),
@@ -126,7 +126,7 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     for flat in flats:
         assert np.abs(flat.away) == pytest.approx(np.full(len(flat.points), 6.0), abs=1e-9)
     outer = np.array([[-6, -30, 1.0], [-6, 6, 1.0], [30, 6, 1.0]])
-    flats, _ = project_items((line_item(outer, "ring"),), bent, Directions(None), None)
+    flats, _ = project_items((line_item(outer, "ring"),), bent, ProjectionDirections(None), None)
     (flat,) = flats
     assert flat.item.form == "line"
     assert flat.points[[0, -1], 0] == pytest.approx([20, 80], abs=0.3)
@@ -140,7 +140,7 @@ def test_a_line_along_a_section_that_was_drawn_by_hand_is_not_broken() -> None:
     many = curtain_of_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
     angle = np.linspace(0.1, 3.0, 40)
     beside = np.stack([80.5 * np.cos(angle), 80.5 * np.sin(angle), angle], axis=1)
-    (flat,), _ = project_items((line_item(beside),), many, Directions(None), None)
+    (flat,), _ = project_items((line_item(beside),), many, ProjectionDirections(None), None)
     assert (np.diff(flat.points[:, 0]) > 0).all()
     assert flat.points[[0, -1], 0] == pytest.approx(80 * angle[[0, -1]], abs=0.3)
     assert np.abs(flat.away).max() < 0.6

@@ -18,7 +18,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import format_of, write_sheet
-from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, place_labels
+from vomstudio.products.ortho.vector_drawing import Drawing, DrawingShape, paper_scale, place_labels
 from vomstudio.products.ortho.view_description import unknown_direction_text
 from vomstudio.products.ortho.view_directions import view_along_line
 
@@ -59,10 +59,10 @@ def lines_of(page: str) -> list[np.ndarray]:
 
 
 def drawing(width: float = 20.0, height: float = 8.0) -> Drawing:
-    trace = Shape(
+    trace = DrawingShape(
         "traces", np.array([[-7.0, -2.0], [0.0, 1.0], [6.0, 2.5]]), "#0072b2", label="B01 21°"
     )
-    joint = Shape("joints", np.array([[3.0, 0.0]]), "#009e73", label="J1 60°", dip_deg=60.0)
+    joint = DrawingShape("joints", np.array([[3.0, 0.0]]), "#009e73", label="J1 60°", dip_deg=60.0)
     bounds = np.array([[-width / 2, -height / 2], [width / 2, height / 2]])
     picture = np.full((40, 100, 4), (120, 110, 90, 255), np.uint8)
     return Drawing(
@@ -132,7 +132,9 @@ def test_no_label_covers_another_and_those_apart_are_led_to() -> None:
     """Twelve planes at one place: some find room beside it, some at the end of a line, the others
     have no label."""
     at = np.array([[0.0, 0.0]])
-    many = tuple(Shape("j", at + 0.01 * i, label=f"J{i:02d} 30°", dip_deg=30.0) for i in range(40))
+    many = tuple(
+        DrawingShape("j", at + 0.01 * i, label=f"J{i:02d} 30°", dip_deg=30.0) for i in range(40)
+    )
     output = replace(drawing(), shapes=many)
     placed = place_labels(output, 100.0, 2.6)
     assert 4 <= len(placed) < 40
@@ -272,11 +274,11 @@ def key_drawing() -> Drawing:
     typed = {"values": {"kind": "bedding"}}
     joint = {"values": {"kind": "joint $J_1$"}}
     shapes = (
-        Shape("traces", np.array([[-7.0, -2.0], [6.0, 2.5]]), "#0072b2", **typed),
-        Shape("patches", ring, "#0072b2", closed=True, **typed),
-        Shape("planes", np.array([[1.0, 1.0]]), "#0072b2", dip_deg=20.0, **typed),
-        Shape("planes", np.array([[3.0, 0.0]]), "#009e73", dip_deg=60.0, **joint),
-        Shape(
+        DrawingShape("traces", np.array([[-7.0, -2.0], [6.0, 2.5]]), "#0072b2", **typed),
+        DrawingShape("patches", ring, "#0072b2", closed=True, **typed),
+        DrawingShape("planes", np.array([[1.0, 1.0]]), "#0072b2", dip_deg=20.0, **typed),
+        DrawingShape("planes", np.array([[3.0, 0.0]]), "#009e73", dip_deg=60.0, **joint),
+        DrawingShape(
             "lithologies",
             ring + 3,
             "#eec58b",
@@ -284,7 +286,9 @@ def key_drawing() -> Drawing:
             filled=True,
             values={"kind": "sandstone"},
         ),
-        Shape("known_lines", np.array([[0.0, 0.0], [1.0, 0.0]]), "#cc79a7", values={"kind": ""}),
+        DrawingShape(
+            "known_lines", np.array([[0.0, 0.0], [1.0, 0.0]]), "#cc79a7", values={"kind": ""}
+        ),
     )
     return replace(drawing(), shapes=shapes)
 
@@ -311,7 +315,7 @@ def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path
 
 def test_a_legend_of_many_long_names_stays_on_the_page(tmp_path: Path) -> None:
     many = tuple(
-        Shape(
+        DrawingShape(
             "traces",
             np.array([[0.0, 0.0], [1.0, k / 10]]),
             f"#0000{k:02x}",
@@ -333,8 +337,8 @@ def test_a_label_leaves_the_points_of_others_to_be_seen_where_there_is_room() ->
     """Beside a point to the right there is no other; else the label goes there, or further off."""
     first = np.array([[0.0, 0.0]])
     for beside in ([0.6, 0.2], [0.6, -0.2], [-0.6, 0.2]):
-        other = Shape("j", np.array([beside]))
-        named = Shape("j", first, label="J1 30°", dip_deg=30.0)
+        other = DrawingShape("j", np.array([beside]))
+        named = DrawingShape("j", first, label="J1 30°", dip_deg=30.0)
         (placed,) = place_labels(replace(drawing(), shapes=(named, other)), 100.0, 2.6)
         wide, tall = 0.001 * 100.0 * 2.6 * 0.58 * 7, 0.001 * 100.0 * 2.6 * 1.25
         left = placed.x - wide if placed.right else placed.x
@@ -343,6 +347,6 @@ def test_a_label_leaves_the_points_of_others_to_be_seen_where_there_is_room() ->
         assert not placed.apart
     # Where points are everywhere it is written all the same.
     g = np.linspace(-3.0, 3.0, 200)
-    crowd = tuple(Shape("j", np.array([[a, b]])) for a in g[::4] for b in g[::4])
+    crowd = tuple(DrawingShape("j", np.array([[a, b]])) for a in g[::4] for b in g[::4])
     (placed,) = place_labels(replace(drawing(), shapes=(named, *crowd)), 100.0, 2.6)
     assert placed.shape is named

@@ -14,7 +14,7 @@ from vomstudio.project import edits
 from vomstudio.project.bed_descriptions import bed_lines, describe_bed
 from vomstudio.project.codec import decode_edit, encode_edit
 from vomstudio.project.edit import Edit
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.dimension import Dimension
 
@@ -56,7 +56,7 @@ def test_a_bed_has_one_description_and_none_once_it_is_empty() -> None:
 @pytest.mark.parametrize("line", [LINE, TRACE, CONTACT], ids=lambda r: r.name)
 def test_every_line_of_a_log_keeps_its_words_in_the_journal(line, tmp_path) -> None:
     folder = tmp_path / "p.vom"
-    project = Project.create(folder)
+    project = ProjectFolder.create(folder)
     session = project.session
     kept = replace(line, id="line")
     session.apply(edits.add_model(session.records, MODEL))
@@ -64,7 +64,7 @@ def test_every_line_of_a_log_keeps_its_words_in_the_journal(line, tmp_path) -> N
     session.apply(describe_bed(session.records, "line", "#1", "=sand", "“wavy”\nand red"))
     session.save()
     project.close()
-    project = Project.open(folder)
+    project = ProjectFolder.open(folder)
     try:
         assert not project.session.problems
         assert project.session.records["line"].beds == (("#1", "=sand", "“wavy”\nand red"),)

@@ -16,7 +16,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import ReadNorth, Registration
 from vomstudio.project.codec import decode, decode_edit, encode, encode_edit
 from vomstudio.project.edit import Edit, change
-from vomstudio.project.journal.replay import Row, replay
+from vomstudio.project.journal.replay import JournalRow, replay
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.records import (
     DEFAULT_TYPES,
@@ -27,7 +27,7 @@ from vomstudio.project.records import (
     MarkedPoint,
     Mask,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
     Record,
 )
 
@@ -47,7 +47,7 @@ EVERY: tuple[Record, ...] = (
     Mask("k1", "s1", "1.jpg", Asset("masks/a.png", 10)),
     MarkedPoint("q1", "s1", "A", (1.0, 2.0, 3.0), 0.01, True),
     ImageMark("i9", "q1", "1.jpg", 1.5, 2.5),
-    Reconstruction(
+    ReconstructionRecord(
         "c1", "s1", "cliff", "cliff", "low", "0" * 64, (("a", "b"),), 3, 2, 0.5, "4", "x"
     ),
 )
@@ -146,7 +146,7 @@ class Played:
     """Rows as a session writes them."""
 
     def __init__(self) -> None:
-        self.rows: list[Row] = []
+        self.rows: list[JournalRow] = []
         self.records: dict[str, Record] = {}
 
     def row(self, kind: str, of: int | None = None, edit: Edit | None = None, **more: Any) -> int:
@@ -155,7 +155,7 @@ class Played:
         given = {"before": before, "after": after, "settings": None} | more
         label = "" if edit is None else edit.label
         self.rows.append(
-            Row(seq, kind, of, label, time="", version="", **given)  # type: ignore[arg-type]
+            JournalRow(seq, kind, of, label, time="", version="", **given)  # type: ignore[arg-type]
         )
         return seq
 

@@ -16,7 +16,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import compaction, edits
 from vomstudio.project.assets import asset_path, is_intact, store_asset
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import SqliteJournal, read_replay
 from vomstudio.project.journal.migration import SCHEMA_VERSION
 from vomstudio.project.photo_edits import add_photo_set, set_masks
@@ -28,26 +28,26 @@ SIDE = {"journal-before-compaction.sqlite", "assets-before-compaction", "journal
 
 
 @pytest.fixture
-def project(tmp_path: Path) -> Iterator[Project]:
-    made = Project.create(tmp_path / "a.vom", settings=lambda: {"n": 1})
+def project(tmp_path: Path) -> Iterator[ProjectFolder]:
+    made = ProjectFolder.create(tmp_path / "a.vom", settings=lambda: {"n": 1})
     made.session.apply(edits.add_model(made.session.records, MODEL))
     yield made
     made.close()
 
 
-def note(project: Project, text: str, id_: str = "t0") -> int:
+def note(project: ProjectFolder, text: str, id_: str = "t0") -> int:
     session = project.session
     return session.apply(edits.set_attributes(session.records, [id_], notes=text))
 
 
-def mask(project: Project, content: bytes) -> Asset:
+def mask(project: ProjectFolder, content: bytes) -> Asset:
     kept = store_asset(project.folder, content, ".png")
     project.session.apply(set_masks(project.session.records, "s", {"a.jpg": kept}, "Leave out"))
     return kept
 
 
 @pytest.fixture
-def worn(project: Project) -> Project:
+def worn(project: ProjectFolder) -> ProjectFolder:
     """Row 3 is a model, 4 a bed, 5 a note that was undone (6) and replaced (7), 8 a note that is
     undone (9) and can be done again, 10 the save."""
     session = project.session
@@ -61,16 +61,18 @@ def worn(project: Project) -> Project:
     return project
 
 
-def rows(project: Project) -> list[tuple[int, str, int | None, str]]:
+def rows(project: ProjectFolder) -> list[tuple[int, str, int | None, str]]:
     return [(row.seq, row.kind, row.of_seq, row.label) for row in project.journal.rows()]
 
 
 # --- what it takes -------------------------------------------------------------------------------
-def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(worn: Project) -> None:
+def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(
+    worn: ProjectFolder,
+) -> None:
     before = {row.seq: row for row in worn.journal.rows()}
     plan = worn.compaction()
     # Two rows of a step that was replaced, and the save at the birth of the project.
-    assert (plan.rows, plan.of_rows, plan.assets, plan.asset_bytes) == (3, 10, (), 0)
+    assert (plan.rows, plan.total_rows, plan.assets, plan.asset_bytes) == (3, 10, (), 0)
     assert not plan.nothing
     assert not worn.is_compacted
     worn.compact()
@@ -95,10 +97,10 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(worn
     assert min(made[5].time, made[7].time) >= before[10].time
     plan = worn.compaction()
     assert plan.nothing
-    assert (plan.rows, plan.of_rows) == (0, 7)
+    assert (plan.rows, plan.total_rows) == (0, 7)
 
 
-def test_the_session_goes_on_in_the_new_journal(worn: Project) -> None:
+def test_the_session_goes_on_in_the_new_journal(worn: ProjectFolder) -> None:
     worn.compact()
     session = worn.session
     assert (session.top, session.saved_top, session.dirty) == (4, 4, False)
@@ -113,7 +115,7 @@ def test_the_session_goes_on_in_the_new_journal(worn: Project) -> None:
     assert played.top == session.top
 
 
-def test_two_steps_that_can_be_done_again_keep_their_order(worn: Project) -> None:
+def test_two_steps_that_can_be_done_again_keep_their_order(worn: ProjectFolder) -> None:
     worn.session.undo()
     worn.session.save()
     worn.compact()
@@ -124,20 +126,20 @@ def test_two_steps_that_can_be_done_again_keep_their_order(worn: Project) -> Non
 
 
 def test_what_was_saved_with_steps_above_it_undone_is_what_discarding_comes_to(
-    worn: Project,
+    worn: ProjectFolder,
 ) -> None:
     worn.session.redo()
     worn.session.save()
     worn.compact()
     worn.close()
-    again = Project.open(worn.folder)
+    again = ProjectFolder.open(worn.folder)
     note(again, "not wanted")
     again.session.discard_unsaved()
     assert again.session.records["t0"].notes == "again"
     worn.__dict__.update(again.__dict__)
 
 
-def test_views_and_open_clicks_go_along(worn: Project) -> None:
+def test_views_and_open_clicks_go_along(worn: ProjectFolder) -> None:
     worn.journal.set_view("camera", [1.5])
     worn.session.set_draft({"tool": "trace", "vertices": [[0.0, 0.0, 0.0]]})
     worn.session.save()
@@ -152,7 +154,7 @@ def test_views_and_open_clicks_go_along(worn: Project) -> None:
 
 
 def test_only_files_that_no_step_comes_to_are_taken_and_their_size_is_told(
-    project: Project,
+    project: ProjectFolder,
 ) -> None:
     session = project.session
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
@@ -176,7 +178,7 @@ def test_only_files_that_no_step_comes_to_are_taken_and_their_size_is_told(
     assert not (project.folder / gone.path).exists()
 
 
-def test_a_plan_that_only_takes_files_takes_something(worn: Project) -> None:
+def test_a_plan_that_only_takes_files_takes_something(worn: ProjectFolder) -> None:
     worn.compact()
     store_asset(worn.folder, b"x", ".png")
     plan = worn.compaction()
@@ -185,7 +187,7 @@ def test_a_plan_that_only_takes_files_takes_something(worn: Project) -> None:
 
 
 # --- what it refuses -----------------------------------------------------------------------------
-def test_damaged_rows_are_not_thrown_away(worn: Project) -> None:
+def test_damaged_rows_are_not_thrown_away(worn: ProjectFolder) -> None:
     worn.session.problems = ("journal row 5 is damaged",)
     before = rows(worn)
     with refused("compaction.damaged", DocumentError):
@@ -217,7 +219,7 @@ def no_space(monkeypatch: pytest.MonkeyPatch, when: str) -> Iterator[None]:
 
 @pytest.mark.parametrize("when", ["writing", "keeping", "replacing"])
 def test_a_compaction_that_fails_has_changed_nothing(
-    worn: Project, monkeypatch: pytest.MonkeyPatch, when: str
+    worn: ProjectFolder, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:
     before, records = rows(worn), dict(worn.session.records)
 
@@ -245,7 +247,7 @@ def test_a_compaction_that_fails_has_changed_nothing(
 
 # --- and back ------------------------------------------------------------------------------------
 def test_taking_it_back_brings_every_row_and_file_and_keeps_what_came_since(
-    worn: Project,
+    worn: ProjectFolder,
 ) -> None:
     before = rows(worn)
     stray = store_asset(worn.folder, b"no row names it", ".png")
@@ -277,7 +279,7 @@ def test_taking_it_back_brings_every_row_and_file_and_keeps_what_came_since(
 
 @pytest.mark.parametrize("when", ["writing", "replacing"])
 def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
-    worn: Project, monkeypatch: pytest.MonkeyPatch, when: str
+    worn: ProjectFolder, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:
     before = rows(worn)
     worn.compact()
@@ -301,7 +303,7 @@ def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
 
 
 def test_a_file_that_cannot_be_brought_back_keeps_all_as_it_is_until_it_can(
-    project: Project,
+    project: ProjectFolder,
 ) -> None:
     """Without it the mask of a step of before would be gone for good at the next closing."""
     session = project.session
@@ -325,7 +327,7 @@ def test_a_file_that_cannot_be_brought_back_keeps_all_as_it_is_until_it_can(
     assert not SIDE & {path.name for path in project.folder.iterdir()}
 
 
-def test_steps_of_before_that_were_undone_since_are_undone_after(worn: Project) -> None:
+def test_steps_of_before_that_were_undone_since_are_undone_after(worn: ProjectFolder) -> None:
     worn.compact()
     worn.session.redo()
     worn.session.undo()
@@ -335,7 +337,7 @@ def test_steps_of_before_that_were_undone_since_are_undone_after(worn: Project) 
     assert read_replay(worn.folder).records == dict(worn.session.records)
 
 
-def test_rows_written_since_keep_their_time(worn: Project) -> None:
+def test_rows_written_since_keep_their_time(worn: ProjectFolder) -> None:
     worn.compact()
     note(worn, "since")
     written = list(worn.journal.rows())[-1]
@@ -343,7 +345,7 @@ def test_rows_written_since_keep_their_time(worn: Project) -> None:
     assert replace(list(worn.journal.rows())[-1], seq=written.seq) == written
 
 
-def test_without_the_journal_of_before_there_is_no_way_back(worn: Project) -> None:
+def test_without_the_journal_of_before_there_is_no_way_back(worn: ProjectFolder) -> None:
     worn.compact()
     now = rows(worn)
     (worn.folder / "journal-before-compaction.sqlite").unlink()
@@ -353,7 +355,7 @@ def test_without_the_journal_of_before_there_is_no_way_back(worn: Project) -> No
 
 
 def test_what_a_kill_left_of_a_compaction_is_cleared_away_at_the_next_closing(
-    worn: Project,
+    worn: ProjectFolder,
 ) -> None:
     for ending in ("", "-wal", "-shm"):
         (worn.folder / f"journal-before-compaction.sqlite{ending}").write_bytes(b"x")
@@ -366,7 +368,7 @@ def test_what_a_kill_left_of_a_compaction_is_cleared_away_at_the_next_closing(
     compaction.discard_backup(worn.folder)
 
 
-def test_what_a_kill_left_of_a_new_journal_is_no_hindrance(worn: Project) -> None:
+def test_what_a_kill_left_of_a_new_journal_is_no_hindrance(worn: ProjectFolder) -> None:
     (worn.folder / "journal-compacted.sqlite").write_bytes(b"half written")
     worn.compact()
     assert verify(worn.folder).sound
@@ -402,7 +404,7 @@ def test_a_file_that_is_gone_is_named(tmp_path: Path) -> None:
 
 
 # --- is it whole? --------------------------------------------------------------------------------
-def test_a_project_is_counted_and_looked_through(worn: Project) -> None:
+def test_a_project_is_counted_and_looked_through(worn: ProjectFolder) -> None:
     session = worn.session
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
@@ -425,7 +427,7 @@ def test_a_project_is_counted_and_looked_through(worn: Project) -> None:
     assert missing.values["file"].endswith(kept[0].path)
 
 
-def test_a_file_that_only_the_last_save_names_is_needed_for_discarding(worn: Project) -> None:
+def test_a_file_that_only_the_last_save_names_is_needed_for_discarding(worn: ProjectFolder) -> None:
     session = worn.session
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
     kept = mask(worn, b"saved")

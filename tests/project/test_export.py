@@ -14,7 +14,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Model
@@ -24,7 +24,7 @@ UTM = Frame("crs", "EPSG:32633")
 
 @pytest.fixture
 def project(tmp_path):
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     session = project.session
     session.apply(
         edits.add_model(
@@ -112,7 +112,7 @@ def test_a_format_that_is_not_known_is_named(project, tmp_path):
 
 
 def test_an_empty_project_has_nothing_to_export(tmp_path):
-    Project.create(tmp_path / "b.vom").close()
+    ProjectFolder.create(tmp_path / "b.vom").close()
     with refused("export.no-features"):
         export_project(tmp_path / "b.vom", "csv", tmp_path / "o.csv")
     assert not (tmp_path / "o.csv").exists()
@@ -134,7 +134,7 @@ def test_the_command_line_writes_the_same_table(project, tmp_path, capfd):
 def test_the_verdicts_are_those_of_the_thresholds_the_user_had(tmp_path):
     strict = {"thresholds": {"good_confidence95_deg": 1e-6, "poor_confidence95_deg": 1e-5}}
     for name, settings in (("plain", {}), ("strict", strict)):
-        project = Project.create(tmp_path / f"{name}.vom", settings=lambda s=settings: s)
+        project = ProjectFolder.create(tmp_path / f"{name}.vom", settings=lambda s=settings: s)
         session = project.session
         model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, UTM)
         session.apply(edits.add_model(session.records, model))

@@ -23,7 +23,7 @@ from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layers import Layer
 from vomstudio.project.exports.export import export_project, export_records, thresholds_of
 from vomstudio.project.exports.gis_files import DISC_CORNERS, write_dxf, write_shapefiles
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements
@@ -157,7 +157,9 @@ def test_the_journal_is_not_exported_over(tmp_path: Path, records: dict[str, Any
     """Not even by force: it is all the work there is."""
     from vomstudio.project.edit import change
 
-    project = Project.create(tmp_path / "a.vom", settings=lambda: {"thresholds": {"good_M": 3.5}})
+    project = ProjectFolder.create(
+        tmp_path / "a.vom", settings=lambda: {"thresholds": {"good_M": 3.5}}
+    )
     mine = {id_: r for id_, r in records.items() if id_ not in project.session.records}
     project.session.apply(change(project.session.records, "Add", mine))
     with pytest.raises(TargetError):

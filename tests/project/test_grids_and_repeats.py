@@ -13,7 +13,7 @@ from vomstudio.geology.coverage.face_coverage import TITLES
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits, grid_edits, repeated_features
 from vomstudio.project.codec import decode, encode
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import DEFAULT_TYPES, FaceGrid, Model
@@ -89,7 +89,7 @@ def test_grids_are_named_one_after_the_other() -> None:
 
 
 def test_grids_and_repeats_come_back_with_the_project(tmp_path) -> None:
-    with closing(Project.create(tmp_path / "a.vom")) as project:
+    with closing(ProjectFolder.create(tmp_path / "a.vom")) as project:
         session = project.session
         session.apply(edits.add_model(session.records, MODEL))
         session.apply(grid_edits.add_grid(session.records, GRID))
@@ -99,7 +99,7 @@ def test_grids_and_repeats_come_back_with_the_project(tmp_path) -> None:
         session.apply(repeated_features.link_repeat(session.records, "b2", "b1", "AB"))
         session.save()
         kept = dict(session.records)
-    with closing(Project.open(tmp_path / "a.vom")) as project:
+    with closing(ProjectFolder.open(tmp_path / "a.vom")) as project:
         assert dict(project.session.records) == kept
         assert project.session.records["b2"].repeat_of == "b1"
 

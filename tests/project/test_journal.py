@@ -17,7 +17,7 @@ from tests.samples import bed
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.folder import Project, project_folder
+from vomstudio.project.folder import ProjectFolder, project_folder
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
@@ -27,19 +27,19 @@ MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
 @pytest.fixture
 def project(tmp_path):
-    project = Project.create(tmp_path / "outcrop.vom")
+    project = ProjectFolder.create(tmp_path / "outcrop.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     yield project
     project.close()
 
 
-def reopen(project: Project) -> Project:
+def reopen(project: ProjectFolder) -> ProjectFolder:
     project.close()
-    return Project.open(project.folder)
+    return ProjectFolder.open(project.folder)
 
 
 def test_a_project_comes_back_as_it_was(tmp_path):
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     session = project.session
     session.apply(edits.add_model(session.records, MODEL))
     session.apply(edits.add_trace(session.records, bed("t1")))
@@ -70,10 +70,10 @@ def test_an_open_project_can_be_read_by_another_process_but_not_opened(project):
     code = (
         "import sys; from pathlib import Path;"
         "from vomstudio.project.journal.database import read_replay;"
-        "from vomstudio.project.folder import Project; p = Path(sys.argv[1]);"
+        "from vomstudio.project.folder import ProjectFolder; p = Path(sys.argv[1]);"
         "print(len(read_replay(p).records));"
         "import vomstudio.core.errors\n"
-        "try: Project.open(p)\n"
+        "try: ProjectFolder.open(p)\n"
         "except vomstudio.core.errors.InputError as e: print(e)"
     )
     done = subprocess.run(
@@ -93,17 +93,17 @@ def test_after_closing_one_file_holds_everything(project):
     project.close()
     assert not list(project.folder.glob("journal.sqlite-*"))
     assert "t1" in read_replay(project.folder).records
-    reopened = Project.open(project.folder)
+    reopened = ProjectFolder.open(project.folder)
     project.__dict__.update(reopened.__dict__)
 
 
 def test_a_newer_journal_is_refused_with_a_plain_sentence(tmp_path):
-    Project.create(tmp_path / "a.vom").close()
+    ProjectFolder.create(tmp_path / "a.vom").close()
     db = sqlite3.connect(tmp_path / "a.vom" / "journal.sqlite")
     db.execute("PRAGMA user_version = 99")
     db.close()
     with refused("project.newer"):
-        Project.open(tmp_path / "a.vom")
+        ProjectFolder.open(tmp_path / "a.vom")
 
 
 @pytest.mark.parametrize("content", [b"", b"not a database", b"SQLite format 3\x00" + b"\x00" * 90])
@@ -112,13 +112,13 @@ def test_a_file_that_is_no_journal_is_refused(tmp_path, content):
     folder.mkdir()
     (folder / "journal.sqlite").write_bytes(content)
     with pytest.raises(InputError) as refused:
-        Project.open(folder)
+        ProjectFolder.open(folder)
     assert "journal.sqlite" in str(refused.value)
 
 
 @pytest.mark.parametrize("cut", [0.001, 0.1, 0.12, 0.5, 0.9, 0.9999])
 def test_a_torn_journal_is_refused_by_name_or_whole(tmp_path, cut):
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     for number in range(60):
         project.session.apply(edits.add_trace(project.session.records, bed(f"t{number}")))
@@ -128,7 +128,7 @@ def test_a_torn_journal_is_refused_by_name_or_whole(tmp_path, cut):
     whole = path.read_bytes()
     path.write_bytes(whole[: int(len(whole) * cut)])
     try:
-        project = Project.open(tmp_path / "a.vom")
+        project = ProjectFolder.open(tmp_path / "a.vom")
     except InputError as error:
         message = str(error)
     else:
@@ -156,13 +156,13 @@ def test_what_is_no_project_is_refused(tmp_path, what):
 
 
 def test_a_project_is_not_made_over_another(tmp_path):
-    Project.create(tmp_path / "a.vom").close()
+    ProjectFolder.create(tmp_path / "a.vom").close()
     with refused("project.exists", TargetError):
-        Project.create(tmp_path / "a.vom")
+        ProjectFolder.create(tmp_path / "a.vom")
 
 
 def test_saving_as_moves_the_history_along_and_leaves_the_old_as_it_was_saved(tmp_path):
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     session = project.session
     session.apply(edits.add_model(session.records, MODEL))
     session.save()
@@ -175,7 +175,7 @@ def test_saving_as_moves_the_history_along_and_leaves_the_old_as_it_was_saved(tm
     session.redo()
     project.close()
     assert {"t1"} == {i for i in read_replay(tmp_path / "b.vom").records if i.startswith("t")}
-    old = Project.open(tmp_path / "a.vom")
+    old = ProjectFolder.open(tmp_path / "a.vom")
     assert not old.session.of(Trace)
     assert not old.session.dirty
     old.session.undo()
@@ -184,7 +184,7 @@ def test_saving_as_moves_the_history_along_and_leaves_the_old_as_it_was_saved(tm
 
 
 def test_a_folder_with_something_in_it_is_not_saved_over(tmp_path):
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     (tmp_path / "b.vom").mkdir()
     (tmp_path / "b.vom" / "precious.txt").write_text("x")
     with refused("folder.not-empty", TargetError):
@@ -199,10 +199,10 @@ import sys
 from pathlib import Path
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 sys.path.insert(0, sys.argv[2])
 from tests.samples import bed
-project = Project.open(Path(sys.argv[1]))
+project = ProjectFolder.open(Path(sys.argv[1]))
 for number in range(10_000):
     trace = bed(f"t{number}")
     project.session.set_draft({"tool": "trace", "number": number})
@@ -212,7 +212,7 @@ for number in range(10_000):
 
 
 def test_what_was_shown_before_a_kill_is_there_after_it(tmp_path):
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     project.close()
     root = Path(__file__).parents[2]
@@ -232,7 +232,7 @@ def test_what_was_shown_before_a_kill_is_there_after_it(tmp_path):
         shown = int(rest[-1]) if rest else shown
         child.stdout.close()
         child.wait()
-        project = Project.open(tmp_path / "a.vom")
+        project = ProjectFolder.open(tmp_path / "a.vom")
         kept = [t.id for t in project.session.of(Trace)]
         assert kept[: shown + 1] == [f"t{i}" for i in range(shown + 1)]
         assert len(kept) <= shown + 2

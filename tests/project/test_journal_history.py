@@ -18,7 +18,7 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
 from vomstudio.project.assets import store_asset
 from vomstudio.project.edit import Edit, change
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.photo_edits import (
     PointState,
@@ -34,14 +34,14 @@ MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
 
 @pytest.fixture
-def project(tmp_path: Path) -> Iterator[Project]:
-    made = Project.create(tmp_path / "a.vom")
+def project(tmp_path: Path) -> Iterator[ProjectFolder]:
+    made = ProjectFolder.create(tmp_path / "a.vom")
     made.session.apply(edits.add_model(made.session.records, MODEL))
     yield made
     made.close()
 
 
-def add_beds(project: Project, count: int) -> None:
+def add_beds(project: ProjectFolder, count: int) -> None:
     for number in range(count):
         project.session.apply(edits.add_trace(project.session.records, bed(f"t{number}")))
 
@@ -55,7 +55,7 @@ def damage(folder: Path, statement: str) -> None:
 
 # --- rows ----------------------------------------------------------------------------------------
 def test_another_set_for_ten_thousand_traces_adds_less_than_five_megabytes(
-    project: Project,
+    project: ProjectFolder,
 ) -> None:
     long = tuple((float(i), i * 0.37, i * i * 1e-3) for i in range(40))
     traces = {
@@ -77,7 +77,7 @@ def test_another_set_for_ten_thousand_traces_adds_less_than_five_megabytes(
 
 
 def test_undone_and_redone_changes_of_single_fields_come_back_over_a_closing(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 2)
     session = project.session
@@ -90,7 +90,7 @@ def test_undone_and_redone_changes_of_single_fields_come_back_over_a_closing(
     states = []
     expected = dict(session.records)
     project.close()
-    again = Project.open(tmp_path / "a.vom")
+    again = ProjectFolder.open(tmp_path / "a.vom")
     assert dict(again.session.records) == expected
     again.session.redo()
     states.append(again.session.records["t0"].set_name)
@@ -101,7 +101,9 @@ def test_undone_and_redone_changes_of_single_fields_come_back_over_a_closing(
     again.close()
 
 
-def test_joined_edits_are_one_step_of_the_history_and_one_after_a_kill(project: Project) -> None:
+def test_joined_edits_are_one_step_of_the_history_and_one_after_a_kill(
+    project: ProjectFolder,
+) -> None:
     session = project.session
     add_beds(project, 1)
     first = session.apply(edits.set_attributes(session.records, ["t0"], notes="a"))
@@ -116,7 +118,7 @@ def test_joined_edits_are_one_step_of_the_history_and_one_after_a_kill(project: 
     assert read_replay(project.folder).records == dict(session.records)
 
 
-def test_an_edit_does_not_join_one_that_was_saved(project: Project) -> None:
+def test_an_edit_does_not_join_one_that_was_saved(project: ProjectFolder) -> None:
     session = project.session
     add_beds(project, 1)
     first = session.apply(edits.set_attributes(session.records, ["t0"], notes="a"))
@@ -128,7 +130,7 @@ def test_an_edit_does_not_join_one_that_was_saved(project: Project) -> None:
 
 # --- damage --------------------------------------------------------------------------------------
 def test_a_number_that_changed_in_a_row_is_seen_and_the_rest_opens(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 3)
     project.close()
@@ -136,7 +138,7 @@ def test_a_number_that_changed_in_a_row_is_seen_and_the_rest_opens(
         tmp_path / "a.vom",
         "UPDATE journal SET after = replace(after, '0.51', '0.71') WHERE label LIKE '%B02%'",
     )
-    again = Project.open(tmp_path / "a.vom")
+    again = ProjectFolder.open(tmp_path / "a.vom")
     (problem,) = again.problems
     assert problem.code == "journal.row-unreadable"
     assert problem.values["reason_code"] == "row.checksum"
@@ -148,7 +150,7 @@ def test_a_number_that_changed_in_a_row_is_seen_and_the_rest_opens(
 
 @pytest.mark.parametrize("column", ["kind", "of_seq", "label", "time", "version", "settings"])
 def test_every_column_of_a_row_is_covered_by_its_checksum(
-    project: Project, tmp_path: Path, column: str
+    project: ProjectFolder, tmp_path: Path, column: str
 ) -> None:
     add_beds(project, 2)
     project.close()
@@ -156,7 +158,7 @@ def test_every_column_of_a_row_is_covered_by_its_checksum(
     assert len(verify(tmp_path / "a.vom").problems) >= 1
 
 
-def test_a_row_that_was_taken_out_is_missed(project: Project, tmp_path: Path) -> None:
+def test_a_row_that_was_taken_out_is_missed(project: ProjectFolder, tmp_path: Path) -> None:
     add_beds(project, 4)
     project.close()
     damage(tmp_path / "a.vom", "DELETE FROM journal WHERE label LIKE '%B02%'")
@@ -165,13 +167,13 @@ def test_a_row_that_was_taken_out_is_missed(project: Project, tmp_path: Path) ->
 
 
 def test_rows_that_are_missing_at_the_end_are_missed_and_their_numbers_not_used_again(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 4)
     last = project.session.top
     project.close()
     damage(tmp_path / "a.vom", f"DELETE FROM journal WHERE seq > {last - 2}")
-    again = Project.open(tmp_path / "a.vom")
+    again = ProjectFolder.open(tmp_path / "a.vom")
     missing = Finding("journal.rows-missing", count=2, first=last - 1, last=last)
     assert missing in again.problems
     add = edits.add_trace(again.session.records, bed("new"))
@@ -182,11 +184,11 @@ def test_rows_that_are_missing_at_the_end_are_missed_and_their_numbers_not_used_
 
 
 def test_a_row_of_another_project_in_the_place_of_one_is_seen(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     """Its own checksum is right, but it does not follow the row before it."""
     add_beds(project, 2)
-    other = Project.create(tmp_path / "b.vom")
+    other = ProjectFolder.create(tmp_path / "b.vom")
     other.session.apply(edits.add_model(other.session.records, replace(MODEL, name="quarry")))
     add_beds(other, 2)
     row = (
@@ -204,7 +206,7 @@ def test_a_row_of_another_project_in_the_place_of_one_is_seen(
 
 
 def test_work_that_was_done_again_is_there_although_a_row_before_it_is_damaged(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_beds(project, 2)
     session = project.session
@@ -225,7 +227,9 @@ def test_work_that_was_done_again_is_there_although_a_row_before_it_is_damaged(
 
 
 # --- registrations -------------------------------------------------------------------------------
-def test_a_registration_moves_its_models_and_undoing_moves_them_back(project: Project) -> None:
+def test_a_registration_moves_its_models_and_undoing_moves_them_back(
+    project: ProjectFolder,
+) -> None:
     session = project.session
     east = (
         (1.0, 0.0, 0.0, 500.0),
@@ -248,7 +252,9 @@ def test_a_registration_moves_its_models_and_undoing_moves_them_back(project: Pr
     assert read_replay(project.folder).records == dict(session.records)
 
 
-def test_declaring_a_frame_gives_up_a_registration_only_when_told_to(project: Project) -> None:
+def test_declaring_a_frame_gives_up_a_registration_only_when_told_to(
+    project: ProjectFolder,
+) -> None:
     session = project.session
     registration = Registration("r1", "4 points", "control", Frame("local"))
     session.apply(edits.set_registration(session.records, registration, ["m1"]))
@@ -263,7 +269,7 @@ def test_declaring_a_frame_gives_up_a_registration_only_when_told_to(project: Pr
 
 
 # --- points, marks and masks ---------------------------------------------------------------------
-def test_points_keep_their_ids_when_they_move_are_renamed_or_marked(project: Project) -> None:
+def test_points_keep_their_ids_when_they_move_are_renamed_or_marked(project: ProjectFolder) -> None:
     session = project.session
     states = [
         PointState("P1", (1.0, 2.0, 3.0), 0.01),
@@ -290,7 +296,7 @@ def test_points_keep_their_ids_when_they_move_are_renamed_or_marked(project: Pro
     assert read_replay(project.folder).records == dict(session.records)
 
 
-def test_a_mask_is_a_file_that_undoing_finds_again(project: Project, tmp_path: Path) -> None:
+def test_a_mask_is_a_file_that_undoing_finds_again(project: ProjectFolder, tmp_path: Path) -> None:
     session = project.session
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
     for content in (b"first", b"second"):
@@ -321,7 +327,7 @@ def test_a_mask_that_names_a_place_outside_of_the_project_is_refused(tmp_path: P
 
 # --- compaction ----------------------------------------------------------------------------------
 @pytest.fixture
-def used(project: Project) -> Project:
+def used(project: ProjectFolder) -> ProjectFolder:
     """A project with steps that were undone and replaced, some to be done again, and masks."""
     session = project.session
     add_beds(project, 3)
@@ -341,7 +347,7 @@ def used(project: Project) -> Project:
     return project
 
 
-def walked(project: Project) -> list[dict[str, object]]:
+def walked(project: ProjectFolder) -> list[dict[str, object]]:
     """The records after each step back, to the first one and forth again to the last."""
     session = project.session
     states: list[dict[str, object]] = [dict(session.records)]
@@ -362,7 +368,7 @@ def walked(project: Project) -> list[dict[str, object]]:
 
 
 def test_compacting_takes_what_nothing_reaches_and_says_so_before(
-    used: Project, tmp_path: Path
+    used: ProjectFolder, tmp_path: Path
 ) -> None:
     before = walked(used)
     used.session.save()
@@ -377,12 +383,12 @@ def test_compacting_takes_what_nothing_reaches_and_says_so_before(
     assert verify(used.folder).sound
     used.close()
     assert not list(used.folder.glob("*before*"))
-    again = Project.open(tmp_path / "a.vom")
+    again = ProjectFolder.open(tmp_path / "a.vom")
     assert walked(again) == before
     again.close()
 
 
-def test_a_compaction_is_taken_back_with_what_was_done_since(used: Project) -> None:
+def test_a_compaction_is_taken_back_with_what_was_done_since(used: ProjectFolder) -> None:
     used.session.save()
     rows = [(r.kind, r.label) for r in used.journal.rows()]
     assets = sorted(p.name for p in (used.folder / "assets").iterdir())
@@ -402,18 +408,18 @@ def test_a_compaction_is_taken_back_with_what_was_done_since(used: Project) -> N
         used.undo_compaction()
 
 
-def test_what_is_not_saved_is_not_compacted(used: Project) -> None:
+def test_what_is_not_saved_is_not_compacted(used: ProjectFolder) -> None:
     used.session.apply(edits.set_attributes(used.session.records, ["t2"], notes="new"))
     with refused("compaction.unsaved", DocumentError):
         used.compact()
 
 
-def test_a_draft_survives_a_compaction(used: Project, tmp_path: Path) -> None:
+def test_a_draft_survives_a_compaction(used: ProjectFolder, tmp_path: Path) -> None:
     used.session.set_draft({"tool": "trace", "vertices": [[0.0, 0.0, 0.0]]})
     used.session.save()
     used.compact()
     used.close()
-    again = Project.open(tmp_path / "a.vom")
+    again = ProjectFolder.open(tmp_path / "a.vom")
     assert again.session.draft is not None
     assert again.session.draft.state["tool"] == "trace"
     again.close()

@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 from vomstudio.project.journal.outline import outline
-from vomstudio.project.journal.replay import Row
+from vomstudio.project.journal.replay import JournalRow
 
 
 def row(
     kind: str = "do", label: str = "", before: Any = None, after: Any = None, of: int | None = None
-) -> Row:
-    return Row(7, kind, of, label, before, after, "2026-02-03", "0.2", {"s": 1})
+) -> JournalRow:
+    return JournalRow(7, kind, of, label, before, after, "2026-02-03", "0.2", {"s": 1})
 
 
 def told(**values: Any) -> str:

@@ -22,7 +22,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal import database as journals
 from vomstudio.project.journal.connection import JournalConnection
 from vomstudio.project.journal.database import (
@@ -33,7 +33,7 @@ from vomstudio.project.journal.database import (
     read_replay,
     read_schema_and_replay,
 )
-from vomstudio.project.journal.replay import Row
+from vomstudio.project.journal.replay import JournalRow
 from vomstudio.project.records import Model
 
 COLUMNS = "seq, kind, of_seq, label, before, after, time, version, settings"
@@ -55,7 +55,7 @@ def journal(path: Path) -> Iterator[SqliteJournal]:
 @pytest.fixture
 def four_beds(tmp_path: Path) -> Path:
     """The folder of a closed project: rows 1 and 2 are its birth, 3 a model, 4 to 7 beds."""
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     session = project.session
     session.apply(edits.add_model(session.records, MODEL))
     for number in range(4):
@@ -152,7 +152,7 @@ def test_a_copied_row_keeps_its_time_program_and_settings(journal: SqliteJournal
 def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, statement: str) -> None:
     """An edit that cannot be written leaves disk and window as they were, and the next one is
     written as if it had never been tried."""
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     path = project.folder / "journal.sqlite"
     session = project.session
     session.apply(edits.add_model(session.records, MODEL))
@@ -189,7 +189,7 @@ def test_a_row_is_written_without_blanks_that_no_one_reads(
 
 def test_a_model_whose_name_is_no_utf8_is_opened_and_found_again(tmp_path: Path) -> None:
     """Drives written on other systems have such names; the path must come back to the byte."""
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     named = replace(MODEL, name="caf\udce9", path="/x/caf\udce9.obj")
     project.session.apply(edits.add_model(project.session.records, named))
     project.session.undo()
@@ -285,7 +285,7 @@ def test_what_stands_for_lost_rows_says_so_and_nothing_else(four_beds: Path) -> 
     last = list(journal.rows())[-1]
     journal.close()
     missing = Finding("journal.rows-missing", count=2, first=6, last=7)
-    assert last == Row(7, "gap", None, "", None, None, "", "", None, notice=missing)
+    assert last == JournalRow(7, "gap", None, "", None, None, "", "", None, notice=missing)
 
 
 def test_a_damaged_row_takes_no_other_with_it(four_beds: Path) -> None:
@@ -319,7 +319,7 @@ def test_bytes_that_are_no_text_and_text_that_is_no_json_are_damage_of_their_row
 ) -> None:
     changed(four_beds / "journal.sqlite", damage)
     assert any(problem.values["row"] == 5 for problem in read_replay(four_beds).problems)
-    project = Project.open(four_beds)
+    project = ProjectFolder.open(four_beds)
     assert any(problem.values["row"] == 5 for problem in project.problems)
     held = {f.id for f in project.session.features()}
     assert {"t0", "t3"} <= held
@@ -355,7 +355,7 @@ def test_where_the_head_is_lost_or_damaged_new_rows_follow_the_last_one(
 ) -> None:
     path = four_beds / "journal.sqlite"
     changed(path, lost)
-    project = Project.open(four_beds)
+    project = ProjectFolder.open(four_beds)
     assert project.problems == []
     project.session.apply(edits.add_trace(project.session.records, bed("new")))
     project.close()
@@ -367,7 +367,7 @@ def test_after_lost_rows_the_next_one_follows_what_is_there(four_beds: Path) -> 
     """Its number is new, its sum goes on from the last row that is left."""
     path = four_beds / "journal.sqlite"
     changed(path, "DELETE FROM journal WHERE seq > 5")
-    project = Project.open(four_beds)
+    project = ProjectFolder.open(four_beds)
     assert project.session.apply(edits.add_trace(project.session.records, bed("new"))) == 8
     project.close()
     count, last, total = chained(path)
@@ -378,7 +378,7 @@ def test_after_lost_rows_the_next_one_follows_what_is_there(four_beds: Path) -> 
 def test_where_all_rows_were_lost_that_is_said_and_work_can_go_on(four_beds: Path) -> None:
     path = four_beds / "journal.sqlite"
     changed(path, "DELETE FROM journal")
-    project = Project.open(four_beds)
+    project = ProjectFolder.open(four_beds)
     assert project.problems == [Finding("journal.rows-missing", count=7, first=1, last=7)]
     project.session.apply(edits.add_model(project.session.records, MODEL))
     project.close()
@@ -442,7 +442,7 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str)
 def test_a_torn_file_is_refused_before_anything_is_written_to_it(four_beds: Path) -> None:
     """Its head and first page are sound, so that SQLite would write to it without a word."""
     path = four_beds / "journal.sqlite"
-    project = Project.open(four_beds)
+    project = ProjectFolder.open(four_beds)
     for number in range(4, 60):
         project.session.apply(edits.add_trace(project.session.records, bed(f"t{number}")))
     project.close()
@@ -452,7 +452,7 @@ def test_a_torn_file_is_refused_before_anything_is_written_to_it(four_beds: Path
     path.write_bytes(whole)
     for _ in range(2):
         with refused("journal.damaged"):
-            Project.open(four_beds)
+            ProjectFolder.open(four_beds)
         assert path.read_bytes() == bytes(whole)
     assert sorted(p.name for p in four_beds.iterdir()) == ["journal.sqlite", "lock"]
 
@@ -536,7 +536,7 @@ def test_a_copy_of_an_open_journal_is_whole(journal: SqliteJournal, tmp_path: Pa
 
 
 def test_no_export_may_replace_the_journal_or_the_log_beside_it(tmp_path: Path) -> None:
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     beside = {p for p in project.folder.iterdir() if p.name.startswith("journal")}
     assert len(beside) == 3
     assert set(own_files(project.folder)) == beside
@@ -545,7 +545,7 @@ def test_no_export_may_replace_the_journal_or_the_log_beside_it(tmp_path: Path) 
 
 def test_the_settings_of_the_newest_edit_are_those_that_count(tmp_path: Path) -> None:
     told = {"n": 1}
-    project = Project.create(tmp_path / "a.vom", settings=lambda: told)
+    project = ProjectFolder.create(tmp_path / "a.vom", settings=lambda: told)
     told = {"n": 2}
     project.session.apply(edits.add_model(project.session.records, MODEL))
     project.session.undo()

@@ -12,7 +12,7 @@ import pytest
 from tests.specimens import figures
 from vomstudio.cli import main
 from vomstudio.core.errors import InputError
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 
 SPECIMENS = Path(__file__).parents[1] / "specimens"
@@ -57,7 +57,7 @@ def test_a_program_in_a_journal_does_not_run(
         for words in HOSTILE[how]:
             db.execute(words)
     before = (folder / "journal.sqlite").read_bytes()
-    for look in (read_replay, Project.open):
+    for look in (read_replay, ProjectFolder.open):
         with pytest.raises(InputError) as error:
             look(folder)
         assert error.value.code == "file.unsafe-schema"
@@ -72,9 +72,9 @@ def test_journals_of_all_versions_are_plain(tmp_path: Path, specimen: str) -> No
     name = f"{specimen}.vom"
     shutil.copytree(SPECIMENS / name, tmp_path / name)
     read_replay(tmp_path / name)
-    Project.open(tmp_path / name).close()
+    ProjectFolder.open(tmp_path / name).close()
     with closing(sqlite3.connect(tmp_path / name / "journal.sqlite")) as db:
         # Statistics that SQLite keeps for itself.
         db.execute("ANALYZE")
         db.commit()
-    Project.open(tmp_path / name).close()
+    ProjectFolder.open(tmp_path / name).close()

@@ -14,7 +14,7 @@ from tests.tiers import first_in_default_tier
 from vomstudio.cli import main
 from vomstudio.core.errors import VomError
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.records import Feature
 
 SPECIMENS = Path(__file__).parents[1] / "specimens"
@@ -62,7 +62,7 @@ def test_what_a_link_leads_to_stays_as_it_is(
     os.symlink(victim if name in FOLDERS else victim / "letter.png", project / name)
     # Whether it is done or refused: not through the link.
     with contextlib.suppress(VomError):
-        opened = Project.open(project)
+        opened = ProjectFolder.open(project)
         opened.buffer_unwritten_steps(lambda _: None)
         feature = next(iter(opened.session.of(Feature)))
         change = edits.set_attributes(opened.session.records, [feature.id], notes="changed")

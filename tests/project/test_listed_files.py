@@ -23,7 +23,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.imports.feature_lists import read_listed_features
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lithology import Lithology
@@ -52,7 +52,7 @@ ROCK = Lithology("a1", "L01", "m1", HASH, RING, "sandstone", 6.5, "coarse")
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     folder = tmp_path / "face.vom"
-    opened = Project.create(folder)
+    opened = ProjectFolder.create(folder)
     session = opened.session
     session.apply(edits.add_model(session.records, MODEL))
     session.apply(edits.add_features(session.records, [STATION, CONTACT, ROCK]))
@@ -100,7 +100,7 @@ def test_a_registration_moves_them_and_scales_what_they_measure():
 
 
 def test_they_are_undone_and_are_there_again_after_closing(project: Path):
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     session = opened.session
     assert [session.records[i] for i in ("s1", "k1", "a1")] == [STATION, CONTACT, ROCK]
     session.apply(edits.set_attributes(session.records, ["a1"], lithology="shale"))
@@ -109,7 +109,7 @@ def test_they_are_undone_and_are_there_again_after_closing(project: Path):
         edits.change_feature(session.records, replace(CONTACT, repeat_of="t1", interpreter="AN"))
     )
     opened.close()
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     session = opened.session
     contact, station, rock = (session.records[i] for i in ("k1", "s1", "a1"))
     assert (contact.repeat_of, contact.interpreter) == ("t1", "AN")
@@ -121,7 +121,7 @@ def test_they_are_undone_and_are_there_again_after_closing(project: Path):
 
 
 def test_what_is_no_choice_is_refused_and_never_gets_into_the_journal(project: Path):
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     with refused("option.not-a-choice", DocumentError, value="fossil"):
         edits.set_attributes(opened.session.records, ["s1"], what="fossil")
     opened.close()
@@ -252,7 +252,7 @@ def test_csv_keeps_the_table_of_orientations_and_puts_the_others_beside(
 @pytest.mark.parametrize("ending", ["gpkg", "shp", "geojson", "kml", "csv"])
 def test_what_was_exported_comes_back_as_it_was(project: Path, tmp_path: Path, ending: str):
     export_project(project, ending, tmp_path / f"o.{ending}")
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     records = opened.session.records
     one = ending in ("gpkg", "kml")
     names = ["o"] if one else ["o_stations", "o_contacts", "o_lithologies"]
@@ -283,7 +283,7 @@ def test_what_was_exported_comes_back_as_it_was(project: Path, tmp_path: Path, e
 
 def test_an_area_is_measured_anew_where_the_surface_is_at_hand(project: Path, tmp_path: Path):
     export_project(project, "geojson", tmp_path / "o.geojson")
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     path = tmp_path / "o_lithologies.geojson"
     read = read_listed_features(
         path, MODEL, opened.session.records, CRS, lambda ring: 0.0 + len(ring)
@@ -293,7 +293,7 @@ def test_an_area_is_measured_anew_where_the_surface_is_at_hand(project: Path, tm
 
 
 def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     records = opened.session.records
 
     def error(path: Path) -> InputError:
@@ -336,7 +336,7 @@ def test_commands_that_want_planes_say_that_there_are_none(project: Path, tmp_pa
 
 
 def test_they_never_count_as_planes(project: Path, tmp_path: Path):
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     session = opened.session
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.save()

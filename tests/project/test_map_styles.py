@@ -15,7 +15,7 @@ import pytest
 
 from vomstudio.io.gis import qml
 from vomstudio.io.gis.qgis_project import MapLayer, qgs
-from vomstudio.io.gis.qml import Category, Style
+from vomstudio.io.gis.qml import RendererCategory, Style
 from vomstudio.project.exports.export import export_project
 
 SPECIMEN = Path(__file__).parents[1] / "specimens" / "schema1.vom"
@@ -100,7 +100,7 @@ def test_the_map_finds_the_layers_wherever_the_two_files_are_moved(exported) -> 
 
 
 def test_the_map_has_the_reference_system_of_its_layers() -> None:
-    style = Style("point", [Category("", "all", [qml.mark("circle", 2, "#000000")])])
+    style = Style("point", [RendererCategory("", "all", [qml.mark("circle", 2, "#000000")])])
     text = qgs("t", "t.gpkg", [MapLayer("planes", style, (0, 0, 10, 10))], "EPSG:32633")
     root = ElementTree.fromstring(text)
     assert {e.text for e in root.iter("authid")} == {"EPSG:32633"}
@@ -108,6 +108,8 @@ def test_the_map_has_the_reference_system_of_its_layers() -> None:
 
 
 def test_names_that_xml_would_misread_are_kept(tmp_path) -> None:
-    style = Style("line", [Category('a "b" <c> & d', "a", [qml.line(0.3, "#102030", {})])], "kind")
+    style = Style(
+        "line", [RendererCategory('a "b" <c> & d', "a", [qml.line(0.3, "#102030", {})])], "kind"
+    )
     (category,) = ElementTree.fromstring(qml.qml(style)).iter("category")
     assert category.get("value") == 'a "b" <c> & d'

@@ -16,7 +16,7 @@ from tests.specimens import figures
 from vomstudio.core.errors import TargetError
 from vomstudio.core.findings import Finding
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal import database, migration, schema
 from vomstudio.project.journal.database import SqliteJournal, read_replay, read_schema_and_replay
 from vomstudio.project.journal.rows import COLUMNS
@@ -73,7 +73,7 @@ def schema_2(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_migrated_journal_has_its_rows_records_and_history(specimen: Path) -> None:
     path = specimen / "journal.sqlite"
     rows, before = query(path, ROWS), read_replay(specimen)
-    project = Project.open(specimen)
+    project = ProjectFolder.open(specimen)
     assert project.problems == []
     assert dict(project.session.records) == before.records
     assert project.session.redo_label == before.undone[-1][1].label
@@ -90,7 +90,7 @@ def test_a_migrated_journal_has_its_rows_records_and_history(specimen: Path) -> 
 @pytest.mark.usefixtures("schema_2")
 def test_the_old_journal_is_copied_once_before_it_is_migrated(specimen: Path) -> None:
     rows = query(specimen / "journal.sqlite", ROWS)
-    Project.open(specimen).close()
+    ProjectFolder.open(specimen).close()
     backup = specimen / BACKUP
     assert query(backup, ROWS) == rows
     assert query(backup, "PRAGMA user_version") == [(1,)]
@@ -98,7 +98,7 @@ def test_the_old_journal_is_copied_once_before_it_is_migrated(specimen: Path) ->
     assert query(backup, notes) == []
     # The second opening finds nothing to migrate.
     content = backup.read_bytes()
-    Project.open(specimen).close()
+    ProjectFolder.open(specimen).close()
     assert backup.read_bytes() == content
     assert query(specimen / "journal.sqlite", "SELECT count(*) FROM note") == [(1,)]
 
@@ -106,7 +106,7 @@ def test_the_old_journal_is_copied_once_before_it_is_migrated(specimen: Path) ->
 @pytest.mark.usefixtures("schema_2")
 def test_a_copy_of_an_earlier_attempt_is_not_replaced(specimen: Path) -> None:
     (specimen / BACKUP).write_bytes(b"of an earlier attempt")
-    Project.open(specimen).close()
+    ProjectFolder.open(specimen).close()
     assert (specimen / BACKUP).read_bytes() == b"of an earlier attempt"
     assert read_schema_and_replay(specimen)[0] == 2
 
@@ -137,7 +137,7 @@ def test_steps_run_in_order_in_one_transaction(
         return run
 
     use_schema(monkeypatch, 4, {1: step(1, add_column), 2: step(2), 3: step(3)})
-    Project.open(specimen).close()
+    ProjectFolder.open(specimen).close()
     assert seen == [(1, 1, True, 1), (2, 2, True, 1), (3, 3, True, 1)]
     assert query(path, "PRAGMA user_version") == [(4,)]
     assert sorted(each.name for each in specimen.glob("journal*")) == [BACKUP, "journal.sqlite"]
@@ -165,7 +165,7 @@ def test_a_migration_that_fails_leaves_the_old_journal(
             patch.setattr(migration, "copy_database", fail)
         # The error is kept, as a window keeps the one that it shows: nothing is closed by chance.
         with refused("disk.full", TargetError) as caught:
-            Project.open(specimen)
+            ProjectFolder.open(specimen)
         assert query(path, ROWS) == rows
         assert query(path, "SELECT sql FROM sqlite_master") == tables
         assert query(path, "PRAGMA user_version") == [(1,)]
@@ -173,7 +173,7 @@ def test_a_migration_that_fails_leaves_the_old_journal(
     # The program of schema 1 still opens it, and that of schema 2 migrates it then.
     for version, steps in ((1, {}), (2, {1: add_column})):
         use_schema(monkeypatch, version, steps)
-        project = Project.open(specimen)
+        project = ProjectFolder.open(specimen)
         assert project.problems == []
         assert dict(project.session.records) == records
         project.close()
@@ -187,7 +187,7 @@ def test_a_journal_that_cannot_be_read_is_refused_before_it_is_copied(specimen: 
     execute(path, "ALTER TABLE journal RENAME COLUMN settings TO elsewhere")
     content = path.read_bytes()
     with refused("journal.damaged"):
-        Project.open(specimen)
+        ProjectFolder.open(specimen)
     assert path.read_bytes() == content
     assert not (specimen / BACKUP).exists()
 
@@ -199,7 +199,7 @@ def test_a_damaged_row_is_reported_before_and_after_the_migration(specimen: Path
     execute(path, f"UPDATE journal SET after = substr(after, 1, 40) WHERE label = '{label}'")
     rows = query(path, ROWS)
     for _ in range(2):
-        project = Project.open(specimen)
+        project = ProjectFolder.open(specimen)
         assert len(project.problems) == 1
         assert project.problems[0].values["label"] == label
         assert "reading-overturned" in project.session.records
@@ -227,13 +227,13 @@ def test_a_journal_of_a_newer_schema_is_refused_and_unchanged(
     path = specimen / "journal.sqlite"
     with monkeypatch.context() as patch:
         use_schema(patch, 2, {1: add_column})
-        project = Project.open(specimen)
+        project = ProjectFolder.open(specimen)
         project.session.apply(
             edits.set_attributes(project.session.records, ["reading-overturned"], notes="later")
         )
         project.close()
     content = path.read_bytes()
-    for read in (Project.open, read_replay, verify):
+    for read in (ProjectFolder.open, read_replay, verify):
         with refused("project.newer") as caught:
             read(specimen)
         assert caught.value.file == str(path)
@@ -247,7 +247,7 @@ def test_a_journal_of_no_schema_is_refused(specimen: Path, version: int) -> None
     execute(path, f"PRAGMA user_version = {version}")
     content = path.read_bytes()
     with refused("journal.foreign"):
-        Project.open(specimen)
+        ProjectFolder.open(specimen)
     assert path.read_bytes() == content
 
 
@@ -257,6 +257,6 @@ def test_the_copy_is_not_written_through_a_link(specimen: Path, tmp_path: Path) 
     elsewhere = tmp_path / "elsewhere"
     (specimen / BACKUP).symlink_to(elsewhere)
     with pytest.raises(TargetError):
-        Project.open(specimen)
+        ProjectFolder.open(specimen)
     assert not elsewhere.exists()
     assert query(specimen / "journal.sqlite", "PRAGMA user_version") == [(1,)]

@@ -23,7 +23,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits, reconstructions
 from vomstudio.project import folder as folders
 from vomstudio.project.folder import (
-    Project,
+    ProjectFolder,
     create_untitled,
     is_free,
     is_project,
@@ -40,8 +40,8 @@ OF_ANOTHER_DAY = b"of another day"
 
 
 @pytest.fixture
-def project(tmp_path: Path) -> Project:
-    made = Project.create(tmp_path / "a.vom")
+def project(tmp_path: Path) -> ProjectFolder:
+    made = ProjectFolder.create(tmp_path / "a.vom")
     made.session.apply(edits.add_model(made.session.records, MODEL))
     return made
 
@@ -52,15 +52,15 @@ def untitled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "state" / "untitled"
 
 
-def add_bed(project: Project, name: str = "t1") -> None:
+def add_bed(project: ProjectFolder, name: str = "t1") -> None:
     project.session.apply(edits.add_trace(project.session.records, bed(name)))
 
 
 # --- making and opening --------------------------------------------------------------------------
-def test_a_project_that_was_closed_goes_at_once_with_its_records(project: Project) -> None:
+def test_a_project_that_was_closed_goes_at_once_with_its_records(project: ProjectFolder) -> None:
     add_bed(project)
     project.close()
-    opened = Project.open(project.folder)
+    opened = ProjectFolder.open(project.folder)
     opened.buffer_unwritten_steps(lambda _: None)
     held = weakref.ref(opened), weakref.ref(opened.session.records["t1"])
     gc.collect()
@@ -80,53 +80,53 @@ def test_a_project_is_made_with_the_folders_around_it_or_in_one_that_is_there(
         folder.parent.mkdir(exist_ok=True, parents=True)
         if folder.name == "b.vom":
             folder.mkdir()
-        Project.create(folder).close()
+        ProjectFolder.create(folder).close()
         assert is_project(folder)
-    Project.create(tmp_path / "new" / "er" / "c.vom").close()
+    ProjectFolder.create(tmp_path / "new" / "er" / "c.vom").close()
     assert is_project(tmp_path / "new" / "er" / "c.vom")
 
 
 def test_where_no_folder_can_be_made_that_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(OF_ANOTHER_DAY)
     with refused("folder.not-created", TargetError) as caught:
-        Project.create(tmp_path / "file" / "a.vom")
+        ProjectFolder.create(tmp_path / "file" / "a.vom")
     assert "a.vom" in str(caught.value)
 
 
-def test_a_project_that_is_there_is_neither_replaced_nor_locked(project: Project) -> None:
+def test_a_project_that_is_there_is_neither_replaced_nor_locked(project: ProjectFolder) -> None:
     add_bed(project)
     for _ in range(2):
         # Whether it is open in a window or not: another name is what is needed.
         with refused("project.exists", TargetError):
-            Project.create(project.folder)
+            ProjectFolder.create(project.folder)
         project.close()
     assert is_free(project.folder)
     assert "t1" in read_replay(project.folder).records
 
 
-def test_a_project_is_open_once_and_free_after(project: Project) -> None:
+def test_a_project_is_open_once_and_free_after(project: ProjectFolder) -> None:
     assert not is_free(project.folder)
     with refused("project.locked") as caught:
-        Project.open(project.folder)
+        ProjectFolder.open(project.folder)
     assert str(os.getpid()) in str(caught.value.values["holder"])
     project.close()
     assert is_free(project.folder)
-    Project.open(project.folder).close()
+    ProjectFolder.open(project.folder).close()
     assert is_free(project.folder)
     assert not is_free(project.folder.parent)
 
 
-def test_a_project_that_could_not_be_opened_is_not_held(project: Project) -> None:
+def test_a_project_that_could_not_be_opened_is_not_held(project: ProjectFolder) -> None:
     """Once it is restored from a copy it opens, without the program being started anew."""
     project.close()
     path = project.folder / "journal.sqlite"
     whole = path.read_bytes()
     path.write_bytes(whole[:2000])
     with pytest.raises(InputError):
-        Project.open(project.folder)
+        ProjectFolder.open(project.folder)
     assert is_free(project.folder)
     path.write_bytes(whole)
-    Project.open(project.folder).close()
+    ProjectFolder.open(project.folder).close()
 
 
 def test_a_project_that_could_not_be_made_is_not_held(
@@ -138,31 +138,31 @@ def test_a_project_that_could_not_be_made_is_not_held(
     with monkeypatch.context() as patch:
         patch.setattr(folders, "SqliteJournal", full)
         with pytest.raises(TargetError, match="full") as caught:
-            Project.create(tmp_path / "a.vom")
+            ProjectFolder.create(tmp_path / "a.vom")
         assert caught.value is not None
         ProjectLock(tmp_path / "a.vom" / "lock").release()
-    Project.create(tmp_path / "a.vom").close()
+    ProjectFolder.create(tmp_path / "a.vom").close()
 
 
-def test_a_damaged_lock_shuts_nobody_out(project: Project) -> None:
+def test_a_damaged_lock_shuts_nobody_out(project: ProjectFolder) -> None:
     project.close()
     (project.folder / "lock").write_bytes(OF_ANOTHER_DAY * 100)
     assert is_free(project.folder)
-    Project.open(project.folder).close()
+    ProjectFolder.open(project.folder).close()
 
 
-def test_a_folder_that_cannot_be_locked_is_not_said_to_be_free(project: Project) -> None:
+def test_a_folder_that_cannot_be_locked_is_not_said_to_be_free(project: ProjectFolder) -> None:
     project.close()
     (project.folder / "lock").unlink()
     (project.folder / "lock").mkdir()
     assert not is_free(project.folder)
     with refused("project.unwritable", TargetError):
-        Project.open(project.folder)
+        ProjectFolder.open(project.folder)
 
 
 def test_a_project_is_named_by_its_folder_or_a_file_in_it(tmp_path: Path) -> None:
-    Project.create(tmp_path / "a.vom").close()
-    Project.create(tmp_path / "plain").close()
+    ProjectFolder.create(tmp_path / "a.vom").close()
+    ProjectFolder.create(tmp_path / "plain").close()
     (tmp_path / "a.vom" / "notes.txt").write_text("x")
     (tmp_path / "plain" / "notes.txt").write_text("x")
     for path in (tmp_path / "a.vom", tmp_path / "a.vom" / "notes.txt"):
@@ -181,7 +181,7 @@ def test_a_project_is_named_by_its_folder_or_a_file_in_it(tmp_path: Path) -> Non
 
 
 def test_a_project_knows_its_name_and_where_it_keeps_what_may_be_deleted(
-    project: Project, untitled: Path
+    project: ProjectFolder, untitled: Path
 ) -> None:
     assert (project.name, project.untitled) == ("a", False)
     assert project.cache == project.folder / "cache"
@@ -194,10 +194,10 @@ def test_a_project_knows_its_name_and_where_it_keeps_what_may_be_deleted(
 
 def test_settings_are_written_beside_edits_after_opening_and_saving_as(tmp_path: Path) -> None:
     told: dict[str, Any] = {"n": 1}
-    Project.create(tmp_path / "a.vom", settings=lambda: told).close()
+    ProjectFolder.create(tmp_path / "a.vom", settings=lambda: told).close()
     assert read_replay(tmp_path / "a.vom").settings == {"n": 1}
     told = {"n": 2}
-    project = Project.open(tmp_path / "a.vom", settings=lambda: told)
+    project = ProjectFolder.open(tmp_path / "a.vom", settings=lambda: told)
     project.session.apply(edits.add_model(project.session.records, MODEL))
     project.save_as(tmp_path / "b.vom")
     assert read_replay(tmp_path / "b.vom").settings == {"n": 2}
@@ -209,7 +209,7 @@ def test_settings_are_written_beside_edits_after_opening_and_saving_as(tmp_path:
 
 # --- models --------------------------------------------------------------------------------------
 def test_paths_of_models_go_with_the_folder_where_they_are_in_it(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     inside, outside = project.folder / "models" / "a" / "a.obj", tmp_path / "b.obj"
     assert project.model_path(inside) == "models/a/a.obj"
@@ -219,7 +219,7 @@ def test_paths_of_models_go_with_the_folder_where_they_are_in_it(
 
 
 def test_a_model_is_looked_for_where_it_was_and_then_in_and_beside_the_project(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     """Whoever moves a project together with its models finds them, and never another's first."""
     elsewhere = tmp_path / "far" / "cliff.obj"
@@ -248,7 +248,7 @@ def test_a_model_is_looked_for_where_it_was_and_then_in_and_beside_the_project(
 
 # --- saving under another name -------------------------------------------------------------------
 def test_what_lies_in_the_project_goes_along_and_what_can_be_made_again_stays(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     along = ["models/a/a.obj", "photos/cliff-1/marks.csv", "assets/0.png"]
     for name in (*along, "cache/tiles.bin"):
@@ -272,7 +272,7 @@ def test_what_lies_in_the_project_goes_along_and_what_can_be_made_again_stays(
 
 
 def test_an_empty_folder_is_saved_to_and_what_an_earlier_try_left_is_no_hindrance(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     (tmp_path / "b.vom").mkdir()
     (tmp_path / "b.vom.part").mkdir()
@@ -283,7 +283,7 @@ def test_an_empty_folder_is_saved_to_and_what_an_earlier_try_left_is_no_hindranc
     project.close()
 
 
-def test_a_file_is_not_saved_over(project: Project, tmp_path: Path) -> None:
+def test_a_file_is_not_saved_over(project: ProjectFolder, tmp_path: Path) -> None:
     (tmp_path / "b.vom").write_bytes(OF_ANOTHER_DAY)
     with refused("output.exists", TargetError):
         project.save_as(tmp_path / "b.vom")
@@ -292,7 +292,7 @@ def test_a_file_is_not_saved_over(project: Project, tmp_path: Path) -> None:
 
 
 def test_where_no_folder_can_be_made_to_save_to_that_is_said(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_bytes(OF_ANOTHER_DAY)
     with refused("output.unwritable", TargetError) as caught:
@@ -306,7 +306,7 @@ def test_where_no_folder_can_be_made_to_save_to_that_is_said(
     "failure", [OSError(28, "No space left"), TargetError(Finding("disk.full"))]
 )
 def test_a_saving_that_fails_leaves_nothing_and_work_goes_on_where_it_was(
-    project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: Exception
+    project: ProjectFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: Exception
 ) -> None:
     def full(*_: object, **__: object) -> None:
         raise failure
@@ -329,7 +329,7 @@ def test_a_saving_that_fails_leaves_nothing_and_work_goes_on_where_it_was(
 
 
 def test_the_project_left_behind_is_not_written_to_where_it_was_saved(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     add_bed(project)
     project.session.save()
@@ -342,7 +342,7 @@ def test_the_project_left_behind_is_not_written_to_where_it_was_saved(
 
 
 def test_unsaved_work_goes_to_the_new_name_and_can_be_brought_back_under_the_old_one(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     project.session.save()
     add_bed(project)
@@ -372,7 +372,7 @@ def test_an_untitled_project_that_gets_a_name_keeps_its_unsaved_work(
 
 
 def test_small_files_of_a_reconstruction_are_never_shared_and_large_ones_may_be(
-    project: Project, tmp_path: Path
+    project: ProjectFolder, tmp_path: Path
 ) -> None:
     """A line that a later run adds to its log must not appear in the project left behind."""
     work = project.folder / RECONSTRUCTIONS / "cliff" / "work" / "depths-1"
@@ -389,7 +389,7 @@ def test_small_files_of_a_reconstruction_are_never_shared_and_large_ones_may_be(
 
 
 def test_where_files_cannot_be_shared_they_are_copied(
-    project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    project: ProjectFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:
         raise OSError(95, "Operation not supported")
@@ -492,7 +492,7 @@ def test_a_folder_that_somebody_removed_is_closed_all_the_same(untitled: Path) -
     assert not project.folder.exists()
 
 
-def test_the_cache_of_a_project_with_a_name_stays(project: Project) -> None:
+def test_the_cache_of_a_project_with_a_name_stays(project: ProjectFolder) -> None:
     project.cache.mkdir()
     project.close()
     assert project.cache.exists()
@@ -504,7 +504,7 @@ def test_what_a_crash_left_is_offered_the_newest_first_and_nothing_is_hidden(
     """Left behind: open work, an open trace, and what cannot even be read. Finished: discarded."""
     made = {}
     for number, kind in enumerate(("discarded", "work", "clicks", "damaged", "held")):
-        project = Project.create(untitled / f"{kind}.vom")
+        project = ProjectFolder.create(untitled / f"{kind}.vom")
         project.session.apply(edits.add_model(project.session.records, MODEL))
         add_bed(project)
         if kind == "discarded":
@@ -530,7 +530,7 @@ def test_a_project_that_goes_away_while_it_is_looked_at_is_no_error(
     untitled: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("a", "b"):
-        project = Project.create(untitled / f"{name}.vom")
+        project = ProjectFolder.create(untitled / f"{name}.vom")
         project.session.apply(edits.add_model(project.session.records, MODEL))
         add_bed(project)
         project.close()

@@ -19,7 +19,7 @@ from vomstudio.project.records import (
     MarkedPoint,
     Mask,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
     Record,
 )
 
@@ -74,7 +74,7 @@ EDITS: tuple[Callable[[Records], Edit], ...] = (
     lambda there: photo_edits.locate_photos(there, "s1", "there"),
     lambda there: photo_edits.add_reconstruction(
         there,
-        Reconstruction("k1", "s1", "cliff", "cliff", "low", "0" * 64),
+        ReconstructionRecord("k1", "s1", "cliff", "cliff", "low", "0" * 64),
         Registration("g1", "GPS", "gps", reconstruction_id="k1"),
     ),
 )
@@ -188,7 +188,7 @@ def test_photos_that_are_not_there_are_refused(there: Records) -> None:
 
 
 def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -> None:
-    first = Reconstruction("k1", "s1", "cliff", "cliff", "low", "0" * 64)
+    first = ReconstructionRecord("k1", "s1", "cliff", "cliff", "low", "0" * 64)
     beside = replace(first, id="k2", name="wall", folder="wall")
     by = Registration("g1", "GPS", "gps", reconstruction_id="k1")
     edit = photo_edits.add_reconstruction(there, first, by)

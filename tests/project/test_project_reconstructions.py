@@ -11,13 +11,13 @@ from tests.messages import refused
 from vomstudio.core.errors import TargetError
 from vomstudio.project import folder as projects
 from vomstudio.project import reconstructions
-from vomstudio.project.folder import Project, create_untitled
+from vomstudio.project.folder import ProjectFolder, create_untitled
 from vomstudio.project.imports.sidecar_import import PHOTO_TABLES
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 
 
 @pytest.fixture
-def untitled(tmp_path, monkeypatch) -> Project:
+def untitled(tmp_path, monkeypatch) -> ProjectFolder:
     monkeypatch.setattr(projects, "untitled_folder", lambda: tmp_path / "state" / "untitled")
     return create_untitled()
 
@@ -63,7 +63,7 @@ def test_on_another_disk_it_is_copied(untitled, tmp_path, monkeypatch):
 
 
 def test_a_project_saved_under_another_name_leaves_its_own_behind(tmp_path):
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     old = reconstruct(tmp_path / "a.vom")
     project.save_as(tmp_path / "b.vom")
     new = tmp_path / "b.vom" / RECONSTRUCTIONS / "cliff-medium"

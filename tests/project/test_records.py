@@ -18,7 +18,7 @@ from vomstudio.project.records import (
     MarkedPoint,
     Model,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
     get,
     get_feature,
 )
@@ -116,7 +116,7 @@ def test_a_record_that_leaves_fields_out_is_read_with_the_plain_answer() -> None
             "result_sha256": "0",
         }
     )
-    assert isinstance(made, Reconstruction)
+    assert isinstance(made, ReconstructionRecord)
     assert (made.photos, made.registered, made.settings) == (0, 0, ())
     assert (made.reprojection_error_px, made.software, made.finished) == (None, "", "")
     common = {"id": "f", "name": "F", "type_id": "bedding", "model_id": "m", "model_hash": "0"}

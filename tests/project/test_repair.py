@@ -14,7 +14,7 @@ from vomstudio.core.errors import DocumentError, TargetError
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
 from vomstudio.project import repair as repair_module
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.journal.replay import Replay
 from vomstudio.project.records import Model
@@ -25,7 +25,7 @@ from vomstudio.project.verify import verify
 def folder(tmp_path: Path) -> Path:
     """Three beds B01 to B03, the last of them undone; the row of B02 is damaged."""
     folder = tmp_path / "a.vom"
-    project = Project.create(folder)
+    project = ProjectFolder.create(folder)
     session = project.session
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
     session.apply(edits.add_model(session.records, model))
@@ -42,18 +42,18 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def damaged(folder: Path) -> Iterator[Project]:
-    project = Project.open(folder)
+def damaged(folder: Path) -> Iterator[ProjectFolder]:
+    project = ProjectFolder.open(folder)
     yield project
     project.close()
 
 
-def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: Project) -> None:
+def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: ProjectFolder) -> None:
     session = damaged.session
     records, label, again = dict(session.records), session.undo_label, session.redo_label
     assert len(damaged.problems) == 1
     made = damaged.repair()
-    assert made.lost == tuple(read_replay(made.kept).problems)
+    assert made.lost == tuple(read_replay(made.backup).problems)
     assert damaged.problems == []
     assert verify(damaged.folder).sound
     played = read_replay(damaged.folder)
@@ -61,7 +61,7 @@ def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: Project) -> 
     assert (session.undo_label, session.redo_label) == (label, again)
 
 
-def test_work_goes_on_in_the_new_journal(damaged: Project, folder: Path) -> None:
+def test_work_goes_on_in_the_new_journal(damaged: ProjectFolder, folder: Path) -> None:
     damaged.repair()
     session = damaged.session
     session.redo()
@@ -74,7 +74,7 @@ def test_work_goes_on_in_the_new_journal(damaged: Project, folder: Path) -> None
     assert read_replay(folder).records == dict(session.records)
 
 
-def test_a_sound_journal_is_left_alone(damaged: Project, folder: Path) -> None:
+def test_a_sound_journal_is_left_alone(damaged: ProjectFolder, folder: Path) -> None:
     damaged.repair()
     before = (folder / "journal.sqlite").stat().st_ino
     with refused("journal.sound", DocumentError):
@@ -84,26 +84,26 @@ def test_a_sound_journal_is_left_alone(damaged: Project, folder: Path) -> None:
 
 
 def test_no_damaged_journal_takes_the_place_of_an_earlier_one(
-    damaged: Project, folder: Path
+    damaged: ProjectFolder, folder: Path
 ) -> None:
     (folder / "journal-damaged-1.sqlite").write_bytes(b"of another day")
-    assert damaged.repair().kept.name == "journal-damaged-2.sqlite"
+    assert damaged.repair().backup.name == "journal-damaged-2.sqlite"
     assert (folder / "journal-damaged-1.sqlite").read_bytes() == b"of another day"
 
 
 def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
-    damaged: Project, folder: Path
+    damaged: ProjectFolder, folder: Path
 ) -> None:
     damaged.journal.set_view("camera", [1.5])
     before = {row.label: row for row in damaged.journal.rows() if row.kind == "do"}
     made = damaged.repair()
-    assert made.kept == folder / "journal-damaged-1.sqlite"
+    assert made.backup == folder / "journal-damaged-1.sqlite"
     assert damaged.journal.view("camera") == [1.5]
     for row in damaged.journal.rows():
         if row.kind == "do":
             was = before[row.label]
             assert (row.time, row.version, row.after) == (was.time, was.version, was.after)
-    kept = sqlite3.connect(made.kept)
+    kept = sqlite3.connect(made.backup)
     rows = kept.execute("SELECT count(*) FROM journal WHERE time = 'then'")
     assert rows.fetchone() == (1,)
     kept.close()
@@ -111,7 +111,7 @@ def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
 
 
 def test_what_was_saved_is_saved_after_a_repair_and_what_was_not_is_not(
-    damaged: Project, folder: Path
+    damaged: ProjectFolder, folder: Path
 ) -> None:
     session = damaged.session
     saved = dict(session.saved)
@@ -127,7 +127,7 @@ def test_what_was_saved_is_saved_after_a_repair_and_what_was_not_is_not(
 
 @pytest.mark.parametrize("way", ["another tale", "no room"])
 def test_a_repair_that_fails_has_changed_nothing(
-    damaged: Project, folder: Path, monkeypatch: pytest.MonkeyPatch, way: str
+    damaged: ProjectFolder, folder: Path, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
     rows, problems = list(damaged.journal.rows()), list(damaged.problems)
 
@@ -156,7 +156,7 @@ def test_a_repair_that_fails_has_changed_nothing(
 
 @pytest.mark.parametrize("part", ["records", "saved"])
 def test_a_new_journal_that_says_less_than_the_window_shows_is_not_taken(
-    damaged: Project, monkeypatch: pytest.MonkeyPatch, part: str
+    damaged: ProjectFolder, monkeypatch: pytest.MonkeyPatch, part: str
 ) -> None:
     def less(path: Path) -> Replay:
         played = read_replay(path)

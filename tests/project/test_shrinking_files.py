@@ -28,11 +28,11 @@ from pathlib import Path
 from tests.project.test_vanishing_ground import MODEL
 from tests.samples import bed
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 
 folder, name, size, over = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), sys.argv[4] == "over"
-project = Project.create(folder)
+project = ProjectFolder.create(folder)
 project.session.apply(edits.add_model(project.session.records, MODEL))
 for k in range(40):
     project.session.apply(edits.add_trace(project.session.records, bed(f"t{k}")))

@@ -25,7 +25,7 @@ from vomstudio.project.imports.sidecar_import import (
     stored_path,
 )
 from vomstudio.project.reconstructions import RECONSTRUCTIONS, read_reconstruction
-from vomstudio.project.records import Reconstruction
+from vomstudio.project.records import ReconstructionRecord
 
 CRS = "EPSG:32633"
 POINTS = [
@@ -95,7 +95,7 @@ def test_a_result_is_recorded_with_its_figures_each_in_its_place(
     os.utime(folder / "reconstruction.json", (1_770_112_800, 1_770_112_800))
     made, placed = read_reconstruction(folder, "s", "cliff")
     data = (folder / "reconstruction.json").read_bytes()
-    assert made == Reconstruction(
+    assert made == ReconstructionRecord(
         made.id,
         "s",
         "cliff",

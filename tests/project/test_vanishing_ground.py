@@ -22,7 +22,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
 from vomstudio.project.assets import store_asset
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import NAME, SqliteJournal, read_replay
 from vomstudio.project.journal.failures import NotWritten
 from vomstudio.project.kinds.trace import Trace
@@ -36,7 +36,7 @@ MODEL = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", "0" * 64, Frame("loca
 Told = list[Finding | None]
 
 
-def add(project: Project, name: str) -> None:
+def add(project: ProjectFolder, name: str) -> None:
     project.session.apply(edits.add_trace(project.session.records, bed(name)))
 
 
@@ -51,18 +51,18 @@ def disk(tmp_path: Path) -> Path:
     return tmp_path / "disk"
 
 
-def begun(disk: Path) -> tuple[Project, Told]:
+def begun(disk: Path) -> tuple[ProjectFolder, Told]:
     """A project with beds a (in the older copy too), b and c; open as in a window."""
-    project = Project.create(disk / "cliff.vom")
+    project = ProjectFolder.create(disk / "cliff.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     add(project, "a")
     project.session.save()
     project.close()
     shutil.copytree(disk / "cliff.vom", disk.parent / "older.vom")
-    project = Project.open(disk / "cliff.vom")
+    project = ProjectFolder.open(disk / "cliff.vom")
     add(project, "b")
     project.close()
-    project = Project.open(disk / "cliff.vom")
+    project = ProjectFolder.open(disk / "cliff.vom")
     told: Told = []
     project.buffer_unwritten_steps(told.append)
     add(project, "c")
@@ -119,7 +119,7 @@ GOES: dict[str, tuple[Callable[[Path, Path], None], str]] = {
 }
 
 
-def goes_on_and_can_be_saved(project: Project, told: Told, code: str, target: Path) -> None:
+def goes_on_and_can_be_saved(project: ProjectFolder, told: Told, code: str, target: Path) -> None:
     """The next edit is done, and told of; a save is not; saved elsewhere it is all there."""
     add(project, "d")
     assert [t.code for t in told if t] == [code]
@@ -164,7 +164,7 @@ def test_what_has_taken_the_place_stays_as_it_is(disk: Path, how: str, saved: bo
     project.close()
     assert (folder / NAME).read_bytes() == (older / NAME).read_bytes()
     assert names(folder) == ["a"]
-    Project.open(folder).close()
+    ProjectFolder.open(folder).close()
 
 
 def test_a_folder_that_was_deleted_is_not_made_again(disk: Path) -> None:
@@ -181,7 +181,7 @@ def test_without_somebody_to_tell_nothing_is_changed(disk: Path) -> None:
     """A command or a script: the edit is refused."""
     project, _ = begun(disk)
     project.close()
-    project = Project.open(disk / "cliff.vom")
+    project = ProjectFolder.open(disk / "cliff.vom")
     project.folder.rename(disk / "other.vom")
     with refused("journal.folder-gone", NotWritten):
         add(project, "d")
@@ -246,7 +246,7 @@ def test_masks_are_saved_elsewhere_though_their_folder_is_gone(disk: Path) -> No
     assert verify(disk.parent / "rescued.vom").sound
 
 
-def masked(project: Project, name: str, content: bytes) -> Mask:
+def masked(project: ProjectFolder, name: str, content: bytes) -> Mask:
     """A mask is drawn, as the window has it done."""
     session = project.session
     file = project.assets.store(content, ".png")
@@ -383,7 +383,7 @@ def test_work_goes_on_in_memory_after_a_compaction(disk: Path, how: str, taken_b
 def test_a_journal_that_could_not_be_written_when_it_was_opened_is_opened_again(
     tmp_path: Path,
 ) -> None:
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     # As SQLite does by itself where the disk refuses to open the file for writing.
     project.journal._db.execute("PRAGMA query_only = 1")
@@ -400,7 +400,7 @@ def test_another_users_project_is_opened_and_its_steps_wait() -> None:
     with tempfile.TemporaryDirectory() as made:
         Path(made).chmod(0o755)
         folder = Path(made) / "a.vom"
-        project = Project.create(folder)
+        project = ProjectFolder.create(folder)
         # What is imported when it is needed lies where another user may not look.
         project.session.apply(edits.add_model(project.session.records, MODEL))
         add(project, "first")
@@ -408,8 +408,8 @@ def test_another_users_project_is_opened_and_its_steps_wait() -> None:
         os.seteuid(65534)
         try:
             with refused("project.unwritable", TargetError):
-                Project.open(folder)
-            project = Project.open(folder, allow_unlocked=True)
+                ProjectFolder.open(folder)
+            project = ProjectFolder.open(folder, allow_unlocked=True)
             project.buffer_unwritten_steps(told.append)
             add(project, "second")
             assert project.journal.has_pending_rows
@@ -426,7 +426,7 @@ def test_another_users_project_is_opened_and_its_steps_wait() -> None:
 def test_a_project_that_another_program_holds_is_not_opened_without_its_lock(
     tmp_path: Path,
 ) -> None:
-    project = Project.create(tmp_path / "a.vom")
+    project = ProjectFolder.create(tmp_path / "a.vom")
     with refused("project.locked"):
-        Project.open(tmp_path / "a.vom", allow_unlocked=True)
+        ProjectFolder.open(tmp_path / "a.vom", allow_unlocked=True)
     project.close()

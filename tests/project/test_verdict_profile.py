@@ -17,7 +17,7 @@ from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK, Thresholds
 from vomstudio.project import edits
 from vomstudio.project.codec import decode_edit, encode_edit
 from vomstudio.project.exports.export import export_records
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements, depends_on
 from vomstudio.project.records import DEFAULT_TYPES, PROFILE_ID, Model, Record
@@ -108,11 +108,11 @@ def test_a_damaged_profile_is_named(records: dict[str, Record]) -> None:
 
 
 def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> None:
-    with closing(Project.create(tmp_path / "cliff.vom")) as project:
+    with closing(ProjectFolder.create(tmp_path / "cliff.vom")) as project:
         edit = edits.judge_by(project.session.records, OWN)
         project.session.apply(edit)
         project.session.save()
-    with closing(Project.open(tmp_path / "cliff.vom")) as project:
+    with closing(ProjectFolder.open(tmp_path / "cliff.vom")) as project:
         assert project.session.records[PROFILE_ID].limits == OWN  # type: ignore[union-attr]
         assert project.session.undo_label == edit.label
         project.session.undo()

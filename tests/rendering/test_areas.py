@@ -55,7 +55,7 @@ def test_an_area_tints_its_faces_and_no_others(scene: Scene, orthographic: bool)
     tinted = strength(painted) - strength(plain) > 15
     centres = mesh.vertices[mesh.faces].mean(axis=1)
     pixels, _ = scene.camera.project(centres, SIZE)
-    seen = scene.seen(centres)
+    seen = scene.visibility(centres)
     x, y = np.round(pixels).astype(int).T
     well_in = centres[:, 2] > UTM[2] + 8.0 * 0.64
     well_out = centres[:, 2] < UTM[2] + 8.0 * 0.56

@@ -11,7 +11,7 @@ import pytest
 from tests.tiers import first_in_default_tier
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.rendering.prepare.model_queue import ModelWork
+from vomstudio.rendering.prepare.model_queue import ModelQueue
 
 
 def _mesh() -> Mesh:
@@ -45,7 +45,7 @@ def test_work_closed_while_a_thread_hands_over_says_nothing(
         shut.wait(10.0)
 
     monkeypatch.setattr(ThreadPoolExecutor, "shutdown", shutdown)
-    work = ModelWork(hold)
+    work = ModelQueue(hold)
     work.expect("m1")
     work.prepare("m1", data, texture_limit=1024, whole_side=None, budget=1000)
     assert arrived.wait(10.0)

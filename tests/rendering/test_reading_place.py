@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, box
 
-from vomstudio.rendering.view.readout_position import Picked, ReadingPosition, _lengths_in
+from vomstudio.rendering.view.readout_position import PickedPoints, ReadingPosition, _lengths_in
 
 VIEW = (900.0, 600.0)
 SIZE = (210.0, 80.0)
@@ -28,7 +28,7 @@ pixel = st.tuples(st.floats(0, 900), st.floats(0, 600))
 def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
     """Judged by Shapely: if the box covers anything, then so would boxes all over the view."""
     drawn = LineString([*line, cursor]) if rubber else LineString(line)
-    picked = Picked(np.array(line), cursor, np.array(cursor) if rubber else None)
+    picked = PickedPoints(np.array(line), cursor, np.array(cursor) if rubber else None)
     _, place = ReadingPosition().choose([SIZE], VIEW, picked)
     shown = rectangle(place)
     x, y, wide, high = place
@@ -48,7 +48,7 @@ def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
 
 def test_lines_along_all_edges_leave_it_the_room_between_them() -> None:
     rows = [(0.0, 40.0), (900.0, 40.0), (900.0, 300.0), (0.0, 300.0), (0.0, 560.0), (900.0, 560.0)]
-    _, place = ReadingPosition().choose([SIZE], VIEW, Picked(np.array(rows), (4.0, 596.0)))
+    _, place = ReadingPosition().choose([SIZE], VIEW, PickedPoints(np.array(rows), (4.0, 596.0)))
     assert not rectangle(place).buffer(7.5).intersects(LineString(rows))
 
 
@@ -64,7 +64,9 @@ def test_it_stands_beside_the_cursor_and_never_ahead_of_the_line():
     """Picking to the right and downwards: the place to the right below is where one looks next."""
     line = np.array([[100.0, 100.0], [300.0, 200.0]])
     place = ReadingPosition()
-    _, found = place.choose([SIZE], VIEW, Picked(line, (400.0, 250.0), np.array([400.0, 250.0])))
+    _, found = place.choose(
+        [SIZE], VIEW, PickedPoints(line, (400.0, 250.0), np.array([400.0, 250.0]))
+    )
     ahead = LineString([(400.0, 250.0), (500.0, 300.0)])
     assert not rectangle(found).intersects(ahead)
     assert rectangle(found).distance(LineString([(400, 250), (400, 250.1)])) < 40.0
@@ -74,7 +76,7 @@ def test_it_keeps_its_side_while_that_is_free():
     place, sides = ReadingPosition(), set()
     line = np.array([[150.0, 300.0], [300.0, 300.0]])
     for y in np.linspace(280.0, 320.0, 60):
-        picked = Picked(line, (450.0, y), np.array([450.0, y]))
+        picked = PickedPoints(line, (450.0, y), np.array([450.0, y]))
         place.choose([SIZE], VIEW, picked)
         sides.add(place.side)
     assert len(sides) == 1
@@ -84,10 +86,10 @@ def test_it_comes_back_from_an_edge_only_to_ample_room():
     """A comb of lines round the cursor drives it to the edge; as the comb opens it stays there
     longer than it took to drive it off."""
 
-    def comb(gap: float) -> Picked:
+    def comb(gap: float) -> PickedPoints:
         rows = [[(200.0, y), (700.0, y)] for y in (300 - 90 - gap, 300 + 110 + gap)]
         zigzag = [p for row in rows for p in row]
-        return Picked(np.array(zigzag), (450.0, 300.0))
+        return PickedPoints(np.array(zigzag), (450.0, 300.0))
 
     place = ReadingPosition()
     place.choose([SIZE], VIEW, comb(60.0))
@@ -100,7 +102,7 @@ def test_it_comes_back_from_an_edge_only_to_ample_room():
     assert opening == [g for g in np.arange(-60.0, 120.0, 2.0) if g >= opening[0]]
 
 
-def step(place: ReadingPosition, picked: Picked) -> int:
+def step(place: ReadingPosition, picked: PickedPoints) -> int:
     place.choose([SIZE], VIEW, picked)
     return place.side
 
@@ -109,7 +111,7 @@ def test_where_only_the_first_line_finds_a_place_it_stands_alone():
     rows = np.arange(0.0, 600.0, 70.0)
     line = np.array([(x, y) for i, y in enumerate(rows) for x in ((0, 900), (900, 0))[i % 2]])
     line = np.array([(x, y) for x, y in line])
-    picked = Picked(line, (450.0, 315.0))
+    picked = PickedPoints(line, (450.0, 315.0))
     number, found = ReadingPosition().choose([SIZE, (120.0, 26.0)], VIEW, picked)
     assert number == 1
     assert not rectangle(found).buffer(7.0).intersects(LineString(line))
@@ -117,13 +119,13 @@ def test_where_only_the_first_line_finds_a_place_it_stands_alone():
 
 def test_points_behind_the_viewer_are_no_hindrance():
     line = np.array([[100.0, 100.0], [np.nan, np.nan], [700.0, 500.0]])
-    number, found = ReadingPosition().choose([SIZE], VIEW, Picked(line, (400.0, 300.0)))
+    number, found = ReadingPosition().choose([SIZE], VIEW, PickedPoints(line, (400.0, 300.0)))
     assert number == 0
     assert np.isfinite(found).all()
 
 
 def test_a_brush_keeps_its_ring_free():
-    picked = Picked(np.zeros((0, 2)), (450.0, 300.0), None, np.zeros((0, 2)), 90.0)
+    picked = PickedPoints(np.zeros((0, 2)), (450.0, 300.0), None, np.zeros((0, 2)), 90.0)
     _, found = ReadingPosition().choose([SIZE], VIEW, picked)
     x, y, wide, high = found
     assert x >= 540.0 or x + wide <= 360.0 or y >= 390.0 or y + high <= 210.0

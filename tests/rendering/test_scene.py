@@ -357,7 +357,7 @@ def test_hidden_points_are_told_from_visible_ones(scene: Scene) -> None:
     scene.camera.fit(scene.corners(), SIZE)
     rest(scene)
     points = UTM + np.array([[5.0, 0.0, 4.0], [5.0, 1.0, 4.0], [5.0, -1.0, 4.0], [500.0, 0, 0]])
-    assert scene.seen(points).tolist() == [True, False, True, False]
+    assert scene.visibility(points).tolist() == [True, False, True, False]
 
 
 @pytest.mark.parametrize("mode", DISPLAY_MODES)

@@ -12,7 +12,7 @@ from tests.io.models.test_copc import N, make
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.streaming.octree import View
+from vomstudio.geometry.streaming.octree import CloudView
 from vomstudio.geometry.streaming.surfaces import StreamedSurface, create_surface
 from vomstudio.io.models import copc
 from vomstudio.io.models.opening import read_model
@@ -45,8 +45,8 @@ def small_overview(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(copc, "OVERVIEW_POINTS", 3000)
 
 
-def from_above(x: float, y: float, height: float) -> View:
-    return View(
+def from_above(x: float, y: float, height: float) -> CloudView:
+    return CloudView(
         (576000.0 + x, 5188000.0 + y, height),
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)),
         0.27,
@@ -89,7 +89,7 @@ class Sink:
         elif isinstance(event, ViewDone):
             self.done = event.turn
 
-    def look(self, view: View) -> None:
+    def look(self, view: CloudView) -> None:
         assert self.streamer is not None
         shown = self.streamer.look(view)
         assert shown is not None

@@ -53,9 +53,9 @@ def copy_of(name: str, folder: Path) -> Path:
 
 def open_project(folder: Path) -> Any:
     """The project, which must be closed again."""
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
 
-    return Project.open(folder)
+    return ProjectFolder.open(folder)
 
 
 def command(*words: object) -> tuple[int, dict[str, Any]]:

@@ -31,7 +31,7 @@ from vomstudio.project.codec import decode_edit, encode_edit
 from vomstudio.project.edit import change
 from vomstudio.project.journal import replay as document_journal
 from vomstudio.project.journal.database import NAME, SqliteJournal
-from vomstudio.project.journal.replay import Replay, Row
+from vomstudio.project.journal.replay import JournalRow, Replay
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
@@ -106,8 +106,8 @@ def rewrite(path: Path) -> None:
 
 
 def encoded_again(
-    rows: Iterator[Row],
-) -> Iterator[tuple[Row, Mapping[str, Any] | None, Mapping[str, Any] | None]]:
+    rows: Iterator[JournalRow],
+) -> Iterator[tuple[JournalRow, Mapping[str, Any] | None, Mapping[str, Any] | None]]:
     """Rows with the maps before and after in the present encoding. Raises DocumentError."""
     state = Replay()
     for row in rows:

@@ -400,7 +400,7 @@ def test_lines_of_known_azimuth_are_turned_as_readings_are() -> None:
 
 
 def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -> None:
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
 
     records = project()
     lines = readings(records, RIGHT)
@@ -408,7 +408,7 @@ def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -
     north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
     record = create_registration(found, NO_PAIRS, BARE, None, read_north=north)
     said = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5), doubt_deg=0.5)
-    one = Project.create(tmp_path / "readings.vom")
+    one = ProjectFolder.create(tmp_path / "readings.vom")
     session = one.session
     session.apply(edits.add_model(session.records, BARE))
     traces = [r for r in records.values() if isinstance(r, Trace)]
@@ -417,7 +417,7 @@ def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -
     session.apply(edits.set_registration(session.records, record, ["m1"]))
     session.save()
     one.close()
-    again = Project.open(tmp_path / "readings.vom")
+    again = ProjectFolder.open(tmp_path / "readings.vom")
     kept = again.session.records
     assert compass_edits.compass_of(kept, "m1") == said
     assert [kept[line.id] for line in lines] == lines

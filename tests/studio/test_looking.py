@@ -18,7 +18,7 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model
 from vomstudio.studio.saved_views import SavedView, SavedViews
 from vomstudio.studio.view_quality import (
-    Direction,
+    AxialDirection,
     depth_along,
     direction_across_slip,
     intersection_direction,
@@ -34,14 +34,14 @@ def slipped(plane: Plane, line: Line) -> Measurement:
 @pytest.mark.parametrize("dip_direction", [0.0, 75.0, 200.0])
 def test_a_dip_slip_is_seen_whole_along_strike(dip_direction: float) -> None:
     found = direction_across_slip(slipped(Plane(dip_direction, 60.0), Line(dip_direction, 60.0)))
-    assert isinstance(found, Direction)
+    assert isinstance(found, AxialDirection)
     assert angle_between_lines(found.line, Line((dip_direction - 90.0) % 360.0, 0.0)) < 1e-6
     assert found.error95_deg == 1.5
 
 
 def test_a_strike_slip_is_seen_whole_down_the_dip() -> None:
     found = direction_across_slip(slipped(Plane(120.0, 70.0), Line(30.0, 0.0)))
-    assert isinstance(found, Direction)
+    assert isinstance(found, AxialDirection)
     assert angle_between_lines(found.line, Line(120.0, 70.0)) < 1e-6
 
 
@@ -56,13 +56,13 @@ def test_two_planes_meet_in_the_line_of_the_textbook() -> None:
     west alike in a horizontal one along their strike."""
     planes = [replace(NOTHING, plane=Plane(azimuth, 90.0)) for azimuth in (90.0, 180.0)]
     found = intersection_direction(planes)
-    assert isinstance(found, Direction)
+    assert isinstance(found, AxialDirection)
     assert found.line.plunge_deg == pytest.approx(90.0)
     assert found.error95_deg is None, "readings without an error"
     found = intersection_direction(
         [replace(NOTHING, plane=Plane(azimuth, 40.0)) for azimuth in (90.0, 270.0)]
     )
-    assert isinstance(found, Direction)
+    assert isinstance(found, AxialDirection)
     assert angle_between_lines(found.line, Line(0.0, 0.0)) < 1e-6
     assert "parallel" in str(intersection_direction([planes[0], planes[0]]))
     assert "two planes" in str(intersection_direction(planes[:1]))

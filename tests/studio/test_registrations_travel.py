@@ -28,7 +28,7 @@ from vomstudio.io.models.registration_file import registration_path
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, write_cameras
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Subject
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import measure_one
 from vomstudio.project.records import Model
@@ -91,7 +91,7 @@ def case(tmp_path: Path) -> Case:
 
 @contextlib.contextmanager
 def desk(folder: Path) -> Iterator[HeadlessProject]:
-    Project.create(folder).close()
+    ProjectFolder.create(folder).close()
     with HeadlessProject.open(folder) as opened:
         yield opened
 

@@ -10,7 +10,7 @@ from tests.samples import bed
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.compaction import Plan
+from vomstudio.project.compaction import CompactionPlan
 from vomstudio.project.records import Model
 from vomstudio.ui.commands.compaction import commands, compaction_text
 
@@ -64,5 +64,5 @@ def test_nothing_is_asked_where_nothing_would_go(studio, monkeypatch, qtbot):
 
 
 def test_what_would_go_is_said_in_numbers():
-    words = compaction_text(Plan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
+    words = compaction_text(CompactionPlan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
     assert figures(words) == [12, 40, 2, 2.5]

@@ -14,7 +14,7 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.paths import documentation
 from vomstudio.project import catalogue, slip_figures
 from vomstudio.project.figures import Figure
-from vomstudio.ui.base.help_links import explanation_of
+from vomstudio.ui.base.help_links import find_help_topic
 from vomstudio.ui.dialogs.help.help_pages import address_of, anchor, heading_of
 from vomstudio.ui.dialogs.help.help_window import HelpWindow
 from vomstudio.ui.panels.features.table_model import COLUMNS
@@ -84,7 +84,7 @@ def selected(window, studio):
 
 
 def explained_at(widget, at: QPoint):
-    return explanation_of(widget, widget.mapToGlobal(at))
+    return find_help_topic(widget, widget.mapToGlobal(at))
 
 
 def test_each_figure_of_the_properties_is_explained_where_it_stands(selected):
@@ -118,7 +118,7 @@ def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
     QCursor.setPos(view.viewport().mapToGlobal(QPoint(x, 5)))
     QApplication.processEvents()
     selected.actions_table.run("explain")
-    opened = selected._dialogs.shown(HelpWindow)
+    opened = selected._dialogs.find_visible(HelpWindow)
     assert opened is not None
     assert opened.view.page.name == "numbers.md"
     assert opened.view.textCursor().block().text() == heading_of(catalogue.MAX_CONFIDENCE)

@@ -37,9 +37,9 @@ def test_control_of_every_format_is_offered():
     for format_ in find_formats().all:
         assert format_.extensions, format_.name
         for ending in format_.extensions:
-            assert shows(file_filters.control(), f"points{ending}")
+            assert shows(file_filters.ground_control(), f"points{ending}")
         for name in format_.found_as:
-            assert shows(file_filters.control(), name)
+            assert shows(file_filters.ground_control(), name)
 
 
 def test_photos_videos_and_tables_are_offered():

@@ -116,10 +116,10 @@ def test_the_command_opens_one_window_however_often_it_is_run(parent):
     commands = help_commands.commands(Actions(parent), None, dialogs, parent)
     command = next(command for command in commands if command.name == "documentation")
     command.run()
-    opened = dialogs.shown(HelpWindow)
+    opened = dialogs.find_visible(HelpWindow)
     assert opened is not None
     assert opened.view.page == documentation().resolve() / "index.md"
     command.run()
-    assert dialogs.shown(HelpWindow) is opened
+    assert dialogs.find_visible(HelpWindow) is opened
     opened.close()
     QApplication.processEvents()

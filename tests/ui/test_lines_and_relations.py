@@ -75,7 +75,7 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     planes.activate("line")
     click(planes, (0, 0, 0), (1, 0.5, 1.0), (2, 1.1, 2.0))
     assert panel.fit_view._plane.text() != "–"
-    assert "Rake" in panel.fit_view._more.text()
+    assert "Rake" in panel.fit_view._details.text()
     planes.finish_tool()
     (made,) = planes.session.of(Lineation)
     assert (made.plane_id, made.slip) == ("f1", "normal")
@@ -148,7 +148,7 @@ def test_measurements_stand_in_the_tree_with_their_value(window, planes):
     assert item.parent() is window.tree._items["dimensions"]
     assert item.parent().text(0) == "Measurements"
     assert item.text(1) == "5.00 m"
-    assert "Distance 5.00 m" in window.properties._fit._more.text()
+    assert "Distance 5.00 m" in window.properties._fit._details.text()
     planes.undo()
     assert made.id not in window.tree._items
     planes.redo()

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QBoxLayout, QLabel, QTableWidget, QW
 from tests import driver
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.ui.base.controls import LowTable
+from vomstudio.ui.base.controls import CompactTable
 from vomstudio.ui.shell.layout import INSPECTOR_TABS, WORKSPACES
 
 pytestmark = pytest.mark.full
@@ -97,7 +97,7 @@ def test_no_frame_shows_words_that_are_cut_when_another_feature_is_selected(wind
 
 
 def test_a_low_table_asks_for_its_least_height(qtbot) -> None:
-    low, usual = LowTable(0, 3), QTableWidget(0, 3)
+    low, usual = CompactTable(0, 3), QTableWidget(0, 3)
     for table in (low, usual):
         qtbot.addWidget(table)
         table.setMinimumHeight(90)

@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from tests.driver import drag
 from vomstudio.io.photos.pixels import pixels_upright
 from vomstudio.studio.tools.interaction_types import Pointer
-from vomstudio.ui.base.photo_images import PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PhotoImages, PhotoPyramid
 from vomstudio.ui.panels.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark
 from vomstudio.ui.widgets.photo_canvas import PhotoPointer
 
@@ -36,9 +36,9 @@ def shown(tmp_path: Path, qtbot):
         exif[0x0112] = orientation
         path = tmp_path / f"{orientation}.tif"
         Image.fromarray(pixels).save(path, exif=exif)
-        with qtbot.waitSignal(images.pictured, timeout=10_000) as got:
+        with qtbot.waitSignal(images.picture_loaded, timeout=10_000) as got:
             assert images.picture(path) is None
-        assert isinstance(got.args[1], Picture)
+        assert isinstance(got.args[1], PhotoPyramid)
         canvas = MarkCanvas()
         qtbot.addWidget(canvas)
         canvas.resize(600, 600)
@@ -52,7 +52,7 @@ def shown(tmp_path: Path, qtbot):
 
 
 def at(canvas: MarkCanvas, pixel: tuple[float, float]) -> QPoint:
-    x, y = canvas.screen_of(pixel)[0]
+    x, y = canvas.to_widget(pixel)[0]
     return QPoint(round(float(x)), round(float(y)))
 
 
@@ -71,7 +71,7 @@ def test_what_is_seen_red_is_marked_where_it_is_stored(orientation, shown, qtbot
     assert (got[0].x, got[0].y) == pytest.approx(MIDDLE, abs=0.1)
     # Upright by EXIF's own table, and not by Qt's.
     turned = pixels_upright([MIDDLE, (0.5, 0.5)], orientation, WIDE, HIGH)
-    on = canvas.screen_of([MIDDLE, (0.5, 0.5)])
+    on = canvas.to_widget([MIDDLE, (0.5, 0.5)])
     scale = canvas._scale
     assert (on[0] - on[1]) / scale == pytest.approx(turned[0] - turned[1])
 
@@ -91,7 +91,7 @@ def test_an_arrow_key_moves_a_mark_that_way_on_the_screen(orientation, shown, qt
     for key, way in ways.items():
         qtbot.keyClick(canvas, key)
         moved = np.add(MIDDLE, got[-1])
-        step = canvas.screen_of(moved)[0] - canvas.screen_of(MIDDLE)[0]
+        step = canvas.to_widget(moved)[0] - canvas.to_widget(MIDDLE)[0]
         assert step / canvas._scale == pytest.approx(np.multiply(way, 0.1), abs=1e-9)
         qtbot.keyClick(canvas, key, Qt.KeyboardModifier.ShiftModifier)
         assert np.hypot(*got[-1]) == pytest.approx(1.0)

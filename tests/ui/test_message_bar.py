@@ -42,7 +42,7 @@ def test_a_hint_gives_way_and_does_not_hide_a_warning(window, studio):
 
 def test_messages_that_nobody_has_closed_are_counted_and_shown_at_a_click(window, studio):
     bar = window.message_bar
-    earlier = bar._earlier
+    earlier = bar._earlier_button
 
     studio.hint(HINT)
     studio.warn(WARNING)

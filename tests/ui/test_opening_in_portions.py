@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.ui.conftest import save_beds
 from vomstudio.project import edits
-from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.panels.features import project_tree
 
 COUNT = 12
@@ -79,26 +79,26 @@ def test_nothing_of_it_comes_into_the_next_project(window, studio, stored):
 
 def test_portions_are_done_once_each_and_in_order(qtbot):
     parent, done = QObject(), []
-    portions = Portions(parent)
+    portions = IncrementalWork(parent)
 
     def work(name: str, count: int):
         for i in range(count):
             done.append(f"{name}{i}")
             yield
 
-    portions.begin(work("a", 3))
+    portions.start(work("a", 3))
     assert done == ["a0"]
-    portions.begin(work("b", 3))
+    portions.start(work("b", 3))
     assert done == ["a0", "b0"]
-    qtbot.waitUntil(lambda: not portions.working)
+    qtbot.waitUntil(lambda: not portions.is_running)
     assert done == ["a0", "b0", "b1", "b2"]
-    portions.begin(work("c", 3))
+    portions.start(work("c", 3))
     portions.finish()
     portions.finish()
     assert done[4:] == ["c0", "c1", "c2"]
-    portions.begin(work("d", 3))
-    portions.drop()
-    assert not portions.working
+    portions.start(work("d", 3))
+    portions.cancel()
+    assert not portions.is_running
     QApplication.processEvents()
     assert done[7:] == ["d0"]
 
@@ -112,11 +112,11 @@ def test_a_failure_is_raised_once():
         tried.append(1)
         raise failure
 
-    portions = Portions(parent)
-    portions.begin(work())
+    portions = IncrementalWork(parent)
+    portions.start(work())
     with pytest.raises(ValueError) as raised:  # noqa: PT011 - compared below
         portions.finish()
     assert raised.value is failure
     portions.finish()
     assert tried == [1]
-    assert not portions.working
+    assert not portions.is_running

@@ -10,10 +10,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QScrollArea, QWidget
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.base.controls import ScrollingLater
+from vomstudio.ui.base.controls import LazyScrollArea
 
 
-def created(place: ScrollingLater) -> bool:
+def created(place: LazyScrollArea) -> bool:
     # Its `widget` would create it.
     return bool(QScrollArea.widget(place).findChildren(QWidget))
 
@@ -30,7 +30,7 @@ def test_no_page_is_empty_whose_button_is_clicked(window, qtbot, name, size) -> 
             continue
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
         place = window.docks[page].widget()
-        if isinstance(place, ScrollingLater):
+        if isinstance(place, LazyScrollArea):
             qtbot.waitUntil(partial(created, place), timeout=3000)
             clicked += 1
     assert clicked

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImageReader
 
 from vomstudio.studio.tools.interaction_types import Pointer
-from vomstudio.ui.base.photo_images import PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PhotoImages, PhotoPyramid
 from vomstudio.ui.widgets.photo_canvas import PhotoCanvas, PhotoPointer
 
 WIDE, HIGH = 60, 40
@@ -36,8 +36,8 @@ def images(qtbot):
     made.close()
 
 
-def read(images: PhotoImages, path: Path, qtbot) -> Picture | str:
-    with qtbot.waitSignal(images.pictured, timeout=10_000) as got:
+def read(images: PhotoImages, path: Path, qtbot) -> PhotoPyramid | str:
+    with qtbot.waitSignal(images.picture_loaded, timeout=10_000) as got:
         assert images.picture(path) is None
     return got.args[1]
 
@@ -48,7 +48,7 @@ def test_a_photo_is_shown_upright_and_its_pixels_stay_those_of_the_file(
 ) -> None:
     path = stored(tmp_path, orientation)
     picture = read(images, path, qtbot)
-    assert isinstance(picture, Picture)
+    assert isinstance(picture, PhotoPyramid)
     assert (picture.width, picture.height) == (WIDE, HIGH)
     # Where Qt's own turning puts the red pixel.
     reader = QImageReader(str(path))
@@ -60,7 +60,7 @@ def test_a_photo_is_shown_upright_and_its_pixels_stay_those_of_the_file(
         for y in range(turned.height())
         if turned.pixelColor(x, y).red() > 200 and turned.pixelColor(x, y).green() < 60
     ]
-    there = picture.turn.map(QPointF(RED[0] + 0.5, RED[1] + 0.5))
+    there = picture.to_upright.map(QPointF(RED[0] + 0.5, RED[1] + 0.5))
     assert (there.x(), there.y()) == (where[0] + 0.5, where[1] + 0.5)
     # The same on the screen, for pictures, lines and clicks.
     canvas = PhotoCanvas()
@@ -69,7 +69,7 @@ def test_a_photo_is_shown_upright_and_its_pixels_stay_those_of_the_file(
     canvas.show()
     canvas.set_photo(WIDE, HIGH)
     canvas.set_picture(picture)
-    x, y = canvas.screen_of([RED[0] + 0.5, RED[1] + 0.5])[0]
+    x, y = canvas.to_widget([RED[0] + 0.5, RED[1] + 0.5])[0]
     seen = canvas.grab().toImage()
     color = seen.pixelColor(QPoint(round(x), round(y)))
     assert color.red() > 200
@@ -91,7 +91,7 @@ def test_cameras_of_another_size_still_hit_the_same_places(tmp_path, images, qtb
     canvas.show()
     canvas.set_photo(2 * WIDE, 2 * HIGH)
     canvas.set_picture(picture)
-    x, y = canvas.screen_of([2 * RED[0] + 1.0, 2 * RED[1] + 1.0])[0]
+    x, y = canvas.to_widget([2 * RED[0] + 1.0, 2 * RED[1] + 1.0])[0]
     assert canvas.grab().toImage().pixelColor(QPoint(round(x), round(y))).red() > 200
 
 
@@ -116,4 +116,4 @@ def test_the_wheel_and_a_drag_keep_what_is_under_the_cursor(qtbot) -> None:
     canvas.fit()
     assert np.allclose(canvas.pixel_at(QPointF(0, 0)), (0, 0))
     canvas.look_at(np.array([[1000.0, 900.0], [1040.0, 930.0]]))
-    assert canvas.sees(np.array([[1000.0, 900.0], [1040.0, 930.0]]))
+    assert canvas.contains_pixels(np.array([[1000.0, 900.0], [1040.0, 930.0]]))

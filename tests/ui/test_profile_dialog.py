@@ -54,7 +54,7 @@ def choose(dialog: ProfileDialog, profile: str) -> None:
 
 def shown_verdict(window: Any) -> list[str]:
     """Of the selected feature in Properties, and in the cell of the table: word and tooltip."""
-    word = window.properties._fit._word
+    word = window.properties._fit._verdict
     table = window.table.view.model()
     column = next(i for i, c in enumerate(COLUMNS) if c is QUALITY)
     tip = table.data(table.index(0, column), Qt.ItemDataRole.ToolTipRole)

@@ -105,22 +105,22 @@ def test_only_what_was_asked_for_last_counts(qtbot) -> None:
 
         return do
 
-    newest.ask(work(0))
+    newest.request(work(0))
     qtbot.waitUntil(lambda: begun == [0])
     for number in range(1, 5):
-        newest.ask(work(number))
+        newest.request(work(number))
     qtbot.waitUntil(lambda: bool(slow))
-    assert newest.waiting
+    assert newest.is_waiting
     go.set()
     qtbot.waitUntil(lambda: came == [4])
     assert begun == [0, 4]
-    assert not newest.waiting
+    assert not newest.is_waiting
     # What is done at once stands in place of what is still to come.
     go.clear()
-    newest.ask(work(5))
-    newest.at_once(lambda: 6)
+    newest.request(work(5))
+    newest.run_now(lambda: 6)
     go.set()
-    newest.ask(work(7))
+    newest.request(work(7))
     qtbot.waitUntil(lambda: came == [4, 6, 7])
     # Errors arrive, whether they are raised at once or in the thread.
     error = InputError("is no plane")
@@ -128,7 +128,7 @@ def test_only_what_was_asked_for_last_counts(qtbot) -> None:
     def fail() -> None:
         raise error
 
-    newest.at_once(fail)
-    newest.ask(fail)
+    newest.run_now(fail)
+    newest.request(fail)
     qtbot.waitUntil(lambda: failed == [error, error])
-    assert not newest.waiting
+    assert not newest.is_waiting

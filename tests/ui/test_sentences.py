@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.base.texts import as_sentence, names_in_short
+from vomstudio.ui.base.texts import abbreviate_names, format_sentence
 
 
 @pytest.mark.parametrize(
@@ -23,12 +23,12 @@ from vomstudio.ui.base.texts import as_sentence, names_in_short
     ),
 )
 def test_a_text_becomes_a_sentence_and_a_sentence_stays(text: str, said: str) -> None:
-    assert as_sentence(text) == said
-    assert as_sentence(said) == said
+    assert format_sentence(text) == said
+    assert format_sentence(said) == said
 
 
 def test_of_many_names_the_first_are_said() -> None:
-    assert names_in_short([]) == ""
-    assert names_in_short(["a", "b", "c"]) == "a, b, c"
-    assert names_in_short(["a", "b", "c", "d", "e"]) == "a, b, c and 2 more"
-    assert names_in_short(["a", "b"], shown=1) == "a and 1 more"
+    assert abbreviate_names([]) == ""
+    assert abbreviate_names(["a", "b", "c"]) == "a, b, c"
+    assert abbreviate_names(["a", "b", "c", "d", "e"]) == "a, b, c and 2 more"
+    assert abbreviate_names(["a", "b"], max_names=1) == "a and 1 more"

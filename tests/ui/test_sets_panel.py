@@ -37,7 +37,7 @@ def read(studio, planes, **more) -> None:
 
 def proposed(window, panel) -> str:
     window.actions_table.run("propose_sets")
-    driver.wait(lambda: not panel._newest.waiting, "the proposal")
+    driver.wait(lambda: not panel._newest.is_waiting, "the proposal")
     return panel.message.text()
 
 

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QAbstractSpinBox, QLineEdit
 
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_cliff
-from vomstudio.ui.widgets.drawing_view import spaced
+from vomstudio.ui.widgets.drawing_view import thin_ticks
 
 DOCKS = (
     "section",
@@ -44,9 +44,9 @@ def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path
 
 def test_ticks_stand_apart() -> None:
     ticks = np.arange(-6, 7) * 2.0
-    assert spaced(ticks, 1.0) == ticks.tolist()
-    thinned = spaced(ticks, 4.5)
+    assert thin_ticks(ticks, 1.0) == ticks.tolist()
+    thinned = thin_ticks(ticks, 4.5)
     assert thinned == [-12.0, -6.0, 0.0, 6.0, 12.0]
     assert np.diff(thinned).min() >= 4.5
-    assert spaced(ticks, 1000.0) == [0.0]
-    assert spaced(np.array([3.0]), 10.0) == [3.0]
+    assert thin_ticks(ticks, 1000.0) == [0.0]
+    assert thin_ticks(np.array([3.0]), 10.0) == [3.0]

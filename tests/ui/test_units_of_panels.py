@@ -61,7 +61,7 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
     panel = window.docks["displacement"].widget().widget()
     window.docks.bring_forward("displacement")
     studio.selection.set(["f1"])
-    panel.fault.take.click()
+    panel.fault.take_button.click()
     studio.selection.set(["b1", "b2"])
     panel.add.click()
     panel.show_now()

@@ -16,9 +16,9 @@ from PySide6.QtWidgets import QLabel, QTableView, QTreeView, QWidget
 from tests.driver import close, make_window, wait
 from tests.fuzz.projects import specimen
 from vomstudio.project import edits
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.records import Feature, FeatureType, Model
-from vomstudio.ui.base.controls import Label, as_words, rich_label, rich_lines
+from vomstudio.ui.base.controls import Label, escape_markup, rich_label, rich_lines
 
 SOURCES = Path(__file__).parents[2] / "vomstudio" / "ui"
 HTML = re.compile(r"<\s*(img|b)\b")
@@ -31,7 +31,7 @@ def project(tmp_path: Path) -> Path:
     os.mkfifo(pipe)
     name = f'<img src="{pipe}">'
     folder = specimen(tmp_path)
-    opened = Project.open(folder)
+    opened = ProjectFolder.open(folder)
     session = opened.session
     for feature in session.of(Feature):
         words = {"name": f"{feature.name} {name}", "notes": name, "set_name": name}
@@ -110,8 +110,8 @@ def test_words_stay_what_they_are(qtbot) -> None:  # type: ignore[no-untyped-def
     qtbot.addWidget(label)
     assert label.text() == name
     assert label.textFormat() == Qt.TextFormat.PlainText
-    assert as_words(name).replace("\N{WORD JOINER}", "") == name
-    assert not HTML.search(as_words(name))
+    assert escape_markup(name).replace("\N{WORD JOINER}", "") == name
+    assert not HTML.search(escape_markup(name))
     bold = rich_label(rich_lines([name, "a < b"], [name]))
     qtbot.addWidget(bold)
     escaped = "&lt;img src=&quot;/dev/zero&quot;&gt;"

@@ -239,7 +239,7 @@ def orthophoto(
         image=picture.rgba,
         depth=picture.depth,
         fold=request.fold,
-        warnings=(*request.warnings, *request.plan.notes, *picture.said),
+        warnings=(*request.warnings, *request.plan.notes, *picture.findings),
         _model=data,
         _request=request,
         _picture=picture,

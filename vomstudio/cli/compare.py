@@ -98,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ]
     if not (model.metric or benchmark.metric):
         warnings.append(Finding("comparison.no-unit"))
-    metric = model.in_metres or benchmark.in_metres
+    metric = model.has_metric_unit or benchmark.has_metric_unit
     error = options.registration_error_m
     if error is None and options.m3c2_m is not None:
         error = (

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(target, force=args.force, inputs=[args.input])
     options = frame_options(args)
     if options.up == "z":
-        # It reverses the rotation of a format that is Y-up by definition, see `_in_world`.
+        # It reverses the rotation of a format that is Y-up by definition (`_transform_to_metres`).
         options = replace(options, up=None)
     progress = report_reading(args, args.input)
     loaded = read_model(Path(args.input), progress, options)
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     scale = METRES[args.unit] if args.unit and crs is None else 1.0
     stored = stored_registration(loaded, options)
     warnings += stored.findings
-    data = _in_world(loaded, args.up, scale)
+    data = _transform_to_metres(loaded, args.up, scale)
     registration = stored.registration
     if registration is not None:
         registration = change_file_frame(registration, _change(loaded, args.up, scale))
@@ -114,7 +114,7 @@ def _axes(
     return Axes(metric=is_metric or unit is not None or loaded.unit_m is not None, north=is_metric)
 
 
-def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:
+def _transform_to_metres(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:
     """Return the model with z up and in metres.
 
     For a Y-up format, "z" reverses the rotation by its reader.

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     try:
         plan = plan_heights(
-            model.data, plane, to_world=np.eye(4), gsd=options.gsd_m, metric=model.in_metres
+            model.data, plane, to_world=np.eye(4), gsd=options.gsd_m, metric=model.has_metric_unit
         )
         heights, limit = draw_heights(model.data, plan, options.limit_m, progress)
         figures = writing.figures_of(heights, plan, limit, model.crs)
@@ -78,9 +78,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings=(*model.warnings, *plan.notes),
         force=args.force,
     )
-    out.result(add_unitless_names(written.to_dict(), metric=model.in_metres))
+    out.result(add_unitless_names(written.to_dict(), metric=model.has_metric_unit))
     out.warn(written.warnings)
-    out.text(_result_text(written.to_dict(), unit_of(model.in_metres)))
+    out.text(_result_text(written.to_dict(), unit_of(model.has_metric_unit)))
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:

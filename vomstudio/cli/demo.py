@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.products.sample.check import SampleResult
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.kinds.patch import Patch
     from vomstudio.project.records import Model
     from vomstudio.project.sample import SamplePicks
@@ -230,11 +230,11 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     from vomstudio.io.models.opening import read_model
     from vomstudio.project.edits import add_model
     from vomstudio.project.exports.export import export_records
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.records import Model
     from vomstudio.project.sample import sample_model
 
-    project = Project.create(folder / PROJECT)
+    project = ProjectFolder.create(folder / PROJECT)
     try:
         path = copy_model(sample_model(), project.folder / "models")
         loaded = read_model(path)
@@ -254,13 +254,13 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
         records = dict(project.session.records)
         table, layers = folder / "planes.csv", folder / "layers.gpkg"
         export_records(records, "csv", table, force=True)
-        export_records(records, "gpkg", layers, with_map=False, force=True)
+        export_records(records, "gpkg", layers, writes_map=False, force=True)
     finally:
         project.close()
     return [table, layers, project.folder]
 
 
-def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -> None:
+def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePicks) -> None:
     """Add the picks as the tools would: beds and fault as traces, joints as patches.
 
     Joints were picked all over their faces.

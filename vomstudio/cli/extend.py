@@ -95,9 +95,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings += write_labelled(args, model, extension.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(warnings)
-    out.text(_result_text(extension, unit_of(model.in_metres)))
+    out.text(_result_text(extension, unit_of(model.has_metric_unit)))
 
 
 def _belief(

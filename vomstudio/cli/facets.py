@@ -99,7 +99,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
     )
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(_result_text(facet_table))
 

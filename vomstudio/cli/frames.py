@@ -8,7 +8,7 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
-from vomstudio.photogrammetry.survey.survey_options import FrameOptions
+from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -26,7 +26,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--force", action="store_true", help=tr("write into a folder that is in use")
     )
-    add_options(parser, FrameOptions)
+    add_options(parser, VideoFrameOptions)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     from vomstudio.photogrammetry.survey.video import take_frames
 
-    options = options_from(args, FrameOptions)
+    options = options_from(args, VideoFrameOptions)
     report = take_frames(
         args.video, args.output, fps=options.fps, force=args.force, progress=progress_of(args)
     )

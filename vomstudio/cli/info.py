@@ -243,7 +243,7 @@ def _picture(path: Path) -> dict[str, Any]:
             width, height, bands = read_size_and_bands(path)
             return {
                 **NOTHING,
-                **(_on_the_map(path) or {}),
+                **(_map_placement(path) or {}),
                 "kind": "raster",
                 "width": width,
                 "height": height,
@@ -255,7 +255,7 @@ def _picture(path: Path) -> dict[str, Any]:
         raise InputError(Finding("file.unreadable", reason=error), file=path) from error
     place, warnings = None, []
     if 33550 in tags or 34264 in tags:
-        place = _on_the_map(path)
+        place = _map_placement(path)
         if place is None:
             warnings.append(Finding("picture.place-unreadable"))
     return {
@@ -269,7 +269,7 @@ def _picture(path: Path) -> dict[str, Any]:
     }
 
 
-def _on_the_map(path: Path) -> dict[str, Any] | None:
+def _map_placement(path: Path) -> dict[str, Any] | None:
     from vomstudio.io.gis.raster_georeference import read_map_placement
 
     return read_map_placement(path)

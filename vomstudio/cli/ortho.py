@@ -131,22 +131,22 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result = requests.collect_result(
         picture_files, request, args.output, drawing.sheet, (*loaded.warnings, *place.findings)
     )
-    out.result(add_unitless_names(result.to_dict(), metric=place.in_metres))
+    out.result(add_unitless_names(result.to_dict(), metric=place.has_metric_unit))
     out.warn(result.warnings)
-    out.text(_result_text(result.to_dict(), unit_of(place.in_metres)))
+    out.text(_result_text(result.to_dict(), unit_of(place.has_metric_unit)))
 
 
 class _Place(NamedTuple):
     """Placement of the model in World; `placed` and `metric` if north and unit are known.
 
-    `in_metres` as of `WorldModel`.
+    `has_metric_unit` as of `WorldModel`.
     """
 
     to_world: Matrix
     crs: str | None
     placed: bool
     metric: bool
-    in_metres: bool
+    has_metric_unit: bool
     findings: tuple[Finding, ...]
 
 

@@ -327,8 +327,10 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
     with _edited_project(args, out) as desk:
         copy = desk.project.repair()
     out.warn(copy.lost)
-    what = {"kept": str(copy.kept), "lost": list(copy.lost)}
-    _report(args, out, what, tr("repaired; the damaged journal is kept as {file}", file=copy.kept))
+    what = {"kept": str(copy.backup), "lost": list(copy.lost)}
+    _report(
+        args, out, what, tr("repaired; the damaged journal is kept as {file}", file=copy.backup)
+    )
 
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
@@ -342,13 +344,13 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
     what = {
         "compacted": not (dry_run or plan.nothing),
         "rows": plan.rows,
-        "of_rows": plan.of_rows,
+        "of_rows": plan.total_rows,
         "assets": list(plan.assets),
         "asset_bytes": plan.asset_bytes,
     }
     counts = {
         "rows": plan.rows,
-        "all_rows": plan.of_rows,
+        "all_rows": plan.total_rows,
         "files": tr_n("{count} file", "{count} files", len(plan.assets)),
     }
     text = (

@@ -18,7 +18,7 @@ from vomstudio.registration.register_options import RegisterOptions
 if TYPE_CHECKING:
     from vomstudio.registration.attitude_evidence import AttitudeMiss
     from vomstudio.registration.results import Placed
-    from vomstudio.studio.placing.register_order import Registered
+    from vomstudio.studio.placing.register_order import RegistrationResult
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -92,7 +92,7 @@ def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
 
 
 def _written(
-    args: argparse.Namespace, registered: Registered, result: dict[str, Any]
+    args: argparse.Namespace, registered: RegistrationResult, result: dict[str, Any]
 ) -> list[Finding]:
     loaded = registered.loaded
     if loaded is None:

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions, assign_domain_axes
+    from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
     from vomstudio.products.section.inputs import (
         ReadFeatures,
         read_features,
@@ -82,7 +82,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if features.features is not None:
         section_features = read_features(features.features, args.azimuth, ModelFrame(model.crs))
     directions = (
-        assign_domain_axes(section_features.items, "--along") if is_by_domain else Directions(along)
+        assign_domain_axes(section_features.items, "--along")
+        if is_by_domain
+        else ProjectionDirections(along)
     )
     curtain, warnings = _curtain(place, model)
     grazing = directions.check(curtain)
@@ -103,18 +105,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         flats,
         crs=model.crs,
         model=str(model.loaded.path),
-        metric=model.in_metres,
+        metric=model.has_metric_unit,
         north_known=model.placed,
         warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing),
         force=args.force,
     )
     result = {**written.to_dict(), "convention": section_features.convention or None}
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     if section_features.convention:
         out.note(tr("read as {convention}", convention=section_features.convention))
     out.warn(written.warnings)
     words = writing.projection_words(figures)
-    out.text(_result_text(written.to_dict(), unit_of(model.in_metres), words))
+    out.text(_result_text(written.to_dict(), unit_of(model.has_metric_unit), words))
 
 
 def _curtain(

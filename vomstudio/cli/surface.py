@@ -97,9 +97,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         write_profiles(args.profiles, analysis, crs=model.crs, force=args.force, axes=model.axes)
     result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **analysis.to_dict()}
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(warnings)
-    out.text(_result_text(result, unit_of(model.in_metres)))
+    out.text(_result_text(result, unit_of(model.has_metric_unit)))
 
 
 def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mesh | PointCloud:

@@ -134,9 +134,9 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     write_path(args.output, trace.points, crs=model.crs, notes=notes, force=args.force)
     result: dict[str, Any] = {**trace.to_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *findings, *trace.warnings]
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(result["warnings"])
-    out.text(_result_text(trace, unit_of(model.in_metres)))
+    out.text(_result_text(trace, unit_of(model.has_metric_unit)))
 
 
 def _way_points(

@@ -22,7 +22,7 @@ from vomstudio.extraction.point_neighbours import (
     MAX_ANGLE_SHARE,
     MIN_CELL_CLOUD,
     NORMAL_COUNTS,
-    Surroundings,
+    PointNeighbourhoods,
     estimate_normals,
     find_scattered_points,
     find_surroundings,
@@ -313,7 +313,7 @@ def _separate_scattered(
 
 
 def _surroundings(
-    open_: IntArray, surroundings: Surroundings, begun: CellPlanes | None, n: int
+    open_: IntArray, surroundings: PointNeighbourhoods, begun: CellPlanes | None, n: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Combine normals, variation, areas and noise of n points from points (if open) and cells."""
     neighbour_count = surroundings.near.shape[1]

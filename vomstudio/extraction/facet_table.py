@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.extraction.facets import Facets
+from vomstudio.extraction.facets import FacetSegmentation
 from vomstudio.geology.sets.discontinuities import Discontinuity
 from vomstudio.geology.sets.proposals import DescribedSet
 from vomstudio.io.text.set_columns import DISCONTINUITY
@@ -77,12 +77,14 @@ class FacetTable(PrintableResult):
         return {"facet": self.facet, "set": self.set_of}
 
 
-def tabulate_facets(facets: Facets, options: FacetOptions, *, model: str, frame: str) -> FacetTable:
+def tabulate_facets(
+    facets: FacetSegmentation, options: FacetOptions, *, model: str, frame: str
+) -> FacetTable:
     """Tabulate facets.
 
     Parameters
     ----------
-    facets : Facets
+    facets : FacetSegmentation
     options : FacetOptions
     model : str
         Name of the model.

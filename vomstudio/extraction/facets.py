@@ -44,7 +44,7 @@ from vomstudio.geometry.nearby.cell_grid import CellGrid
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 from vomstudio.geometry.nearby.shared_corners import snap_corners
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 
 # Share of the area: minimum size of a facet on a mesh with few large faces.
 _MIN_AREA_SHARE = 0.01
@@ -88,7 +88,7 @@ class Facet:
         Bend from edge to edge, degrees; None if it does not bend as a whole.
     """
 
-    fit: PlaneFit
+    fit: FittedPlane
     moments: Moments
     verdict: Verdict
     area: float
@@ -101,7 +101,7 @@ class Facet:
 
 
 @dataclass(frozen=True, eq=False)
-class Facets:
+class FacetSegmentation:
     """Facets of a model, the largest first.
 
     Parameters
@@ -136,7 +136,7 @@ def find_facets(
     *,
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
-) -> Facets:
+) -> FacetSegmentation:
     """Find the facets of a model.
 
     Parameters
@@ -150,7 +150,7 @@ def find_facets(
 
     Returns
     -------
-    Facets
+    FacetSegmentation
 
     Raises
     ------
@@ -255,7 +255,7 @@ def build_facets(
     min_points: int,
     thresholds: Thresholds,
     progress: Progress,
-) -> tuple[Facets, IntArray]:
+) -> tuple[FacetSegmentation, IntArray]:
     """Build facets from known labels.
 
     Parameters
@@ -272,7 +272,7 @@ def build_facets(
 
     Returns
     -------
-    facets : Facets
+    facets : FacetSegmentation
     was : (facets,) int array
         Label that each facet had.
     """
@@ -299,11 +299,11 @@ def _assemble(
     min_points: int,
     thresholds: Thresholds,
     colors: FloatArray | None,
-) -> Facets:
+) -> FacetSegmentation:
     large = np.array([_has_reliable_error(facet, thresholds) for facet in facets] + [False])
     level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in facets] + [False])
     exposure = measure_exposure(elements, labels, large[labels], level[labels], colors)
-    return Facets(
+    return FacetSegmentation(
         facets,
         _label_points(data, elements, labels),
         elements.of,
@@ -430,7 +430,7 @@ def _mark_bent(facet: Facet) -> Facet:
     )
 
 
-def _is_slice(fit: PlaneFit) -> bool:
+def _is_slice(fit: FittedPlane) -> bool:
     """Check for a slice of points that fill a volume: its width is a few times the scatter.
 
     The plane of such a slice could as well be at right angles.

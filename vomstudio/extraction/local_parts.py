@@ -16,7 +16,7 @@ _RAY_HALF_WIDTH = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class ModelPart:
     """Part of a model.
 
     Parameters
@@ -36,7 +36,7 @@ class Part:
 
 def extract_visible_part(
     data: Mesh | PointCloud, eye: npt.ArrayLike, toward: npt.ArrayLike, count: int
-) -> Part:
+) -> ModelPart:
     """Extract the `count` points nearest to the place in view.
 
     Parameters
@@ -48,7 +48,7 @@ def extract_visible_part(
 
     Returns
     -------
-    Part
+    ModelPart
         The whole model if it is not larger.
     """
     points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
@@ -60,13 +60,13 @@ def extract_visible_part(
         square = np.nan_to_num(((points - middle) ** 2).sum(axis=1), nan=np.inf)
         rows = np.sort(np.argpartition(square, count)[:count])
     if not isinstance(data, Mesh):
-        return Part(data.select_rows(rows), rows, np.zeros(0, np.int64))
+        return ModelPart(data.select_rows(rows), rows, np.zeros(0, np.int64))
     number = np.full(len(points), -1, np.int32)
     number[rows] = np.arange(len(rows))
     local_faces = number[data.faces]
     faces = np.flatnonzero((local_faces >= 0).all(axis=1))
     colors = None if data.colors is None else data.colors[rows]
-    return Part(
+    return ModelPart(
         Mesh(points[rows], np.ascontiguousarray(local_faces[faces]), colors=colors), rows, faces
     )
 

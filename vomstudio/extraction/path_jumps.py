@@ -17,7 +17,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.geology.doubtful_stretches import MARGIN, MIN_POINTS, Range, offset
-from vomstudio.geometry.planes import PlaneFit, fit_planes
+from vomstudio.geometry.planes import FittedPlane, fit_planes
 
 CONTACT_QUANTILE = 0.25
 """Quantile of the costs along a path that represents its contact."""
@@ -138,10 +138,10 @@ def _best(
     return best
 
 
-def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[PlaneFit | None]:
+def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[FittedPlane | None]:
     """Fit a plane to the points of each mask (n,); None if there are too few."""
     enough = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
-    fits: list[PlaneFit | None] = [None] * len(masks)
+    fits: list[FittedPlane | None] = [None] * len(masks)
     if not enough:
         return fits
     groups = [points[masks[i]] for i in enough]
@@ -151,7 +151,7 @@ def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[PlaneFit
     return fits
 
 
-def _ratio(points: FloatArray, stretch: Range, fit: PlaneFit, resolution: float) -> float:
+def _ratio(points: FloatArray, stretch: Range, fit: FittedPlane, resolution: float) -> float:
     """Return the offset of a stretch from a plane, in multiples of the expected offset."""
     if fit.max_confidence95_deg is None or fit.min_confidence95_deg is None or fit.rms is None:
         return 0.0

@@ -39,7 +39,7 @@ _MIN_SCATTERED_VARIATION, _MIN_BLOCK_POINTS, _POINTS_PER_CELL = 0.22, 60, 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class PointNeighbourhoods:
     """Surroundings of k points.
 
     Parameters
@@ -153,7 +153,7 @@ def find_surroundings(
     known_count: int | None,
     angle_deg: float,
     progress: Progress,
-) -> tuple[int, Surroundings]:
+) -> tuple[int, PointNeighbourhoods]:
     """Find the surroundings of some points.
 
     Parameters
@@ -173,7 +173,7 @@ def find_surroundings(
     -------
     around : int
         Number of points for a normal.
-    seen : Surroundings
+    seen : PointNeighbourhoods
     """
     progress.stage(tr("Finding neighbours"), None)
     places = grid.places
@@ -191,7 +191,7 @@ def find_surroundings(
         else _required_neighbours(tree, places, angle_deg, share)
     )
     k, neighbour_count = len(rows), min(NEIGHBOURS, len(places) - 1)
-    surroundings = Surroundings(
+    surroundings = PointNeighbourhoods(
         np.empty((k, neighbour_count), np.int32),
         np.empty(k),
         np.empty((k, 3)),
@@ -242,7 +242,7 @@ def _search_cells(
     rows: IntArray,
     cells: IntArray,
     selected: IntArray,
-    surroundings: Surroundings,
+    surroundings: PointNeighbourhoods,
     is_open: BoolArray,
     progress: Progress,
 ) -> None:
@@ -294,7 +294,7 @@ def _search_tree(
     subset: IntArray | None,
     rows: IntArray,
     selected: IntArray,
-    surroundings: Surroundings,
+    surroundings: PointNeighbourhoods,
     progress: Progress,
 ) -> None:
     """Describe the surroundings of selected points with a tree of all places or of a subset."""

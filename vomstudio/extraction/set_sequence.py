@@ -32,7 +32,7 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements, build_elements
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.extraction.facets import Facets, build_facets
+from vomstudio.extraction.facets import FacetSegmentation, build_facets
 from vomstudio.extraction.kernels import fit_local_planes
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.sets.proposals import SetProposal, sets_from_means
@@ -59,7 +59,7 @@ _BLOCK_POINTS = 50_000
 class Sequence:
     """Planes and their sets, in the same order."""
 
-    facets: Facets
+    facets: FacetSegmentation
     sets: SetProposal
 
 

@@ -29,7 +29,7 @@ from vomstudio.geology.folding.figures import PairFigures
 from vomstudio.geology.folding.verdicts import (
     KNOWN_AXIS_DEG,
     WEAK_AXIS_DEG,
-    Verdict,
+    FoldVerdict,
     too_uncertain,
     uncertain,
 )
@@ -101,7 +101,7 @@ def common_axis(
     p = _coplanarity_p(means, axes, variances, freedom)
     pairs = _pair_intersections(names, members)
 
-    def judge(error95_deg: float | None) -> Verdict:
+    def judge(error95_deg: float | None) -> FoldVerdict:
         return _verdict(names, off_plane_deg, p, error95_deg, _is_scatter_assumed(members))
 
     notes = [Finding("fold.means-of-sets", sets=names, n=[len(poles) for poles in members])]
@@ -206,7 +206,7 @@ def _verdict(
     p: float | None,
     error95_deg: float | None,
     is_assumed: bool,
-) -> Verdict:
+) -> FoldVerdict:
     if p is None:
         return _common_verdict([Finding("fold.two-sets")], error95_deg, [])
     reasons = [
@@ -219,20 +219,20 @@ def _verdict(
     largest = float(off_plane_deg.max())
     if p < TWO_AXES_P and largest >= TWO_AXES_DEG:
         reasons.append(Finding("fold.several-axes"))
-        return Verdict("two axes", "no", tuple(reasons))
+        return FoldVerdict("two axes", "no", tuple(reasons))
     warnings = [Finding("fold.off-within-errors")] if largest >= TWO_AXES_DEG else []
     return _common_verdict(reasons, error95_deg, warnings)
 
 
 def _common_verdict(
     reasons: list[Finding], error95_deg: float | None, warnings: list[Finding]
-) -> Verdict:
+) -> FoldVerdict:
     if error95_deg is not None and error95_deg > WEAK_AXIS_DEG:
-        return Verdict("undetermined", "no", (too_uncertain(error95_deg), *reasons))
+        return FoldVerdict("undetermined", "no", (too_uncertain(error95_deg), *reasons))
     if error95_deg is not None and error95_deg > KNOWN_AXIS_DEG:
         warnings.append(uncertain(error95_deg))
     valid = "conditional" if warnings or error95_deg is None else "yes"
-    return Verdict("common axis", valid, (*warnings, *reasons))
+    return FoldVerdict("common axis", valid, (*warnings, *reasons))
 
 
 def _moved_axis(

@@ -239,7 +239,7 @@ def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
+class ConfidenceRegion:
     """Joint 95 % region on the sphere: half-angles, and the direction (3,) of the larger one."""
 
     largest_deg: float
@@ -256,7 +256,7 @@ def region(
     vector: npt.ArrayLike,
     covariance: npt.ArrayLike | None,
     own_region: tuple[float, float, npt.ArrayLike] | None = None,
-) -> Region:
+) -> ConfidenceRegion:
     """Compute the joint 95 % region of a unit vector (3,).
 
     Parameters
@@ -269,7 +269,7 @@ def region(
 
     Returns
     -------
-    Region
+    ConfidenceRegion
     """
     v = np.asarray(vector, np.float64)
     spread = np.zeros((3, 3)) if covariance is None else CHI2_TWO * np.asarray(covariance)
@@ -280,7 +280,7 @@ def region(
     # The cone of a few scattered directions may be wider than 90 degrees.
     max_angle_deg = 90.0 if own_region is None else max(90.0, own_region[0])
     angles = np.minimum(np.degrees(np.sqrt(np.maximum(squares, 0.0))), max_angle_deg)
-    return Region(float(angles[1]), float(angles[0]), directions[:, 1] @ basis)
+    return ConfidenceRegion(float(angles[1]), float(angles[0]), directions[:, 1] @ basis)
 
 
 def squared_region(
@@ -315,7 +315,7 @@ def region_of_line(
     largest_deg: float | None,
     smallest_deg: float | None,
     toward: npt.ArrayLike | None,
-) -> Region | None:
+) -> ConfidenceRegion | None:
     """Compute the joint 95 % region of a line.
 
     Parameters
@@ -330,7 +330,7 @@ def region_of_line(
 
     Returns
     -------
-    Region or None
+    ConfidenceRegion or None
         None if the half-angles are unknown.
     """
     if largest_deg is None or smallest_deg is None:

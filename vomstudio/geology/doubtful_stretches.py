@@ -11,7 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import total_error_deg
-from vomstudio.geometry.planes import PlaneFit, fit_planes
+from vomstudio.geometry.planes import FittedPlane, fit_planes
 
 Range = tuple[int, int]
 """First and last vertex of a stretch, from 0."""
@@ -43,11 +43,11 @@ class DoubtfulStretch:
 class RemainingTrace:
     """Plane of the points outside the doubtful stretches; `fit` is None if it has no error."""
 
-    fit: PlaneFit | None
+    fit: FittedPlane | None
     stretches: tuple[DoubtfulStretch, ...]
 
     def error95_deg(
-        self, fit: PlaneFit, resolution_m: float | None, outcrop_normal: FloatArray | None = None
+        self, fit: FittedPlane, resolution_m: float | None, outcrop_normal: FloatArray | None = None
     ) -> float:
         """Return the 95 % half-angle of the plane of all points if the remaining plane is right."""
         if self.fit is None:
@@ -106,7 +106,7 @@ def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> Remainin
     return RemainingTrace(fit, stretches)
 
 
-def offset(points: FloatArray, stretch: Range, fit: PlaneFit | None) -> float:
+def offset(points: FloatArray, stretch: Range, fit: FittedPlane | None) -> float:
     """Return the distance of a stretch's middle from a plane.
 
     Parameters
@@ -115,7 +115,7 @@ def offset(points: FloatArray, stretch: Range, fit: PlaneFit | None) -> float:
         Points of the trace.
     stretch : Range
         First and last row.
-    fit : PlaneFit or None
+    fit : FittedPlane or None
 
     Returns
     -------

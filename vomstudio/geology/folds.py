@@ -30,8 +30,8 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import (
+    ConfidenceRegion,
     MovedVectors,
-    Region,
     Turns,
     move_vectors,
     principal_axis,
@@ -42,7 +42,7 @@ from vomstudio.geology.folding.figures import (
     AxisFigures,
     BetaFigures,
     ConeFigures,
-    LeaveOneOut,
+    InfluentialPlane,
     LimbFigures,
     PairFigures,
     PlaneFigures,
@@ -57,8 +57,8 @@ from vomstudio.geology.folding.findings import (
     shape_findings,
 )
 from vomstudio.geology.folding.limbs import find_lone_limb
-from vomstudio.geology.folding.shapes import Shape, describe_shape, find_outliers
-from vomstudio.geology.folding.verdicts import MIN_PLANES, WEAK_AXIS_DEG, Verdict, assess_fold
+from vomstudio.geology.folding.shapes import PoleShape, describe_shape, find_outliers
+from vomstudio.geology.folding.verdicts import MIN_PLANES, WEAK_AXIS_DEG, FoldVerdict, assess_fold
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, planes_to_poles, rake_of
 from vomstudio.geology.populations.distributions import LineFigures, assess_uniformity, f95
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
@@ -100,7 +100,7 @@ class FoldAxis:
     reasons : tuple of Finding
     registration_error_deg : float or None
         Larger half-angle of the 95 % region of beta by the registrations, degrees; None if unknown.
-    total : Region or None
+    total : ConfidenceRegion or None
         Joint 95 % region with the registration; None if that of the planes is unknown.
     strays : tuple of Stray
         Outlying planes that the verdict excludes; beta includes them.
@@ -120,10 +120,10 @@ class FoldAxis:
     verdict: str
     reasons: tuple[Finding, ...]
     registration_error_deg: float | None = None
-    total: Region | None = None
-    shape: Shape | None = None
+    total: ConfidenceRegion | None = None
+    shape: PoleShape | None = None
     limbs: LimbFigures | None = None
-    leave_one_out: LeaveOneOut | None = None
+    leave_one_out: InfluentialPlane | None = None
     pairs: tuple[PairFigures, ...] = ()
     strays: tuple[Stray, ...] = ()
 
@@ -236,7 +236,7 @@ def fold_axis(
         if others.valid == "no" or others.strays:
             others = None
 
-    def judge(error95_deg: float | None) -> Verdict:
+    def judge(error95_deg: float | None) -> FoldVerdict:
         verdict = assess_fold(shape, error95_deg, uniform_p, waviness_deg)
         valid = "conditional" if bowed and verdict.valid == "yes" else verdict.valid
         verdict = replace(verdict, valid=valid, reasons=(*bowed, *verdict.reasons))
@@ -279,15 +279,15 @@ def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
 
 
 def _check_single_planes(
-    verdict: Verdict,
+    verdict: FoldVerdict,
     poles: FloatArray,
-    shape: Shape,
-    leave_one_out: LeaveOneOut,
+    shape: PoleShape,
+    leave_one_out: InfluentialPlane,
     error95_deg: float,
     names: Sequence[str],
     bowed: Sequence[Finding],
     waviness_deg: float | None,
-) -> Verdict:
+) -> FoldVerdict:
     """Return the verdict, or "undetermined" if it depends on one plane.
 
     It does if beta leaves its own 95 % region without that plane, or if the other planes have
@@ -312,16 +312,16 @@ def _check_single_planes(
     if verdict.name == "undetermined":
         return replace(verdict, reasons=(finding, *verdict.reasons))
     # The reasons for the shape do not apply any more.
-    return Verdict("undetermined", "conditional", (finding, *bowed))
+    return FoldVerdict("undetermined", "conditional", (finding, *bowed))
 
 
 def _find_decisive_plane(
-    verdict: Verdict,
+    verdict: FoldVerdict,
     poles: FloatArray,
-    shape: Shape,
+    shape: PoleShape,
     most_influential: int,
     waviness_deg: float | None,
-) -> tuple[int | None, Verdict | None]:
+) -> tuple[int | None, FoldVerdict | None]:
     """Find the plane without which the others have another verdict.
 
     Only planes that can have this effect are tested: the ends of the arc, the one farthest from
@@ -330,7 +330,7 @@ def _find_decisive_plane(
     Returns
     -------
     row : int or None
-    verdict : Verdict or None
+    verdict : FoldVerdict or None
         Verdict of the other planes.
     """
     farthest = int(np.argmax(np.abs(poles @ shape.axes[2])))
@@ -348,7 +348,7 @@ def _find_decisive_plane(
 
 def _verdict_without(
     poles: FloatArray, row: int, waviness_deg: float | None, *, two: bool
-) -> Verdict:
+) -> FoldVerdict:
     """Return the verdict of all planes but one, scaled to the original number.
 
     Larger errors and a shorter arc that are due only to the smaller number of planes do not count.
@@ -370,7 +370,7 @@ def build_axis(
     axes: FloatArray,
     semi_axes: tuple[float, float] | None,
     larger_direction: FloatArray,
-    judge: Callable[[float | None], Verdict],
+    judge: Callable[[float | None], FoldVerdict],
     moved_axis: MovedVectors | None,
     notes: Sequence[Finding],
 ) -> FoldAxis:
@@ -443,7 +443,7 @@ def plane_figures(plane: Plane) -> PlaneFigures:
     return PlaneFigures(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
 
 
-def _cone_figures(shape: Shape) -> ConeFigures | None:
+def _cone_figures(shape: PoleShape) -> ConeFigures | None:
     cone = shape.cone
     if cone is None:
         return None
@@ -464,7 +464,7 @@ def _cone_figures(shape: Shape) -> ConeFigures | None:
     )
 
 
-def _limbs(shape: Shape) -> LimbFigures | None:
+def _limbs(shape: PoleShape) -> LimbFigures | None:
     """Return the figures of the limbs; None if the poles do not determine them.
 
     The fold opens downward or upward but contains neither limb.
@@ -490,7 +490,7 @@ def _limbs(shape: Shape) -> LimbFigures | None:
     )
 
 
-def _leave_one_out(poles: FloatArray, beta: FloatArray) -> LeaveOneOut | None:
+def _leave_one_out(poles: FloatArray, beta: FloatArray) -> InfluentialPlane | None:
     """Find the pole whose omission rotates beta most."""
     total = poles.T @ poles
     tensors = total - poles[:, :, None] * poles[:, None, :]
@@ -498,7 +498,7 @@ def _leave_one_out(poles: FloatArray, beta: FloatArray) -> LeaveOneOut | None:
     turn = np.degrees(np.arccos(np.minimum(np.abs(axes @ beta), 1.0)))
     worst = int(np.argmax(turn))
     line = Line.from_vector(axes[worst])
-    return LeaveOneOut(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
+    return InfluentialPlane(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
 
 
 def _outliers_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> Finding:
@@ -514,7 +514,7 @@ def _outliers_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -
     )
 
 
-def _registration_finding(registration_deg: float, total: Region | None) -> Finding:
+def _registration_finding(registration_deg: float, total: ConfidenceRegion | None) -> Finding:
     """Report the error of beta by the registration, which all planes of a model share."""
     if total is None:
         return Finding("fold.registration-alone", error_deg=registration_deg)

@@ -24,7 +24,7 @@ from vomstudio.geology.populations.probabilities import f_tail
 from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import governing_half_angles, is_within_wander, resolution_tilt_deg
 from vomstudio.geometry.plane_errors import joint_quantile
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 
 MAX_HALF_WIDTH_DEG = 10.0
 """Maximum half-width of a band; the points of a wider one are a blob (own choice)."""
@@ -138,7 +138,7 @@ class PlaneBand:
 
 
 def find_plane_band(
-    fit: PlaneFit,
+    fit: FittedPlane,
     *,
     resolution_m: float | None = None,
     registration_deg: float | None = None,
@@ -148,7 +148,7 @@ def find_plane_band(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float, optional
         Resolution of the model, which can tilt a line over its length, m.
     registration_deg : float, optional

@@ -13,10 +13,10 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-from vomstudio.geometry.lines import LineFit
+from vomstudio.geometry.lines import FittedLine
 from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION, PlaneSizes, within_wander
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 Quality = Literal["good", "doubtful", "poor"]
@@ -58,7 +58,7 @@ MIN_RELIEF_OVER_EXTENT = 0.02
 MIN_INDEPENDENT_POINTS = 6.0
 
 
-def governing_confidence_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
+def governing_confidence_deg(fit: FittedPlane, kind: Kind = "trace") -> float | None:
     """Return the half-angle that governs the verdict on a plane.
 
     It is the larger of confidence and hyperbolic error if the roughness is as long as the trace,
@@ -68,7 +68,7 @@ def governing_confidence_deg(fit: PlaneFit, kind: Kind = "trace") -> float | Non
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind, optional
 
     Returns
@@ -85,7 +85,7 @@ def governing_confidence_deg(fit: PlaneFit, kind: Kind = "trace") -> float | Non
 
 
 def governing_half_angles(
-    fit: PlaneFit,
+    fit: FittedPlane,
     kind: Kind = "trace",
     resolution_m: float | None = None,
     outcrop_normal: npt.ArrayLike | None = None,
@@ -97,7 +97,7 @@ def governing_half_angles(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind, optional
     resolution_m : float, optional
         Effective resolution of the model.
@@ -123,7 +123,7 @@ def governing_half_angles(
 
 
 def is_within_wander(
-    fit: PlaneFit,
+    fit: FittedPlane,
     kind: Kind,
     resolution_m: float | None,
     outcrop_normal: npt.ArrayLike | None,
@@ -135,7 +135,7 @@ def is_within_wander(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind
     resolution_m : float or None
         Effective resolution of the model.
@@ -157,12 +157,12 @@ def is_within_wander(
     return within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, spacing)
 
 
-def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
+def feature_extent_m(fit: FittedPlane, kind: Kind = "trace") -> float | None:
     """Return the length of a trace, or the diameter of the disc equivalent to a patch.
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     kind : Kind, optional
 
     Returns
@@ -178,7 +178,7 @@ def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
 
 
 def resolution_tilt_deg(
-    fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
+    fit: FittedPlane, resolution_m: float | None, kind: Kind = "trace"
 ) -> float | None:
     """Return the possible tilt of a plane by the model's resolution.
 
@@ -189,7 +189,7 @@ def resolution_tilt_deg(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float or None
         Effective resolution of the model.
     kind : Kind, optional
@@ -209,7 +209,7 @@ def resolution_tilt_deg(
     return min(max_tilt, _tilt_of_points_deg(fit, POINT_OVER_RESOLUTION * resolution_m))
 
 
-def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
+def _tilt_of_points_deg(fit: FittedPlane, sigma_m: float) -> float:
     """Return the 95 % tilt of a plane about its longer axis, degrees.
 
     The errors of its points are independent.
@@ -219,7 +219,7 @@ def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
     return math.degrees(math.atan2(math.sqrt(CHI2_TWO) * sigma_m, width))
 
 
-def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) -> bool:
+def is_from_too_few(fit: FittedPlane, resolution_m: float | None, good_deg: float) -> bool:
     """Return whether a plane has fewer than 6 independent points and no roughness bound.
 
     The misfit of few points is too often small by chance. The model's resolution is a bound if
@@ -227,7 +227,7 @@ def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) 
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float or None
         Effective resolution of the model.
     good_deg : float
@@ -246,7 +246,7 @@ def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) 
 
 
 def total_error_deg(
-    fit: PlaneFit,
+    fit: FittedPlane,
     resolution_m: float | None,
     kind: Kind = "trace",
     registration_deg: float | None = None,
@@ -260,7 +260,7 @@ def total_error_deg(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float or None
         Effective resolution of the model.
     kind : Kind, optional
@@ -290,7 +290,7 @@ def total_error_deg(
 
 
 def judge(
-    fit: PlaneFit,
+    fit: FittedPlane,
     *,
     resolution_m: float | None,
     outcrop_normal: npt.ArrayLike | None,
@@ -309,7 +309,7 @@ def judge(
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     resolution_m : float or None
         Effective resolution of the model around the pick, m; None if unknown.
     outcrop_normal : (3,) array_like or None
@@ -347,14 +347,14 @@ def judge(
     return Verdict(quality, tuple(reasons), tuple(notes + questions), thresholds)
 
 
-def is_local(fit: PlaneFit, bend_deg: float | None, total_deg: float | None) -> bool:
+def is_local(fit: FittedPlane, bend_deg: float | None, total_deg: float | None) -> bool:
     """Return whether a plane is the attitude of this place only.
 
     Its roughness is as long as the trace, or its face bends by more than the plane's error.
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
     bend_deg : float or None
         Bend of the face.
     total_deg : float or None
@@ -369,7 +369,7 @@ def is_local(fit: PlaneFit, bend_deg: float | None, total_deg: float | None) -> 
 
 
 def _judge_by_error(
-    fit: PlaneFit,
+    fit: FittedPlane,
     kind: Kind,
     resolution_m: float | None,
     thresholds: Thresholds,
@@ -404,7 +404,7 @@ def _judge_by_error(
 
 
 def _judge_by_shape(
-    fit: PlaneFit,
+    fit: FittedPlane,
     kind: Kind,
     resolution_m: float | None,
     t: Thresholds,
@@ -444,7 +444,7 @@ def _judge_by_shape(
 
 
 def _face_findings(
-    fit: PlaneFit,
+    fit: FittedPlane,
     kind: Kind,
     outcrop_normal: npt.ArrayLike | None,
     resolution_m: float | None,
@@ -472,7 +472,7 @@ def _face_findings(
 
 
 def _direction_findings(
-    fit: PlaneFit,
+    fit: FittedPlane,
     kind: Kind,
     resolution_m: float | None,
     t: Thresholds,
@@ -513,11 +513,11 @@ def _direction_findings(
     return poor, [Finding(code, error_deg=angle, limit_deg=limit_deg)]
 
 
-def _is_straight(fit: PlaneFit, t: Thresholds) -> bool:
+def _is_straight(fit: FittedPlane, t: Thresholds) -> bool:
     return fit.K is None or t.good_K <= fit.K
 
 
-def _shape_findings(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[Finding]:
+def _shape_findings(fit: FittedPlane, kind: Kind, t: Thresholds) -> list[Finding]:
     """Compare the scatter of the points with the recommended figures."""
     notes = list[Finding]()
     # None is infinite: points exactly in one plane.
@@ -555,7 +555,7 @@ degrees, Big Elk, which is folded, 49.
 
 
 def judge_line(
-    fit: LineFit | None,
+    fit: FittedLine | None,
     *,
     confidence95_deg: float | None,
     off_plane_deg: float | None = None,
@@ -569,7 +569,7 @@ def judge_line(
 
     Parameters
     ----------
-    fit : LineFit or None
+    fit : FittedLine or None
     confidence95_deg : float or None
         Larger semi-axis of its 95 % region, with the registration, degrees; None if unknown.
     off_plane_deg : float, optional

@@ -67,7 +67,7 @@ class Rose:
 
 
 @dataclass(frozen=True, eq=False)
-class Histogram:
+class AngleHistogram:
     """Histogram of n dips or plunges from 0 to 90 degrees.
 
     The upper edge belongs to the last bin.
@@ -95,7 +95,7 @@ class Histogram:
 
 def count_histogram(
     angle_deg: npt.ArrayLike, *, bin_deg: float = 10.0, weights: npt.ArrayLike | None = None
-) -> Histogram:
+) -> AngleHistogram:
     """Count dips or plunges (n,), 0 to 90 degrees, with weights (n,).
 
     Plunges of lines that point up count as those of their axis.
@@ -112,13 +112,13 @@ def count_histogram(
     sums = np.bincount(bin_of_row, w, minlength=bins)
     total = float(w.sum())
     if total <= 0:
-        return Histogram(bin_deg, len(a), total, np.zeros(bins), None, None, left_out)
+        return AngleHistogram(bin_deg, len(a), total, np.zeros(bins), None, None, left_out)
     mean = float(w @ a) / total
     effective = total**2 / float(w @ w)
     std = None
     if effective > 1.0 + 1e-9:
         std = math.sqrt(float(w @ (a - mean) ** 2) / total * effective / (effective - 1.0))
-    return Histogram(bin_deg, len(a), total, sums / total, mean, std, left_out)
+    return AngleHistogram(bin_deg, len(a), total, sums / total, mean, std, left_out)
 
 
 def _valid_rows(

@@ -16,7 +16,7 @@ from vomstudio.core.arrays import (
     GenericArray,
     IntArray,
 )
-from vomstudio.geometry.progressive_order import Arrangement
+from vomstudio.geometry.progressive_order import ProgressiveOrder
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class PointCloud:
     colors: ByteArray | None = None
     normals: Float32Array | None = None
     fields: Mapping[str, GenericArray] = field(default_factory=dict)
-    arrangement: Arrangement | None = None
+    arrangement: ProgressiveOrder | None = None
 
     @cached_property
     def bounds(self) -> FloatArray:

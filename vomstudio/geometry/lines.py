@@ -17,7 +17,7 @@ from vomstudio.geometry.plane_limits import LARGEST, ROUNDINGS
 
 
 @dataclass(frozen=True, eq=False)
-class LineFit:
+class FittedLine:
     """Fitted line. World frame.
 
     Attributes
@@ -42,7 +42,7 @@ class LineFit:
     confidence95_deg: float | None
 
 
-def fit_line(points: npt.ArrayLike) -> LineFit:
+def fit_line(points: npt.ArrayLike) -> FittedLine:
     """Fit a line of least squares to points (n, 3). World frame, m.
 
     Each point has errors in two directions across the line, so the residual variance has 2 n - 4
@@ -77,7 +77,7 @@ def fit_line(points: npt.ArrayLike) -> LineFit:
         # joint_quantile is 2 F / dof, and s^2 = across / free.
         tangent = float(joint_quantile(np.array([free]))[0]) * across / float(singular[0] ** 2)
         confidence = float(np.degrees(np.arctan(np.sqrt(tangent))))
-    return LineFit(
+    return FittedLine(
         n=n,
         centroid=xyz[0] + mean,
         direction=direction,

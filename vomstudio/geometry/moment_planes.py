@@ -15,13 +15,13 @@ from vomstudio.geometry.plane_limits import (
     degenerate_points,
     too_few_points,
 )
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
 
 
 def fit_moments(
     n: int, mean: npt.ArrayLike, scatter: npt.ArrayLike, n_effective: float | None = None
-) -> PlaneFit:
+) -> FittedPlane:
     """Fit the moment-of-inertia plane of points known by their moments.
 
     The figures are those of `fit_plane(points, ordered=False)` except for rounding: the thickness
@@ -41,7 +41,7 @@ def fit_moments(
 
     Returns
     -------
-    PlaneFit
+    FittedPlane
 
     Raises
     ------
@@ -80,7 +80,7 @@ def fit_moments(
         axes[None, 0], axes[None, 1], azimuth, dip, flat, largest, smallest
     )
     l1, l2, l3 = (float(x) for x in values)
-    return PlaneFit(
+    return FittedPlane(
         n=n,
         centroid=centroid,
         normal=axes[2],

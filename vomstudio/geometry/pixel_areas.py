@@ -15,7 +15,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Area:
+class PixelArea:
     """Pixels (h, w) inside a shape, in a box whose first pixel is in column `left`, row `top`."""
 
     left: int
@@ -29,7 +29,7 @@ class Area:
         return slice(self.top, self.top + high), slice(self.left, self.left + wide)
 
 
-def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
+def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
     """Return the pixels whose centres are inside a polygon, by the even-odd rule.
 
     Parameters
@@ -41,12 +41,12 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
 
     Returns
     -------
-    Area
+    PixelArea
     """
     points = np.asarray(corners, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, 0.0, width, height)
     if not wide or not high or len(points) < 3:
-        return Area(left, top, np.zeros((high, wide), np.bool_))
+        return PixelArea(left, top, np.zeros((high, wide), np.bool_))
     # In the rows whose centres it crosses, every edge toggles all pixels to its right.
     turns = np.zeros((high, wide + 1), np.uint8)
     for (xa, ya), (xb, yb) in zip(points, np.roll(points, -1, axis=0), strict=True):
@@ -60,10 +60,10 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
         columns = np.clip(np.ceil(x - 0.5).astype(np.int64) - left, 0, wide)
         turns[rows, columns] ^= 1
     inside = np.bitwise_xor.accumulate(turns[:, :wide], axis=1)
-    return Area(left, top, inside.astype(np.bool_))
+    return PixelArea(left, top, inside.astype(np.bool_))
 
 
-def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -> Area:
+def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -> PixelArea:
     """Return the pixels whose centres are near a polyline.
 
     Parameters
@@ -77,7 +77,7 @@ def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -
 
     Returns
     -------
-    Area
+    PixelArea
     """
     points = np.asarray(course, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, radius, width, height)
@@ -94,10 +94,10 @@ def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -
         share = np.clip(share, 0.0, 1.0)
         off = (x - a[0] - share * along[0]) ** 2 + (y - a[1] - share * along[1]) ** 2
         inside[y0 - top : y0 - top + h, x0 - left : x0 - left + w] |= off <= radius * radius
-    return Area(left, top, inside)
+    return PixelArea(left, top, inside)
 
 
-def whole_area(width: int, height: int) -> Area:
+def whole_area(width: int, height: int) -> PixelArea:
     """Return all pixels of a picture.
 
     Parameters
@@ -107,9 +107,9 @@ def whole_area(width: int, height: int) -> Area:
 
     Returns
     -------
-    Area
+    PixelArea
     """
-    return Area(0, 0, np.ones((height, width), np.bool_))
+    return PixelArea(0, 0, np.ones((height, width), np.bool_))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class Change:
     bits: bytes
 
     @classmethod
-    def of(cls, area: Area, changed: BoolArray) -> Change:
+    def of(cls, area: PixelArea, changed: BoolArray) -> Change:
         return cls(
             area.left, area.top, changed.shape, zlib.compress(np.packbits(changed).tobytes(), 1)
         )
@@ -134,14 +134,14 @@ class Change:
         used[self.top : self.top + high, self.left : self.left + wide] ^= changed
 
 
-def changed_by(used: BoolArray, area: Area, hides: bool) -> Change | None:
+def changed_by(used: BoolArray, area: PixelArea, hides: bool) -> Change | None:
     """Draw a shape into a mask.
 
     Parameters
     ----------
     used : (height, width) ndarray of bool
         Mask; changed in place.
-    area : Area
+    area : PixelArea
     hides : bool
         Whether the pixels of the shape are excluded, not included.
 

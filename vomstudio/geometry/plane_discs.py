@@ -9,18 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 
 NOTHING_KNOWN_DEG = 45.0
 """A plane whose 95 % error is larger may as well stand across."""
 
 
-def known_well_enough(fit: PlaneFit) -> bool:
+def known_well_enough(fit: FittedPlane) -> bool:
     """Return whether the attitude of a fit is known well enough to draw it as a disc.
 
     Parameters
     ----------
-    fit : PlaneFit
+    fit : FittedPlane
 
     Returns
     -------
@@ -29,12 +29,12 @@ def known_well_enough(fit: PlaneFit) -> bool:
     return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
 
 
-def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
+def disc_of_fit(fit: FittedPlane | None) -> FloatArray | None:
     """Return the ring of a disc as wide as the points of a fit.
 
     Parameters
     ----------
-    fit : PlaneFit or None
+    fit : FittedPlane or None
 
     Returns
     -------

@@ -27,7 +27,7 @@ _AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneFit:
+class FittedPlane:
     """One fitted plane; figures are None if undefined. Fields are as in PlaneFits."""
 
     n: int
@@ -153,17 +153,17 @@ class PlaneFits:
     def __len__(self) -> int:
         return len(self.n)
 
-    def __getitem__(self, i: int) -> PlaneFit:
+    def __getitem__(self, i: int) -> FittedPlane:
         return self.rows(range(i, i + 1))[0] if i >= 0 else self[i + len(self)]
 
-    def rows(self, selected: range | None = None) -> list[PlaneFit]:
+    def rows(self, selected: range | None = None) -> list[FittedPlane]:
         """Return all or some fits as a list, ten times faster than one by one."""
         rows = range(len(self)) if selected is None else selected
         if len(rows) and not 0 <= min(rows) <= max(rows) < len(self):
             raise IndexError(rows)
         part = slice(rows.start, rows.stop, rows.step)
         columns = [_to_python(getattr(self, f.name), part, len(rows)) for f in fields(self)]
-        return [PlaneFit(*values) for values in zip(*columns, strict=True)]
+        return [FittedPlane(*values) for values in zip(*columns, strict=True)]
 
 
 def _to_python(column: Any, part: slice, count: int) -> list[Any]:
@@ -188,7 +188,7 @@ def fit_plane(
     method: Method = "pca",
     axis: Axis = "auto",
     ordered: bool = True,
-) -> PlaneFit:
+) -> FittedPlane:
     """Fit a plane to points.
 
     Parameters
@@ -200,7 +200,7 @@ def fit_plane(
 
     Returns
     -------
-    PlaneFit
+    FittedPlane
 
     Raises
     ------

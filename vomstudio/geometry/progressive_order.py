@@ -25,7 +25,7 @@ _MAX_THREADS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Arrangement:
+class ProgressiveOrder:
     """Rows of a cloud, node after node, the coarse nodes first.
 
     Attributes
@@ -68,7 +68,7 @@ class Arrangement:
         )
 
 
-def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arrangement:
+def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> ProgressiveOrder:
     """Arrange points in progressive order.
 
     It takes about 0.08 s for a million points on two processors, and 20 bytes of memory for each.
@@ -81,11 +81,11 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arr
 
     Returns
     -------
-    Arrangement
+    ProgressiveOrder
     """
     if not len(points):
         no_rows = np.zeros(0, np.int64)
-        return Arrangement(
+        return ProgressiveOrder(
             no_rows, np.zeros(1, np.int64), np.zeros((0, 2, 3)), np.zeros(0), no_rows
         )
     # A mapped file is an array subclass, which would slow down every block.
@@ -129,7 +129,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arr
                 bounds[node, :, axis] = node_points[:, axis].min(), node_points[:, axis].max()
 
         list(pool.map(bound, range(len(parents))))
-    return Arrangement(rows, starts, bounds, spacing[level_of], parents)
+    return ProgressiveOrder(rows, starts, bounds, spacing[level_of], parents)
 
 
 def _depth(row_bits: int) -> int:

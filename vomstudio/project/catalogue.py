@@ -9,7 +9,7 @@ from typing import Any
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate, tr
 from vomstudio.core.words import to_translate as _
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.figures import figure_in_degrees as _degrees
 from vomstudio.project.figures import figure_in_metres as _metres
@@ -85,7 +85,7 @@ def _place(axis: int) -> Value:
 
 def _normal(axis: int) -> Value:
     def value(s: Subject) -> float | None:
-        fit: PlaneFit | None = s.measured.fit
+        fit: FittedPlane | None = s.measured.fit
         if fit is not None:
             return float(fit.normal[axis])
         return None if s.measured.plane is None else float(s.measured.plane.normal()[axis])

@@ -40,7 +40,7 @@ from vomstudio.project.records import (
     Mask,
     Model,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
     Record,
     VerdictProfile,
 )
@@ -53,7 +53,7 @@ RECORD_TYPES: dict[str, type] = {
     "mask": Mask,
     "marked_point": MarkedPoint,
     "image_mark": ImageMark,
-    "reconstruction": Reconstruction,
+    "reconstruction": ReconstructionRecord,
     "registration": Registration,
     "verdict_profile": VerdictProfile,
     "face_grid": FaceGrid,

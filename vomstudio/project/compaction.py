@@ -36,14 +36,14 @@ _ASSETS_BACKUP = "assets-before-compaction"
 
 
 @dataclass(frozen=True)
-class Plan:
+class CompactionPlan:
     """Rows and files that a compaction would remove, and the bytes of these files.
 
-    `of_rows` is the number of rows before the compaction.
+    `total_rows` is the number of rows before the compaction.
     """
 
     rows: int
-    of_rows: int
+    total_rows: int
     assets: tuple[str, ...]
     asset_bytes: int
 
@@ -52,12 +52,12 @@ class Plan:
         return self.rows == 0 and not self.assets
 
 
-def plan(folder: Path, session: Session, journal: SqliteJournal) -> Plan:
+def plan(folder: Path, session: Session, journal: SqliteJournal) -> CompactionPlan:
     """Return what a compaction would remove."""
     rows = sum(1 for _ in journal.rows())
     compacted_rows = sum(1 for _ in _rows(session))
     unused = _unused(folder, session)
-    return Plan(
+    return CompactionPlan(
         max(rows - compacted_rows, 0),
         rows,
         tuple(path.relative_to(folder).as_posix() for path in unused),

@@ -37,7 +37,7 @@ from vomstudio.project.reconstructions import (
     copy_reconstructions,
     move_reconstructions,
 )
-from vomstudio.project.records import Feature, Mask, Model, Reconstruction
+from vomstudio.project.records import Feature, Mask, Model, ReconstructionRecord
 from vomstudio.project.repair import Repaired, repair
 from vomstudio.project.session import Session
 
@@ -47,7 +47,7 @@ MODELS = "models"
 _COPIED_FOLDERS = (MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
 
 
-class Project:
+class ProjectFolder:
     """An open project: its folder, its session and its lock."""
 
     def __init__(
@@ -121,7 +121,9 @@ class Project:
         return failure is None or not is_lost(failure)
 
     @classmethod
-    def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+    def create(
+        cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict
+    ) -> ProjectFolder:
         """Create a project in `folder`, which must not contain one. Raises TargetError."""
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -141,7 +143,7 @@ class Project:
         *,
         settings: Callable[[], Mapping[str, Any]] = dict,
         allow_unlocked: bool = False,
-    ) -> Project:
+    ) -> ProjectFolder:
         """Open the project in a folder.
 
         Parameters
@@ -172,7 +174,7 @@ class Project:
         *,
         create: bool,
         allow_unlocked: bool = False,
-    ) -> Project:
+    ) -> ProjectFolder:
         """Open a project and release the lock if the journal cannot be opened."""
         lock: ProjectLock | None = None
         try:
@@ -221,7 +223,7 @@ class Project:
     def has_photo_tables(self) -> bool:
         return any(path.is_file() for path in (self.folder / PHOTO_TABLES).glob("*/*"))
 
-    def compaction(self) -> compaction.Plan:
+    def compaction(self) -> compaction.CompactionPlan:
         """Return what a compaction would remove."""
         return compaction.plan(self.folder, self.session, self.journal)
 
@@ -306,7 +308,11 @@ class Project:
         missing = [
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
             *(m.photo for m in self.session.of(Mask) if not is_regular(self.folder / m.file.path)),
-            *(r.name for r in self.session.of(Reconstruction) if not is_folder(folder / r.folder)),
+            *(
+                r.name
+                for r in self.session.of(ReconstructionRecord)
+                if not is_folder(folder / r.folder)
+            ),
         ]
         if not missing:
             return []
@@ -445,7 +451,7 @@ def untitled_folder() -> Path:
     return state_folder() / "untitled"
 
 
-def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> ProjectFolder:
     """Create a project without a name in the folder of untitled projects."""
     stamp = time.strftime("%Y%m%d-%H%M%S")
     folder = untitled_folder() / f"{stamp}{SUFFIX}"
@@ -453,7 +459,7 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
     while folder.exists():
         number += 1
         folder = untitled_folder() / f"{stamp}-{number}{SUFFIX}"
-    return Project.create(folder, settings=settings)
+    return ProjectFolder.create(folder, settings=settings)
 
 
 def is_free(folder: Path) -> bool:

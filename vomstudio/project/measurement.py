@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology import orientation
-from vomstudio.geology.common_rotation_errors import Region
+from vomstudio.geology.common_rotation_errors import ConfidenceRegion
 from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
@@ -29,8 +29,8 @@ from vomstudio.geology.quality import (
     total_error_deg,
 )
 from vomstudio.geometry import transform
-from vomstudio.geometry.lines import LineFit
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.lines import FittedLine
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.project.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 
@@ -90,7 +90,7 @@ class Measurement:
         95 % half-angle of a trace's plane due to its doubtful stretches; None without any.
     bend_deg : float or None
         Bend of a face from edge to edge, for a face that bends as a whole.
-    total : Region or None
+    total : ConfidenceRegion or None
         Joint 95 % region of a line including the registration, as far as that is known; None if the
         region of the line is unknown.
     """
@@ -98,12 +98,12 @@ class Measurement:
     points: FloatArray
     resolution_m: float | None
     outcrop_normal: FloatArray | None
-    fit: PlaneFit | None
+    fit: FittedPlane | None
     verdict: Verdict | None
     problem: Finding | None
     plane: Plane | None = None
     line: Line | None = None
-    line_fit: LineFit | None = None
+    line_fit: FittedLine | None = None
     max_confidence95_deg: float | None = None
     min_confidence95_deg: float | None = None
     confidence_axis: FloatArray | None = None
@@ -122,7 +122,7 @@ class Measurement:
     registration_error_deg: float | None = None
     stretch_error_deg: float | None = None
     bend_deg: float | None = None
-    total: Region | None = None
+    total: ConfidenceRegion | None = None
 
     @cached_property
     def total95_deg(self) -> float | None:
@@ -212,7 +212,7 @@ def empty_measurement(
     return Measurement(points, resolution_m, None, None, None, problem, kind=kind, metric=metric)
 
 
-def fit_fields(fit: PlaneFit | None, plane: Plane | None = None) -> dict[str, Any]:
+def fit_fields(fit: FittedPlane | None, plane: Plane | None = None) -> dict[str, Any]:
     """Return the fields of a measurement that a fitted plane determines.
 
     `plane` is its attitude if that is already known.

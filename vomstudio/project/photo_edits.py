@@ -18,7 +18,7 @@ from vomstudio.project.records import (
     MarkedPoint,
     Mask,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
     Record,
 )
 
@@ -139,7 +139,7 @@ def locate_photos(records: Records, photo_set_id: str, path: str) -> Edit:
 
 
 def add_reconstruction(
-    records: Records, reconstruction: Reconstruction, registration: Registration
+    records: Records, reconstruction: ReconstructionRecord, registration: Registration
 ) -> Edit:
     """Add the result of a run, replacing an earlier run in the same folder."""
     _set(records, reconstruction.photo_set_id)
@@ -147,7 +147,7 @@ def add_reconstruction(
     after |= set_registration(records, registration).after
     for other in records.values():
         if (
-            isinstance(other, Reconstruction)
+            isinstance(other, ReconstructionRecord)
             and other.folder == reconstruction.folder
             and other.id != reconstruction.id
         ):
@@ -155,10 +155,11 @@ def add_reconstruction(
     return change(records, f"Make a model of {reconstruction.name}", after)
 
 
-def reconstruction_in(records: Records, folder: str) -> Reconstruction | None:
+def reconstruction_in(records: Records, folder: str) -> ReconstructionRecord | None:
     """Return the reconstruction whose files are in this folder."""
     return next(
-        (r for r in records.values() if isinstance(r, Reconstruction) and r.folder == folder), None
+        (r for r in records.values() if isinstance(r, ReconstructionRecord) and r.folder == folder),
+        None,
     )
 
 

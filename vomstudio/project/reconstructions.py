@@ -17,7 +17,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.reconstruction_file import RESULT, finite_number, result_registration
-from vomstudio.project.records import Reconstruction
+from vomstudio.project.records import ReconstructionRecord
 
 RECONSTRUCTIONS = "reconstruction"
 """Folder of the reconstructions, with a folder for each photo set and quality."""
@@ -28,7 +28,7 @@ MAX_COPY_BYTES = 1 << 20
 
 def read_reconstruction(
     folder: Path, photo_set_id: str, name: str
-) -> tuple[Reconstruction, Registration]:
+) -> tuple[ReconstructionRecord, Registration]:
     """Return the records of a run's results in `folder`. Raises InputError."""
     path = folder / RESULT
     try:
@@ -41,7 +41,7 @@ def read_reconstruction(
         raise InputError(Finding("reconstruction.invalid"), file=path)
     settings = result.get("settings")
     versions = result.get("versions")
-    reconstruction = Reconstruction(
+    reconstruction = ReconstructionRecord(
         new_id("reconstruction"),
         photo_set_id,
         name,

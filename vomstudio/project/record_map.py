@@ -29,7 +29,7 @@ class RecordMap(Mapping[str, Record]):
 
     def __init__(self, records: Mapping[str, Record]) -> None:
         self._records = dict(records)
-        self._by_class: dict[type[Any], dict[str, Any]] = {}
+        self._class_members: dict[type[Any], dict[str, Any]] = {}
         self._numbers: dict[str, Counter[int]] = {}
         self._counts: dict[Callable[[Record], Hashable], Counter[Any]] = {}
         self._cached: dict[Callable[[RecordMap], Any], Any] = {}
@@ -45,12 +45,12 @@ class RecordMap(Mapping[str, Record]):
                 self._records.pop(id_, None)
             else:
                 self._records[id_] = new
-            for cls, members in self._by_class.items():
+            for cls, members in self._class_members.items():
                 if isinstance(new, cls):
                     # The id belonged to a record of another class, so its position in the order
                     # differs.
                     if old is not None and id_ not in members:
-                        self._by_class = {}
+                        self._class_members = {}
                         break
                     members[id_] = new
                 else:
@@ -72,10 +72,10 @@ class RecordMap(Mapping[str, Record]):
 
     def of(self, cls: type[T]) -> list[T]:
         """Return the records of a class, in the order in which they were added."""
-        members = self._by_class.get(cls)
+        members = self._class_members.get(cls)
         if members is None:
             members = {id_: r for id_, r in self._records.items() if isinstance(r, cls)}
-            self._by_class[cls] = members
+            self._class_members[cls] = members
         return list(members.values())
 
     def highest_number(self, prefix: str) -> int:

@@ -21,13 +21,13 @@ class Repaired:
 
     Attributes
     ----------
-    kept : Path
+    backup : Path
         The damaged journal.
     lost : tuple of Finding
         What could not be read.
     """
 
-    kept: Path
+    backup: Path
     lost: tuple[Finding, ...]
 
 

@@ -12,14 +12,14 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.products.ortho.interpretation import items_of
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Record
-from vomstudio.studio.jobs.drawing_tasks import DrawnLines, Picture
+from vomstudio.studio.jobs.drawing_tasks import DrawnLines, PictureGeometry
 
 MAX_ROUNDING_PX = 0.05
 """Maximum distance of an unchanged line from its feature, since programs round coordinates."""
 
 
 @dataclass(frozen=True)
-class Comparison:
+class LineComparison:
     """Comparison of a drawn line with the features of a project.
 
     Parameters
@@ -33,7 +33,7 @@ class Comparison:
     id: str = ""
 
 
-def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[Comparison]:
+def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[LineComparison]:
     """Compare the lines of a drawing with those that a drawing of the project would contain.
 
     A line matches the feature with its id, otherwise the feature at the same place. Several
@@ -65,16 +65,16 @@ def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[
     comparisons = []
     for i, line in enumerate(drawing.lines):
         if i in unchanged:
-            comparisons.append(Comparison("unchanged", items[unchanged[i]].id))
+            comparisons.append(LineComparison("unchanged", items[unchanged[i]].id))
         elif line.id in ids and line.id not in used:
             used.add(line.id)
-            comparisons.append(Comparison("edited", line.id))
+            comparisons.append(LineComparison("edited", line.id))
         else:
-            comparisons.append(Comparison("new"))
+            comparisons.append(LineComparison("new"))
     return comparisons
 
 
-def project_to_pixels(points: FloatArray, picture: Picture) -> FloatArray:
+def project_to_pixels(points: FloatArray, picture: PictureGeometry) -> FloatArray:
     """Return the pixels (n, 2) of World points (n, 3)."""
     to_pixels = np.linalg.inv(np.array(picture.matrix))
     return np.asarray((points @ to_pixels[:3, :3].T + to_pixels[:3, 3])[:, :2])

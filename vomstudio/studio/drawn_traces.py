@@ -22,7 +22,7 @@ from vomstudio.project.edit import Edit, change
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, Record, get
 from vomstudio.studio.drawing_comparison import compare_drawing, merge_vertices, project_to_pixels
-from vomstudio.studio.jobs.drawing_tasks import DrawnLine, DrawnLines, Picture
+from vomstudio.studio.jobs.drawing_tasks import DrawingLine, DrawnLines, PictureGeometry
 from vomstudio.studio.tools.local_surface import measure_surroundings
 
 MAX_NAMED = 5
@@ -236,7 +236,7 @@ def create_drawn_traces(
 
 
 def _types_of(
-    lines: Sequence[DrawnLine], target: DrawingTarget, records: Mapping[str, Record]
+    lines: Sequence[DrawingLine], target: DrawingTarget, records: Mapping[str, Record]
 ) -> list[str]:
     """Return the feature type of each new line. Raises UsageError."""
     types = [record for record in records.values() if isinstance(record, FeatureType)]
@@ -256,9 +256,9 @@ def _types_of(
 
 
 def _edited_trace(
-    line: DrawnLine,
+    line: DrawingLine,
     feature_id: str,
-    picture: Picture,
+    picture: PictureGeometry,
     target: DrawingTarget,
     records: Mapping[str, Record],
 ) -> Trace:

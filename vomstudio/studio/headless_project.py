@@ -34,7 +34,7 @@ from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.settings import Settings, read_settings
 from vomstudio.project import edits
 from vomstudio.project.edit import change
-from vomstudio.project.folder import MODELS, Project
+from vomstudio.project.folder import MODELS, ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed, get
@@ -153,7 +153,7 @@ class HeadlessProject:
 
     Parameters
     ----------
-    project : Project
+    project : ProjectFolder
     settings : Settings
         Settings with which the project was opened.
     warnings : sequence of Finding
@@ -168,7 +168,7 @@ class HeadlessProject:
 
     def __init__(
         self,
-        project: Project,
+        project: ProjectFolder,
         settings: Settings,
         warnings: Sequence[Finding] = (),
         progress: Progress | None = None,
@@ -183,14 +183,14 @@ class HeadlessProject:
     def open(cls, folder: Path, progress: Progress | None = None) -> Self:
         """Open a project. Raises InputError if it is not a project or is open elsewhere."""
         settings, problems = read_settings()
-        project = Project.open(folder, settings=settings.recorded_settings)
+        project = ProjectFolder.open(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems, progress)
 
     @classmethod
     def create(cls, folder: Path) -> Self:
         """Create a project. Raises TargetError if the folder exists or cannot be created."""
         settings, problems = read_settings()
-        project = Project.create(folder, settings=settings.recorded_settings)
+        project = ProjectFolder.create(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems)
 
     def __enter__(self) -> Self:

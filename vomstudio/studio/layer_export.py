@@ -31,7 +31,7 @@ def update_layers(folder: Path, has_features: bool) -> list[Finding]:
     from vomstudio.project.exports.export import export_project
 
     try:
-        export_project(folder, "gpkg", folder / LAYERS, with_map=False, force=True)
+        export_project(folder, "gpkg", folder / LAYERS, writes_map=False, force=True)
     except VomError as error:
         return [Finding("project.layers-outdated", reason=error, reason_code=error.code)]
     return []
@@ -68,7 +68,7 @@ class GisLayers:
     def write(self) -> None:
         """Start a job that writes the layers now."""
         self._timer.stop()
-        if self._projects.project.untitled or not self._projects.kept:
+        if self._projects.project.untitled or not self._projects.is_written:
             return
         folder = self._projects.project.folder
         path = folder / LAYERS

@@ -27,8 +27,8 @@ from vomstudio.geology.slope_options import SlopeFaces, SlopeOptions
 from vomstudio.photogrammetry.survey.survey_options import (
     CheckOptions,
     CheckScene,
-    FrameOptions,
     PlanOptions,
+    VideoFrameOptions,
 )
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.net.figure_options import (
@@ -86,7 +86,7 @@ OPERATIONS: tuple[Operation, ...] = (
     ),
     Operation(
         "frames",
-        command_options=(FrameOptions,),
+        command_options=(VideoFrameOptions,),
         window="dialogs.video_dialog.VideoDialog",
         missing=_OF_PHOTOS | {"function": "`vs.check` and `vs.reconstruct` take the folder"},
     ),

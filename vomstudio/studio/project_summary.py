@@ -35,7 +35,7 @@ class ModelFacts:
 
 
 @dataclass(frozen=True)
-class History:
+class HistorySummary:
     """Number of steps that can be undone and redone, and the labels of the next ones."""
 
     undo: int
@@ -71,7 +71,7 @@ class ProjectSummary(Result):
     kinds: dict[str, int]
     types: dict[str, int]
     sets: dict[str, int]
-    history: History
+    history: HistorySummary
     unsaved: bool
     draft: bool
 
@@ -93,7 +93,7 @@ def summarise(folder: Path) -> ProjectSummary:
         kinds=dict(Counter(kind_of(f).name for f in features)),
         types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed_features)),
         sets=dict(Counter(f.set_name for f in typed_features if f.set_name)),
-        history=History(
+        history=HistorySummary(
             max(len(played.done) - 1, 0),
             len(played.undone),
             played.done[-1][1].label if len(played.done) > 1 else None,

@@ -12,7 +12,7 @@ from vomstudio.core.files.user_folders import home_is_writable
 from vomstudio.core.findings import Finding
 from vomstudio.core.signals import Signal
 from vomstudio.project.edit import Edit
-from vomstudio.project.folder import Project, create_untitled, is_free, untitled_projects
+from vomstudio.project.folder import ProjectFolder, create_untitled, is_free, untitled_projects
 from vomstudio.project.garbage_collection import pause_collection
 from vomstudio.project.journal.database import NAME as JOURNAL
 from vomstudio.project.journal.failures import is_lost
@@ -58,7 +58,7 @@ class Projects:
         """Measurements of a project that has just been opened, None if not computed."""
         self._preferences, self._notices, self._run_blocking = preferences, notices, run_blocking
         self._opening = False
-        self._project: Project | None = None
+        self._project: ProjectFolder | None = None
         self._has_warned = False
 
     # --- access -------------------------------------------------------------------------------
@@ -68,7 +68,7 @@ class Projects:
         return self._project is not None
 
     @property
-    def project(self) -> Project:
+    def project(self) -> ProjectFolder:
         """The open project."""
         if self._project is None:
             raise RuntimeError("no project is open yet")
@@ -129,11 +129,11 @@ class Projects:
         if not self.project.untitled:
             self._preferences.remember(self.project.folder)
 
-    def _read(self, folder: Path) -> tuple[Project, Measurements | None]:
+    def _read(self, folder: Path) -> tuple[ProjectFolder, Measurements | None]:
         journal = folder / JOURNAL
         if not is_regular(journal) or journal.stat().st_size < LARGE_JOURNAL_BYTES:
             return self._lock(folder), None
-        read: list[tuple[Project, Measurements]] = []
+        read: list[tuple[ProjectFolder, Measurements]] = []
 
         def work() -> None:
             project = self._lock(folder)
@@ -153,9 +153,9 @@ class Projects:
         self._run_blocking(whole)
         return read[0]
 
-    def _lock(self, folder: Path) -> Project:
+    def _lock(self, folder: Path) -> ProjectFolder:
         settings = self._preferences.settings
-        return Project.open(folder, settings=settings.recorded_settings, allow_unlocked=True)
+        return ProjectFolder.open(folder, settings=settings.recorded_settings, allow_unlocked=True)
 
     def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
         """Return projects that a crash left open, except those in `but`."""
@@ -164,7 +164,7 @@ class Projects:
         excluded = {path.resolve() for path in (self.project.folder, *but)}
         return [f for f in folders if not excluded & {f.resolve(), f.resolve() / JOURNAL}]
 
-    def _adopt(self, project: Project, measurements: Measurements | None = None) -> None:
+    def _adopt(self, project: ProjectFolder, measurements: Measurements | None = None) -> None:
         if self._project is not None:
             self.leave()
         self._project, self.measurements = project, measurements
@@ -199,7 +199,7 @@ class Projects:
         self._notices.post(Notice(finding, "error", SAVE_AS))
 
     @property
-    def kept(self) -> bool:
+    def is_written(self) -> bool:
         """Whether all steps are on the disk, and the next one can be written."""
         return self.project.write_failure is None
 
@@ -235,7 +235,7 @@ class Projects:
         """Undo all unsaved changes, which stay in the history. Raises VomError."""
         # If this cannot be written, the changes remain unsaved and are restored at the next
         # start.
-        if self.session.dirty and self.kept:
+        if self.session.dirty and self.is_written:
             self.session.discard_unsaved()
 
     @property

@@ -21,7 +21,7 @@ from vomstudio.studio.notices import Notices
 from vomstudio.studio.path_finding import PathFinding
 from vomstudio.studio.preferences import Preferences
 from vomstudio.studio.projects import Projects
-from vomstudio.studio.surfaces.outcrop_elements import OutcropElements
+from vomstudio.studio.surfaces.outcrop_elements import ModelElements
 from vomstudio.studio.tools.interaction_types import Discarded, PointerEvent, Preview
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.tool_context import Tool
@@ -60,7 +60,7 @@ class ToolHost:
         preferences: Preferences,
         notices: Notices,
         paths: PathFinding,
-        elements: OutcropElements,
+        elements: ModelElements,
         background: Background,
     ) -> None:
         self.changed: Signal[()] = Signal()

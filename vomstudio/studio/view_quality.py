@@ -23,7 +23,7 @@ from vomstudio.studio.model_loading import OpenModel
 
 
 @dataclass(frozen=True)
-class Direction:
+class AxialDirection:
     """Direction of view: an axial line, which stands for two mirrored views.
 
     `error95_deg` is the larger half-angle of its joint 95 % region, None if unknown.
@@ -33,7 +33,7 @@ class Direction:
     error95_deg: float | None
 
 
-def direction_across_slip(slipped: Measurement) -> Direction | Finding:
+def direction_across_slip(slipped: Measurement) -> AxialDirection | Finding:
     """Return the line in a fault perpendicular to its slip, or why it is undefined.
 
     Its error is that of the slip line, or of the plane if the slip line has none.
@@ -45,10 +45,10 @@ def direction_across_slip(slipped: Measurement) -> Direction | Finding:
     size = float(np.linalg.norm(across))
     if size < np.sin(np.radians(1.0)):
         return Finding("slip.across-plane")
-    return Direction(Line.from_vector(across / size), slipped.total95_deg)
+    return AxialDirection(Line.from_vector(across / size), slipped.total95_deg)
 
 
-def intersection_direction(planes: Iterable[Measurement]) -> Direction | Finding:
+def intersection_direction(planes: Iterable[Measurement]) -> AxialDirection | Finding:
     """Return the intersection of two planes, or why it is undefined."""
     uncertain = [
         uncertain_plane
@@ -61,7 +61,7 @@ def intersection_direction(planes: Iterable[Measurement]) -> Direction | Finding
         met = intersection_line(*uncertain)
     except GeometryError as error:
         return finding_of(error)
-    return Direction(met.line, met.max_confidence95_deg)
+    return AxialDirection(met.line, met.max_confidence95_deg)
 
 
 def depth_along(

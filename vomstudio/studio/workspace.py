@@ -35,8 +35,8 @@ from vomstudio.studio.running_jobs import Jobs
 from vomstudio.studio.surfaces.face_grids import FaceGrids
 from vomstudio.studio.surfaces.facet_proposals import FacetProposals
 from vomstudio.studio.surfaces.model_cutting import ModelCutting
-from vomstudio.studio.surfaces.outcrop_elements import OutcropElements
-from vomstudio.studio.surfaces.surface_fields import SurfaceFields
+from vomstudio.studio.surfaces.outcrop_elements import ModelElements
+from vomstudio.studio.surfaces.surface_fields import ModelFields
 from vomstudio.studio.surfaces.trace_proposals import TraceProposals
 from vomstudio.studio.surroundings import Surroundings
 from vomstudio.studio.tool_host import ToolHost
@@ -102,7 +102,7 @@ class Workspace:
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
-        self.elements = OutcropElements(
+        self.elements = ModelElements(
             self.projects,
             self.models,
             self.visibility,
@@ -124,7 +124,7 @@ class Workspace:
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, background("surroundings")
         )
-        self.fields = SurfaceFields(
+        self.fields = ModelFields(
             self.projects,
             self.models,
             self.derived,

@@ -44,7 +44,7 @@ class WorldModel:
         Warnings of its reader.
     to_world : (4, 4) float64
         Matrix from the frame of its file.
-    in_project : Model, optional
+    project_model : Model, optional
         Record that places it in a project; None if its file places it.
     registration : Registration, optional
         Registration in the project or beside the file.
@@ -56,7 +56,7 @@ class WorldModel:
     warnings: tuple[Finding, ...]
     loaded: LoadedModel
     to_world: FloatArray
-    in_project: Model | None = None
+    project_model: Model | None = None
     registration: Registration | None = None
 
     @property
@@ -65,20 +65,20 @@ class WorldModel:
 
         They are not for a model from photos without control points or GPS.
         """
-        if self.in_project is not None:
-            return self.in_project.frame.has_north
+        if self.project_model is not None:
+            return self.project_model.frame.has_north
         if self.registration is not None:
             return self.registration.frame.has_north
         return self.crs is not None or has_known_scale(self.loaded.path) is not False
 
     @property
-    def in_metres(self) -> bool:
+    def has_metric_unit(self) -> bool:
         """Whether lengths are in metres.
 
         Files that state no unit are assumed to be in metres; photo models without scale are
         not.
         """
-        return self.metric or (self.in_project is None and self.placed)
+        return self.metric or (self.project_model is None and self.placed)
 
     @property
     def registration_in_world(self) -> Registration | None:
@@ -90,7 +90,7 @@ class WorldModel:
     @property
     def axes(self) -> Axes:
         """Meaning of World's axes for files and labels."""
-        return Axes(self.in_metres, self.placed)
+        return Axes(self.has_metric_unit, self.placed)
 
 
 def read_in_world(

@@ -13,7 +13,7 @@ import pytest
 from vomstudio.core.failures import crashes, log, log_file, report
 from vomstudio.core.failures.redaction import scrub
 from vomstudio.project.journal.outline import outline
-from vomstudio.project.journal.replay import Row
+from vomstudio.project.journal.replay import JournalRow
 
 
 @pytest.fixture
@@ -72,8 +72,8 @@ def test_names_of_files_go_without_a_path_too():
     assert scrub("anna_west.LAZ and error.py") == "….LAZ and error.py"
 
 
-def row(kind: str = "do", label: str = "", before=None, after=None) -> Row:
-    return Row(7, kind, None, label, before, after, "2026-02-03T10:00:00", "1", {"s": 1})
+def row(kind: str = "do", label: str = "", before=None, after=None) -> JournalRow:
+    return JournalRow(7, kind, None, label, before, after, "2026-02-03T10:00:00", "1", {"s": 1})
 
 
 def test_the_outline_tells_kinds_and_fields_but_no_value():

@@ -25,7 +25,7 @@ from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.drawn_masks import write_mask
 from vomstudio.photogrammetry.pipeline.outputs import claim_folder
 from vomstudio.project.assets import store_asset
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def victim(tmp_path: Path) -> Path:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     folder = tmp_path / "a.vom"
-    Project.create(folder).close()
+    ProjectFolder.create(folder).close()
     return folder
 
 
@@ -52,7 +52,7 @@ def test_a_project_whose_own_files_are_links_is_not_opened(
     (project / name).unlink(missing_ok=True)
     (project / name).symlink_to(victim)
     with refused("output.link", VomError):
-        Project.open(project)
+        ProjectFolder.open(project)
     assert victim.read_text() == "mine"
     assert [p.name for p in victim.parent.iterdir()] == ["victim"]
 
@@ -131,7 +131,7 @@ def test_cameras_that_name_photos_above_their_folder(tmp_path: Path) -> None:
 def test_saving_as_leaves_links_out(project: Path, tmp_path: Path) -> None:
     (project / "models").mkdir(exist_ok=True)
     (project / "models" / "loop").symlink_to(project)
-    opened = Project.open(project)
+    opened = ProjectFolder.open(project)
     opened.save_as(tmp_path / "b.vom")
     opened.close()
     assert not (tmp_path / "b.vom" / "models" / "loop").exists()

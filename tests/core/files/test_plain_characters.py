@@ -17,7 +17,7 @@ from vomstudio.io.exchange.columns import delimited_text
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.records import Feature
 
 NAME = "bed\x0b\x00 </text><script>\x1b[31m\x7f\ufffe"
@@ -32,7 +32,7 @@ def test_spaces_stand_for_them() -> None:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     folder = copy_of("schema1", tmp_path)
-    opened = Project.open(folder)
+    opened = ProjectFolder.open(folder)
     session = opened.session
     for feature in session.of(Feature):
         words = {"name": f"{feature.name} {NAME}", "notes": NAME}

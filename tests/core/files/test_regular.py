@@ -24,7 +24,7 @@ from vomstudio.io.control.formats.micmac import marks_beside
 from vomstudio.io.gis.raster import read_size_and_bands
 from vomstudio.io.gis.raster_georeference import read_map_placement
 from vomstudio.io.models.opening import read_model
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.verify import verify
 
@@ -102,11 +102,11 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("ending", ["-journal", "-wal", "-shm", ""])
 def test_a_pipe_beside_a_journal(tmp_path: Path, ending: str) -> None:
     project = tmp_path / "a.vom"
-    Project.create(project).close()
+    ProjectFolder.create(project).close()
     place = project / f"journal.sqlite{ending}"
     place.unlink(missing_ok=True)
     os.mkfifo(place)
-    for look in (Project.open, read_replay, verify):
+    for look in (ProjectFolder.open, read_replay, verify):
         with pytest.raises(VomError, match=r"journal\.sqlite"):
             look(project)
 

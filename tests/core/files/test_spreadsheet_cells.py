@@ -93,11 +93,11 @@ def test_tables_for_other_programs_calculate_nothing(form: str, tmp_path: Path) 
     from tests.specimens.figures import copy_of
     from vomstudio.project import edits
     from vomstudio.project.exports.export import export_project
-    from vomstudio.project.folder import Project
+    from vomstudio.project.folder import ProjectFolder
     from vomstudio.project.records import Feature
 
     folder = copy_of("schema1", tmp_path)
-    project = Project.open(folder)
+    project = ProjectFolder.open(folder)
     session = project.session
     for feature in session.of(Feature):
         ids = [feature.id]

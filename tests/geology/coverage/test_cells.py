@@ -13,8 +13,8 @@ from tests.messages import refused
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.coverage import cells as module
 from vomstudio.geology.coverage.cells import (
-    CellGrid,
     ExposedArea,
+    SquareGrid,
     create_grid,
     measure_points,
 )
@@ -23,13 +23,13 @@ EAST, NORTH, UP = np.eye(3)
 SQUARE = np.array([[[-1, -1, 0], [5, -1, 0], [5, 5, 0]], [[-1, -1, 0], [5, 5, 0], [-1, 5, 0.0]]])
 
 
-def measure_faces(grid: CellGrid, corners: np.ndarray, *, pieces: bool = False) -> ExposedArea:
+def measure_faces(grid: SquareGrid, corners: np.ndarray, *, pieces: bool = False) -> ExposedArea:
     rows = np.arange(3 * len(corners)).reshape(-1, 3)
     return module.measure_faces(grid, corners.reshape(-1, 3), rows, pieces=pieces)
 
 
-def flat(columns: int = 4, rows: int = 3, cell: float = 0.5) -> CellGrid:
-    return CellGrid(np.zeros(3), EAST, NORTH, cell, columns, rows)
+def flat(columns: int = 4, rows: int = 3, cell: float = 0.5) -> SquareGrid:
+    return SquareGrid(np.zeros(3), EAST, NORTH, cell, columns, rows)
 
 
 def area(triangles: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ def test_a_slanting_plane_has_more_surface_by_its_cosine(dip: float) -> None:
 
 def test_random_triangles_as_shapely_cuts_them() -> None:
     rng = np.random.default_rng(5)
-    grid = CellGrid(np.array([-1.0, 0.5, 0.0]), EAST, NORTH, 0.7, 5, 4)
+    grid = SquareGrid(np.array([-1.0, 0.5, 0.0]), EAST, NORTH, 0.7, 5, 4)
     for _ in range(40):
         corners = rng.uniform(-4, 5, (1, 3, 3))
         found = measure_faces(grid, corners)
@@ -102,8 +102,8 @@ def test_turning_the_world_and_moving_it_far_away_changes_nothing() -> None:
     corners = wavy()
     turn = Rotation.from_euler("zyx", [30.0, 50.0, 70.0], degrees=True).as_matrix()
     far = np.array([4.5e5, 5.2e6, 800.0])
-    grid = CellGrid(np.array([0.05, 0.02, 0.0]), EAST, NORTH, 0.4, 7, 5)
-    moved = CellGrid(turn @ grid.origin + far, turn @ EAST, turn @ NORTH, 0.4, 7, 5)
+    grid = SquareGrid(np.array([0.05, 0.02, 0.0]), EAST, NORTH, 0.4, 7, 5)
+    moved = SquareGrid(turn @ grid.origin + far, turn @ EAST, turn @ NORTH, 0.4, 7, 5)
     there = measure_faces(moved, corners @ turn.T + far)
     here = measure_faces(grid, corners)
     assert there.surface == pytest.approx(here.surface, rel=1e-6)

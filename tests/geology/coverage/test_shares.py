@@ -8,11 +8,11 @@ import shapely
 from scipy.spatial.transform import Rotation
 
 from tests.messages import by_code
-from vomstudio.geology.coverage.cells import CellGrid
+from vomstudio.geology.coverage.cells import SquareGrid
 from vomstudio.geology.coverage.face_coverage import cell_name, lengths_in_cells, measure_coverage
 
 EAST, NORTH, UP = np.eye(3)
-GRID = CellGrid(np.zeros(3), EAST, NORTH, 2.0, 3, 2)
+GRID = SquareGrid(np.zeros(3), EAST, NORTH, 2.0, 3, 2)
 FULL = np.full(6, 4.0)
 
 
@@ -52,7 +52,7 @@ def test_density_is_counted_over_done_and_empty_cells_alone() -> None:
 def test_a_slanting_face_and_a_turned_world_give_the_same() -> None:
     turn = Rotation.from_euler("zx", [30.0, 60.0], degrees=True).as_matrix()
     far = np.array([5e5, 5e6, 100.0])
-    moved = CellGrid(far, turn @ EAST, turn @ NORTH, 2.0, 3, 2)
+    moved = SquareGrid(far, turn @ EAST, turn @ NORTH, 2.0, 3, 2)
     lines = [line((0.3, 0.4), (5.0, 3.0), (2.2, 3.9))]
     here = measure_coverage(GRID, "dddddd", FULL, FULL, lines)
     there = measure_coverage(
@@ -84,5 +84,5 @@ def test_a_face_that_is_not_there_has_no_share() -> None:
 
 def test_cells_are_called_as_on_a_map() -> None:
     assert [cell_name(GRID, k) for k in range(6)] == ["A2", "B2", "C2", "A1", "B1", "C1"]
-    wide = CellGrid(np.zeros(3), EAST, NORTH, 1.0, 800, 1)
+    wide = SquareGrid(np.zeros(3), EAST, NORTH, 1.0, 800, 1)
     assert [cell_name(wide, k) for k in (25, 26, 701, 702)] == ["Z1", "AA1", "ZZ1", "AAA1"]

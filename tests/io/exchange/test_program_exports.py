@@ -20,7 +20,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.io.exchange.fault_slips import faultkin_sense
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.records import Model
 
 SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema1.vom"
@@ -37,7 +37,7 @@ def specimen(tmp_path_factory) -> Path:
 @pytest.fixture
 def mapped(tmp_path) -> Path:
     """Two beds on a model with a CRS."""
-    project = Project.create(tmp_path / "map.vom")
+    project = ProjectFolder.create(tmp_path / "map.vom")
     session = project.session
     frame = Frame("crs", "EPSG:32633")
     session.apply(edits.add_model(session.records, Model("m1", "c", "c.obj", "mesh", "0", frame)))

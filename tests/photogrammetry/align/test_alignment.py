@@ -19,7 +19,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align import adjustment, mapping
 from vomstudio.photogrammetry.align.adjustment import adjust, cross_validation_error
-from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
+from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import residuals, scene_of
 from vomstudio.photogrammetry.align.match_database import matches_of_pair
@@ -27,10 +27,10 @@ from vomstudio.photogrammetry.align.priors import ALL_FIXED, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.registration.similarity import fit_similarity
 
-ONE = Options(threads=1)
+ONE = AlignmentOptions(threads=1)
 
 
-def aligned(made: Made, work: Path, options: Options = ONE) -> Alignment:
+def aligned(made: Made, work: Path, options: AlignmentOptions = ONE) -> Alignment:
     return align(made.photos, work, options, Finder([made]), Silent())
 
 

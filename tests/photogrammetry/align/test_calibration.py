@@ -14,13 +14,13 @@ from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Silent
 from vomstudio.geometry.cameras import Intrinsics
-from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
+from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.registration.similarity import fit_similarity
 
 
 def aligned(made: Made, work: Path) -> Alignment:
-    return align(made.photos, work, Options(threads=1), Finder([made]), Silent())
+    return align(made.photos, work, AlignmentOptions(threads=1), Finder([made]), Silent())
 
 
 def worst_centre(alignment: Alignment, made: Made) -> float:

@@ -13,13 +13,13 @@ from vomstudio.core.progress import Silent
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.reading import read_photos
-from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
+from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 from vomstudio.photogrammetry.georeferencing.control import place_by_control
 from vomstudio.photogrammetry.georeferencing.georeference import place_by_gps
 from vomstudio.studio.jobs.executors import Threads
 
 pytestmark = pytest.mark.slow
-OPTIONS = Options(max_size=1600, threads=2)
+OPTIONS = AlignmentOptions(max_size=1600, threads=2)
 
 
 def placed(folder: Path, work: Path, count: int) -> tuple[Sequence[Photo], Alignment]:

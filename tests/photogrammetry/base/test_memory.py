@@ -69,7 +69,7 @@ def test_a_surface_of_little_memory_has_fewer_points(free):
     free(2)
     assert meshing.fitting_points() * meshing._BYTES_PER_POINT <= 0.7 * 2 * GB
     free(100)
-    assert meshing.fitting_points() == meshing.SurfaceOptions.max_points
+    assert meshing.fitting_points() == meshing.MeshingOptions.max_points
 
 
 def test_a_photo_of_100_megapixels_takes_as_much_as_was_measured_to_be_straightened():

@@ -10,7 +10,7 @@ from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.dense.pairs import select_pairs
 
 ORIGIN = np.array([400_000, 5_000_000, 0])
@@ -78,8 +78,8 @@ def test_a_region_beside_the_rock_is_refused_with_where_the_rock_is() -> None:
 )
 def test_what_is_no_box_is_refused(numbers: tuple[float, ...]) -> None:
     with pytest.raises(UsageError, match="region"):
-        Settings(region=numbers)
+        PipelineSettings(region=numbers)
 
 
 def test_settings_without_a_region_have_none() -> None:
-    assert Region.of(Settings().region) is None
+    assert Region.of(PipelineSettings().region) is None

@@ -16,7 +16,7 @@ from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Silent
 from vomstudio.geometry.cameras import Intrinsics
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.dense.colmap_workspace import has_cuda
 from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
@@ -28,15 +28,15 @@ without_gpu = pytest.mark.skipif(has_cuda(), reason="This COLMAP can use a GPU."
 
 def test_a_device_that_there_is_not_is_refused() -> None:
     with refused("option.not-a-choice", UsageError):
-        Settings(device="gpu")
+        PipelineSettings(device="gpu")
 
 
 @without_gpu
 def test_without_cuda_auto_is_the_processor_and_cuda_is_refused_before_any_work() -> None:
-    assert device_of(Settings()) == "cpu"
-    assert device_of(Settings(device="cpu")) == "cpu"
+    assert device_of(PipelineSettings()) == "cpu"
+    assert device_of(PipelineSettings(device="cpu")) == "cpu"
     with refused("gpu.unavailable", GeometryError):
-        device_of(Settings(device="cuda"))
+        device_of(PipelineSettings(device="cuda"))
 
 
 @without_gpu
@@ -54,13 +54,13 @@ def test_a_failing_gpu_is_said_and_the_processor_takes_over(tmp_path: Path) -> N
         return StageLog(tmp_path / "log.txt", Silent())
 
     first = log()
-    assert not put_depths_of_gpu(scene, pairs, photos, put.append, Settings(), first)  # type: ignore[arg-type]
+    assert not put_depths_of_gpu(scene, pairs, photos, put.append, PipelineSettings(), first)  # type: ignore[arg-type]
     assert not put
     (finding,) = first.notes
     assert isinstance(finding, Finding)
     assert (finding.code, finding.severity) == ("gpu.failed", "warning")
     with refused("gpu.failed", GeometryError):
-        put_depths_of_gpu(scene, pairs, photos, put.append, Settings(device="cuda"), log())  # type: ignore[arg-type]
+        put_depths_of_gpu(scene, pairs, photos, put.append, PipelineSettings(device="cuda"), log())  # type: ignore[arg-type]
 
 
 def _photo(face: Any, view: Any) -> Undistorted:

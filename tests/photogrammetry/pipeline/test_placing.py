@@ -17,12 +17,12 @@ from vomstudio.core.progress import Silent
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.pipeline.photo_input import ControlTables
 from vomstudio.photogrammetry.pipeline.placing import place_scene, registration_findings
 
 VIEWS = around()
-CONTROL = Settings(control=Path("control.csv"), marks=Path("marks.csv"), threads=1)
+CONTROL = PipelineSettings(control=Path("control.csv"), marks=Path("marks.csv"), threads=1)
 Tables = tuple[list[ControlPoint], list[Mark]]
 
 
@@ -31,7 +31,7 @@ class UprightPhoto(MadePhoto):
 
 
 def placed(
-    settings: Settings,
+    settings: PipelineSettings,
     control: list[ControlPoint],
     marks: list[Mark],
     positions: np.ndarray | None = None,
@@ -119,7 +119,7 @@ def test_control_that_can_register_does_so(noise_px: float, codes: list[str]) ->
 @pytest.mark.parametrize(("crs", "codes"), [(None, []), ("EPSG:32632", ["gps-unused"])])
 def test_gps_that_cannot_register_leaves_a_local_frame(crs: str | None, codes: list[str]) -> None:
     same = np.tile([11.0, 46.0, 300.0], (len(VIEWS), 1))
-    scene, facts, found = placed(Settings(crs=crs, threads=1), [], [], same)
+    scene, facts, found = placed(PipelineSettings(crs=crs, threads=1), [], [], same)
     assert facts["refused"]
     assert found == codes
     assert (scene.crs, scene.scaled) == (None, False)

@@ -11,7 +11,7 @@ from tests.photogrammetry.surface.texture_truth import sample_pages
 from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.dense.fusion import fuse
-from vomstudio.photogrammetry.surface.meshing import SurfaceOptions, build_surface
+from vomstudio.photogrammetry.surface.meshing import MeshingOptions, build_surface
 from vomstudio.photogrammetry.surface.texture import make_texture
 from vomstudio.photogrammetry.surface.topology import cross_products
 
@@ -28,7 +28,7 @@ def photographed():
     truth, views = all_around.block(), all_around.cameras()
     maps = [all_around.exact_map(truth, view) for view in views]
     cloud = fuse([view.name for view in views], maps, None)
-    mesh = build_surface(cloud, SurfaceOptions(faces=4000)).mesh
+    mesh = build_surface(cloud, MeshingOptions(faces=4000)).mesh
     taken = [
         rock.taken(view, rock.photograph(truth, view, seed=k, shaded=False, noise=1.0))
         for k, view in enumerate(views)

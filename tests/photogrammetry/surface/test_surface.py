@@ -7,7 +7,7 @@ from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.surface.meshing import (
-    SurfaceOptions,
+    MeshingOptions,
     _trim,
     build_surface,
 )
@@ -44,7 +44,7 @@ def off_step(vertices: np.ndarray) -> np.ndarray:
     return np.minimum(np.minimum(left, right), riser)
 
 
-OPTIONS = SurfaceOptions(faces=4000, smallest_island_faces=20)
+OPTIONS = MeshingOptions(faces=4000, smallest_island_faces=20)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_faces_are_counter_clockwise_from_the_air(base):
 def test_a_step_stays_sharp_and_the_surface_on_the_points():
     cloud = patch(noise=0.002)
     sharp = build_surface(cloud, OPTIONS).mesh
-    plain = build_surface(cloud, SurfaceOptions(faces=4000, sharpen=False)).mesh
+    plain = build_surface(cloud, MeshingOptions(faces=4000, sharpen=False)).mesh
 
     def near_step(mesh: Mesh) -> float:
         middle = mesh.vertices[mesh.faces].mean(axis=1)
@@ -106,12 +106,12 @@ def covered(mesh: Mesh, x: float, z: float) -> bool:
 
 @pytest.mark.full
 def test_small_holes_are_closed_and_large_ones_are_left():
-    options = SurfaceOptions(faces=4000, largest_hole_m=0.5)
+    options = MeshingOptions(faces=4000, largest_hole_m=0.5)
     closed = build_surface(with_hole(0.2), options)
     assert covered(closed.mesh, -1, 0)
     assert closed.facts["holes_closed"] >= 1
     assert not covered(build_surface(with_hole(0.5), options).mesh, -1, 0)
-    assert not covered(build_surface(with_hole(0.2), SurfaceOptions(largest_hole_m=0)).mesh, -1, 0)
+    assert not covered(build_surface(with_hole(0.2), MeshingOptions(largest_hole_m=0)).mesh, -1, 0)
 
 
 def test_islands_are_left_out_but_never_all_of_the_surface():
@@ -122,10 +122,10 @@ def test_islands_are_left_out_but_never_all_of_the_surface():
         None,
         np.concatenate([cloud.normals, patch(300, seed=5).normals]),
     )
-    made = build_surface(both, SurfaceOptions(faces=4000, smallest_island_faces=400))
+    made = build_surface(both, MeshingOptions(faces=4000, smallest_island_faces=400))
     assert components(made.mesh.faces).max() == 0
     assert made.mesh.vertices[:, 1].min() > -0.5
-    whole = build_surface(cloud, SurfaceOptions(faces=500, smallest_island_faces=10_000))
+    whole = build_surface(cloud, MeshingOptions(faces=500, smallest_island_faces=10_000))
     assert len(whole.mesh.faces) > 100
 
 
@@ -143,7 +143,7 @@ def test_one_thread_makes_the_same_surface_every_time(base):
 
 
 def test_a_cloud_that_is_too_large_is_thinned_and_says_so():
-    made = build_surface(patch(), SurfaceOptions(faces=2000, max_points=8000))
+    made = build_surface(patch(), MeshingOptions(faces=2000, max_points=8000))
     assert made.facts["points"] == 8000
     (finding,) = with_code(made.warnings, "surface.thinned")
     assert finding.values["points"] == 8000
@@ -168,7 +168,7 @@ def test_clouds_that_make_no_surface_are_refused_in_words(points, normals, code)
 @pytest.mark.parametrize(("name", "value"), [("faces", 0), ("depth", 40), ("trim", -1.0)])
 def test_settings_out_of_range_name_their_field(name, value):
     with pytest.raises(UsageError) as raised:
-        SurfaceOptions(**{name: value})
+        MeshingOptions(**{name: value})
     assert raised.value.field == name
 
 
@@ -194,7 +194,7 @@ def test_the_face_of_rock_is_met_within_millimetres():
     face = rock.rough_face(3.0, 2.0, 0.02)
     views = rock.ring_of_views(1, 3, spread=(2.0, 0), distance=3.0, size=(300, 200), focal=250.0)
     cloud = rock.cloud_of(face, views, spacing=0.014, noise=0.001)
-    mesh = build_surface(cloud, SurfaceOptions(faces=20_000)).mesh
+    mesh = build_surface(cloud, MeshingOptions(faces=20_000)).mesh
     found = face.scene.compute_closest_points(o3d.core.Tensor(mesh.vertices.astype(np.float32)))
     off = np.linalg.norm(mesh.vertices - found["points"].numpy(), axis=1)
     assert np.median(off) < 0.0015

@@ -13,7 +13,7 @@ from tests.messages import refused, with_code
 from tests.photogrammetry.surface.wall_maker import texture
 from vomstudio.core.errors import Cancelled, TargetError, UsageError
 from vomstudio.core.progress import CancelToken, Silent
-from vomstudio.photogrammetry.survey.survey_options import FrameOptions
+from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import UNCHANGED, take_frames
 
 FPS = 20
@@ -135,7 +135,7 @@ def test_it_can_be_cancelled_and_leaves_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), 60.0])
 def test_impossible_rates_are_refused(fps: float) -> None:
     with refused("option.out-of-range", UsageError, field="--fps"):
-        FrameOptions(fps=fps)
+        VideoFrameOptions(fps=fps)
 
 
 def test_lists_and_numbered_names_open_no_other_files(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def test_exports_have_a_ring_for_every_cell(tmp_path: Path) -> None:
         records.update(edit().after)
     # A mark that is none, as of a later program, was not looked at.
     records["h"] = grid(id="h", name="=Grid", marks="d?", columns=2, rows=1)
-    made = export_records(records, "gpkg", tmp_path / "a.gpkg", with_map=True)
+    made = export_records(records, "gpkg", tmp_path / "a.gpkg", writes_map=True)
     assert made.features == 1
     assert made.layers[LAYER] == 8
     assert "looked_at" in (tmp_path / "a.qgs").read_text("utf-8")

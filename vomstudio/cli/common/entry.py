@@ -66,7 +66,7 @@ def _shows_progress(words: Sequence[str]) -> bool:
 def _run(words: list[str], channel: Channel) -> int:
     begun_s = time.monotonic()
     # Read before parsing, so that errors of parsing have the requested form.
-    output = Output(as_json="--json" in words, as_events=_shows_progress(words))
+    output = Output(as_json="--json" in words, writes_events=_shows_progress(words))
     failure: VomError | None = None
     debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:
@@ -79,7 +79,7 @@ def _run(words: list[str], channel: Channel) -> int:
             stop_requests.check()
             output.quiet = args.quiet
             with reporting(
-                quiet=args.quiet, as_events=output.as_events, begun_s=begun_s
+                quiet=args.quiet, writes_events=output.writes_events, begun_s=begun_s
             ) as args.reporter:
                 args.run(args, output)
             stop_requests.check()
@@ -115,14 +115,14 @@ def _to_vom_error(error: Exception) -> VomError:
             remedy = tr("Close other programs and try again.")
             return _InternalError(Finding("job.out-of-memory", remedy=remedy))
         case OSError():
-            return _from_os_error(error)
+            return _os_error_as_vom_error(error)
     logging.getLogger(__name__).error("an internal error", exc_info=error)
     return _InternalError(
         Finding("command.internal-error", type=type(error).__name__, error=str(error))
     )
 
 
-def _from_os_error(error: OSError) -> VomError:
+def _os_error_as_vom_error(error: OSError) -> VomError:
     finding = Finding("system.refused", reason=error.strerror or str(error))
     if isinstance(error, BrokenPipeError) or error.filename is None:
         return _InternalError(finding)

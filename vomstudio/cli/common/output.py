@@ -26,9 +26,9 @@ from vomstudio.core.words import to_translate, tr
 class Output:
     """Output of a command, collected until it is complete."""
 
-    def __init__(self, *, as_json: bool, as_events: bool = False) -> None:
+    def __init__(self, *, as_json: bool, writes_events: bool = False) -> None:
         self.as_json = as_json
-        self.as_events = as_events
+        self.writes_events = writes_events
         """Whether stderr consists of JSON lines only, so that programs can parse the progress."""
         self.quiet = False
         """Whether to omit notes and warnings; errors are always shown."""
@@ -74,7 +74,7 @@ class Output:
         return "".join(f"{self.line_for_stderr(text)}\n" for text in lines)
 
     def line_for_stderr(self, text: str, **more: object) -> str:
-        if self.as_events:
+        if self.writes_events:
             return to_json({"event": "text", "text": text, **more})
         return for_terminal(text)
 

@@ -182,14 +182,14 @@ def choose_painter(stream: TextIO) -> Painter:
 
 
 @contextlib.contextmanager
-def reporting(*, quiet: bool, as_events: bool, begun_s: float) -> Iterator[Reporter]:
+def reporting(*, quiet: bool, writes_events: bool, begun_s: float) -> Iterator[Reporter]:
     """Yield the reporter of a command and end its display afterwards.
 
     Parameters
     ----------
     quiet : bool
         Show nothing, and suppress what libraries print.
-    as_events : bool
+    writes_events : bool
         Write JSON lines.
     begun_s : float
         Start of the command, `time.monotonic`.
@@ -197,7 +197,7 @@ def reporting(*, quiet: bool, as_events: bool, begun_s: float) -> Iterator[Repor
     if quiet:
         with stderr_silenced():
             yield NoReport()
-    elif as_events:
+    elif writes_events:
         yield JsonProgress()
     elif sys.stderr is None:
         yield NoReport()

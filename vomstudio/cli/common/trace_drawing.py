@@ -73,7 +73,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         force=args.force,
     )
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(
         tr_n(

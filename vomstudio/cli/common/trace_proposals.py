@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     )
     result: dict[str, Any] = {**proposed.to_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *proposed.warnings]
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(result["warnings"])
     lines = [
         tr_n(
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     lines += [
         tr(
             "{line}: {length:.3g} {unit}, evidence {evidence:.1f}, doubt {doubt:.2f}",
-            unit=unit_of(model.in_metres),
+            unit=unit_of(model.has_metric_unit),
             line=proposal.line,
             length=proposal.length_m,
             evidence=proposal.evidence,

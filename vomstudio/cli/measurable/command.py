@@ -93,7 +93,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     with numbers_of(args.model):
         mapped = measurable_map(
-            model.data, plane, _with_registration(options, model, plane), progress
+            model.data, plane, _add_registration_error(options, model, plane), progress
         )
     warnings = [*model.warnings, *reading, *unknown_unit(model)]
     warnings += mapped.warnings
@@ -112,7 +112,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.labels = args.output
         warnings += write_labelled(args, model, mapped.as_fields())
     result["warnings"] = warnings
-    out.result(add_unitless_names(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.has_metric_unit))
     out.warn(warnings)
     out.text(_result_text(mapped))
 
@@ -131,15 +131,15 @@ def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding
     return mean_plane(table, target.set), tuple(table.warnings)
 
 
-def _with_registration(
+def _add_registration_error(
     options: MeasurableOptions, model: WorldModel, plane: Plane
 ) -> MeasurableOptions:
     """Return the options with the error of the project's registration if none was given."""
-    if options.registration_error_deg is not None or model.in_project is None:
+    if options.registration_error_deg is not None or model.project_model is None:
         return options
     from vomstudio.project.measurement import ToWorld
 
-    tilt = ToWorld.from_model(model.in_project).tilt_deg(plane.normal()) or 0.0
+    tilt = ToWorld.from_model(model.project_model).tilt_deg(plane.normal()) or 0.0
     return replace(options, registration_error_deg=tilt)
 
 

@@ -35,7 +35,7 @@ _SEED = 20240229
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class LineCandidate:
     """Proposed line.
 
     Parameters
@@ -90,7 +90,9 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
     return np.asarray(evidence)
 
 
-def find_lines(graph: Graph, evidence: FloatArray, min_length: float, max_lines: int) -> list[Line]:
+def find_lines(
+    graph: Graph, evidence: FloatArray, min_length: float, max_lines: int
+) -> list[LineCandidate]:
     """Find the lines of a minimum length, the strongest first.
 
     Parameters
@@ -104,10 +106,10 @@ def find_lines(graph: Graph, evidence: FloatArray, min_length: float, max_lines:
 
     Returns
     -------
-    list of Line
+    list of LineCandidate
     """
     arc = graph.typical_arc
-    lines: list[Line] = []
+    lines: list[LineCandidate] = []
     for nodes, piece in _pieces(graph, np.flatnonzero(evidence > _MIN_EVIDENCE), min_length / arc):
         lines += _trace_lines(nodes, piece, evidence, min_length, arc, max_lines)
     return sorted(lines, key=lambda line: -line.strength)[:max_lines]
@@ -250,11 +252,11 @@ def _trace_lines(
     min_length: float,
     arc: float,
     max_lines: int,
-) -> list[Line]:
+) -> list[LineCandidate]:
     """Find the longest path through a piece, then through its longest branch, and so on."""
     from scipy.spatial import cKDTree
 
-    lines: list[Line] = []
+    lines: list[LineCandidate] = []
     remaining = [(nodes, piece)]
     while remaining and len(lines) < max_lines:
         part_nodes, part = remaining.pop()
@@ -270,7 +272,7 @@ def _trace_lines(
             if length_on >= min_length:
                 mean = float(evidence[part_nodes[nodes_on]].mean())
                 strength = mean * float(np.sqrt(length_on / arc))
-                lines.append(Line(part_nodes[nodes_on], length_on, mean, strength))
+                lines.append(LineCandidate(part_nodes[nodes_on], length_on, mean, strength))
         wide = max(3.0 * arc, 1.5 * len(part_nodes) * arc / len(path))
         far = cKDTree(part.places[path]).query(part.places)[0] > wide
         branch_nodes = np.flatnonzero(far)

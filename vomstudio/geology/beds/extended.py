@@ -20,7 +20,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 MAX_BEDS = 2000
@@ -126,7 +126,7 @@ class PlaneDistances:
         return np.asarray(np.abs(self.distance_m) <= self.error95_m)
 
 
-def plane_estimate_from_fit(fit: PlaneFit) -> PlaneEstimate:
+def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
     """Return a fitted plane with the covariance of its position and attitude.
 
     Raises

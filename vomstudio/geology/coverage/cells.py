@@ -23,7 +23,7 @@ FACES_PER_BLOCK = 200_000
 
 
 @dataclass(frozen=True, eq=False)
-class CellGrid:
+class SquareGrid:
     """Grid of square cells, numbered row by row from 0 at the origin. Any frame, any unit.
 
     Attributes
@@ -109,7 +109,7 @@ class ExposedArea:
 
 def create_grid(
     points: FloatArray, right: FloatArray, up: FloatArray, cell: float, margin: float = 0.0
-) -> CellGrid:
+) -> SquareGrid:
     """Create a grid of whole cells around points.
 
     Its plane contains the point nearest to the viewer.
@@ -126,7 +126,7 @@ def create_grid(
 
     Returns
     -------
-    CellGrid
+    SquareGrid
 
     Raises
     ------
@@ -151,11 +151,15 @@ def create_grid(
     # The excess is equal on both sides.
     corner = (low + high - cell * np.array([columns, rows])) / 2.0
     origin = axes @ np.array([*corner, float(projected[:, 2].max())])
-    return CellGrid(origin, right, up, float(cell), columns, rows)
+    return SquareGrid(origin, right, up, float(cell), columns, rows)
 
 
 def measure_faces(
-    grid: CellGrid, points: FloatArray, faces: npt.NDArray[np.integer[Any]], *, pieces: bool = False
+    grid: SquareGrid,
+    points: FloatArray,
+    faces: npt.NDArray[np.integer[Any]],
+    *,
+    pieces: bool = False,
 ) -> ExposedArea:
     """Measure the area of triangles in each cell.
 
@@ -164,7 +168,7 @@ def measure_faces(
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     points : (n, 3) ndarray
     faces : (m, 3) ndarray of int
     pieces : bool
@@ -186,12 +190,12 @@ def measure_faces(
     return visible.result()
 
 
-def measure_points(grid: CellGrid, points: FloatArray, spacing: float) -> ExposedArea:
+def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> ExposedArea:
     """Measure the area of a cloud, whose points cover squares as wide as the spacing.
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     points : (n, 3) ndarray
     spacing : float
 
@@ -209,7 +213,7 @@ def measure_points(grid: CellGrid, points: FloatArray, spacing: float) -> Expose
 
 
 class _AreaSums:
-    def __init__(self, grid: CellGrid, keep_pieces: bool) -> None:
+    def __init__(self, grid: SquareGrid, keep_pieces: bool) -> None:
         self.grid, self._keep = grid, keep_pieces
         self.surface, self.covered = np.zeros(grid.count), np.zeros(grid.count)
         self._pieces: list[FloatArray] = []

@@ -16,7 +16,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import to_translate
-from vomstudio.geology.coverage.cells import CellGrid
+from vomstudio.geology.coverage.cells import SquareGrid
 
 OPEN, DONE, EMPTY, UNMEASURABLE = "-", "d", "e", "u"
 """States of a cell: not inspected, features picked, no features, or not measurable (vegetation,
@@ -90,12 +90,12 @@ class FaceCoverage(PrintableResult):
     reasons: tuple[Finding, ...]
 
 
-def cell_name(grid: CellGrid, number: int) -> str:
+def cell_name(grid: SquareGrid, number: int) -> str:
     """Return the name of a cell as on a map: A1 is the upper left; AA follows Z.
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     number : int
         Number of the cell.
 
@@ -113,7 +113,7 @@ def cell_name(grid: CellGrid, number: int) -> str:
 
 
 def measure_coverage(
-    grid: CellGrid,
+    grid: SquareGrid,
     marks: str,
     surface: FloatArray,
     covered: FloatArray,
@@ -123,7 +123,7 @@ def measure_coverage(
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     marks : str
         State of each cell, one letter per cell.
     surface, covered : (cells,) ndarray
@@ -189,12 +189,12 @@ def measure_coverage(
     )
 
 
-def lengths_in_cells(grid: CellGrid, line: FloatArray) -> dict[int, float]:
+def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
     """Return the length of a line in each cell in the view.
 
     Parameters
     ----------
-    grid : CellGrid
+    grid : SquareGrid
     line : (k, 3) ndarray
 
     Returns

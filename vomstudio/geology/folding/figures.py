@@ -64,7 +64,7 @@ class LimbFigures:
 
 
 @dataclass(frozen=True)
-class LeaveOneOut:
+class InfluentialPlane:
     """Plane whose omission rotates beta most.
 
     Attributes
@@ -164,7 +164,7 @@ class AxisFigures:
     arc_deg: float
     cone: ConeFigures | None
     limbs: LimbFigures | None
-    leave_one_out: LeaveOneOut | None
+    leave_one_out: InfluentialPlane | None
     strays: tuple[Stray, ...]
     pairs: tuple[PairFigures, ...]
     valid: str

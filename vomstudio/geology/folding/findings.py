@@ -6,8 +6,8 @@ import math
 
 from vomstudio.core.findings import Finding
 from vomstudio.geology.folding.limbs import Limbs
-from vomstudio.geology.folding.shapes import Shape
-from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict
+from vomstudio.geology.folding.shapes import PoleShape
+from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, FoldVerdict
 
 
 def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
@@ -29,12 +29,12 @@ def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
     return [Finding("fold.bowed", bowed_deg=bowed_deg, arc_deg=arc_deg)]
 
 
-def shape_findings(shape: Shape) -> list[Finding]:
+def shape_findings(shape: PoleShape) -> list[Finding]:
     """Report the scatter and arc of the poles, and why limbs or an error are not known.
 
     Parameters
     ----------
-    shape : Shape
+    shape : PoleShape
 
     Returns
     -------
@@ -49,7 +49,7 @@ def shape_findings(shape: Shape) -> list[Finding]:
 
 
 def lone_plane_finding(
-    plane: str, turn_deg: float | None, error95_deg: float, other: Verdict | None
+    plane: str, turn_deg: float | None, error95_deg: float, other: FoldVerdict | None
 ) -> Finding:
     """Report that a verdict depends on one plane.
 
@@ -61,7 +61,7 @@ def lone_plane_finding(
         Change of beta without the plane; None if the others have no such axis.
     error95_deg : float
         95 % error of beta.
-    other : Verdict or None
+    other : FoldVerdict or None
         Verdict of the other planes if `turn_deg` is None; None if they have one dip.
 
     Returns
@@ -79,14 +79,14 @@ def lone_plane_finding(
     )
 
 
-def cone_untested_finding(plane: str, other: Verdict) -> Finding:
+def cone_untested_finding(plane: str, other: FoldVerdict) -> Finding:
     """Report that a cone is excluded only because of one plane.
 
     Parameters
     ----------
     plane : str
         Name of the plane.
-    other : Verdict
+    other : FoldVerdict
         Verdict without it.
 
     Returns

@@ -124,7 +124,7 @@ class TwoCircles:
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class PoleShape:
     """Shape of poles (n, 3), with the axes of their orientation tensor.
 
     Attributes
@@ -165,7 +165,7 @@ class Shape:
 
 def describe_shape(
     poles: FloatArray, values: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
-) -> Shape:
+) -> PoleShape:
     """Describe the shape of poles with the eigenvalues and axes of their tensor.
 
     Parameters
@@ -181,11 +181,11 @@ def describe_shape(
 
     Returns
     -------
-    Shape
+    PoleShape
     """
     off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
-    return Shape(
+    return PoleShape(
         poles,
         axes,
         rms(off_deg),

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.core.findings import Finding
-from vomstudio.geology.folding.shapes import MIN_CONE_SEPARATION, Cone, Shape, TwoCircles
+from vomstudio.geology.folding.shapes import MIN_CONE_SEPARATION, Cone, PoleShape, TwoCircles
 
 MAX_CYLINDRICAL_DEG, MAX_NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
 """Angle from the great circle that contains 90 % of the poles (Ramsay & Huber 1987)."""
@@ -70,7 +70,7 @@ UNIFORM_SIGNIFICANCE = 0.01
 
 
 @dataclass(frozen=True)
-class Verdict:
+class FoldVerdict:
     """Verdict on the shape of a fold, with its reasons.
 
     Parameters
@@ -91,19 +91,19 @@ class Verdict:
 
 
 def assess_fold(
-    shape: Shape,
+    shape: PoleShape,
     error95_deg: float | None,
     uniform_p: float | None,
     waviness_deg: float | None,
     min_planes: int = MIN_PLANES,
     *,
     two: bool = True,
-) -> Verdict:
+) -> FoldVerdict:
     """Assess the shape of poles of one kind.
 
     Parameters
     ----------
-    shape : Shape
+    shape : PoleShape
     error95_deg : float or None
         95 % error of beta, degrees.
     uniform_p : float or None
@@ -117,35 +117,35 @@ def assess_fold(
 
     Returns
     -------
-    Verdict
+    FoldVerdict
     """
     near, far = _limits(waviness_deg)
     cone = shape.cone
     if cone is not None and _is_conical(cone, far) and _is_obvious_cone(shape, cone, far):
-        return Verdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
+        return FoldVerdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
     if _has_one_dip(shape, error95_deg):
-        return Verdict(
+        return FoldVerdict(
             "homoclinal", "conditional", (Finding("fold.one-dip", spread_deg=shape.spread_deg),)
         )
     is_uniform = uniform_p is not None and shape.n >= 10 and uniform_p > UNIFORM_SIGNIFICANCE
     if is_uniform and shape.within90_deg > near and not shape.cluster:
-        return Verdict("scattered", "no", (Finding("fold.uniform", p=uniform_p),))
+        return FoldVerdict("scattered", "no", (Finding("fold.uniform", p=uniform_p),))
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return _assess_cylinder(shape, error95_deg, near, far, min_planes)
     if two and _has_two_axes(shape):
         assert shape.two_circles is not None
-        return Verdict("two axes", "no", (_two_axes_finding(shape.two_circles, shape.rms_deg),))
+        return FoldVerdict("two axes", "no", (_two_axes_finding(shape.two_circles, shape.rms_deg),))
     if cone is not None and _is_conical(cone, far):
-        return Verdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
+        return FoldVerdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
     if shape.within90_deg > far:
         scattered = Finding("fold.scattered", within_deg=shape.within90_deg, limit_deg=far)
-        return Verdict("scattered", "no", (scattered,))
+        return FoldVerdict("scattered", "no", (scattered,))
     return _assess_cylinder(shape, error95_deg, near, far, min_planes)
 
 
 def _assess_cylinder(
-    shape: Shape, error95_deg: float | None, near: float, far: float, min_planes: int
-) -> Verdict:
+    shape: PoleShape, error95_deg: float | None, near: float, far: float, min_planes: int
+) -> FoldVerdict:
     """Assess a shape that does not contradict a cylinder."""
     conditions: list[Finding] = []
     is_untested = True
@@ -153,7 +153,7 @@ def _assess_cylinder(
         is_untested = False
         conditions.append(Finding("fold.shape-unknown", n=shape.n, minimum=min_planes))
     elif error95_deg > WEAK_AXIS_DEG:
-        return Verdict("undetermined", "no", (too_uncertain(error95_deg),))
+        return FoldVerdict("undetermined", "no", (too_uncertain(error95_deg),))
     cone = shape.cone
     width = float("inf") if cone is None else cone.half_width_deg
     if shape.limbs is not None and (shape.limbs.flat or width > MAX_CONE_WIDTH_DEG):
@@ -164,13 +164,13 @@ def _assess_cylinder(
         is_untested = False
         conditions.append(Finding("fold.short-arc", arc_deg=shape.arc_deg, limit_deg=MIN_ARC_DEG))
     if conditions:
-        return Verdict("undetermined", "conditional", tuple(conditions), is_untested)
+        return FoldVerdict("undetermined", "conditional", tuple(conditions), is_untested)
     return _cylindrical_verdict(shape, error95_deg or 0.0, width, near, far)
 
 
 def _cylindrical_verdict(
-    shape: Shape, error95_deg: float, width: float, near: float, far: float
-) -> Verdict:
+    shape: PoleShape, error95_deg: float, width: float, near: float, far: float
+) -> FoldVerdict:
     reasons: list[Finding] = []
     conditions: list[Finding] = []
     is_nearly = shape.within90_deg > near
@@ -198,7 +198,9 @@ def _cylindrical_verdict(
         conditions.append(uncertain(error95_deg))
     if shape.n < MIN_PLANES_FOR_YES:
         conditions.append(Finding("fold.too-few-planes", n=shape.n, wanted=MIN_PLANES_FOR_YES))
-    return Verdict("cylindrical", "conditional" if conditions else "yes", (*conditions, *reasons))
+    return FoldVerdict(
+        "cylindrical", "conditional" if conditions else "yes", (*conditions, *reasons)
+    )
 
 
 def uncertain(error95_deg: float) -> Finding:
@@ -239,7 +241,7 @@ def _limits(waviness_deg: float | None) -> tuple[float, float]:
     return 1.645 * 1.2 * waviness_deg, 2.0 * 1.645 * 1.2 * waviness_deg
 
 
-def _has_one_dip(shape: Shape, error95_deg: float | None) -> bool:
+def _has_one_dip(shape: PoleShape, error95_deg: float | None) -> bool:
     if not shape.cluster or shape.spread_deg > MAX_ONE_DIP_DEG or shape.n < 3:
         return False
     if shape.spread_deg <= 5.0:
@@ -258,7 +260,7 @@ def _is_conical(cone: Cone, far: float) -> bool:
     )
 
 
-def _is_obvious_cone(shape: Shape, cone: Cone, far: float) -> bool:
+def _is_obvious_cone(shape: PoleShape, cone: Cone, far: float) -> bool:
     """Return whether many poles are close to a cone.
 
     Two limbs of one dip each, near a great circle, lie on many cones.
@@ -270,7 +272,7 @@ def _is_obvious_cone(shape: Shape, cone: Cone, far: float) -> bool:
     return shape.n >= 10 and is_separate and is_close
 
 
-def _has_two_axes(shape: Shape) -> bool:
+def _has_two_axes(shape: PoleShape) -> bool:
     if shape.rms_deg < MIN_TWO_GAIN_DEG:
         return False
     two = shape.two_circles

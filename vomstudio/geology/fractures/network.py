@@ -22,7 +22,7 @@ from vomstudio.geology.fractures.intervals import (
 )
 from vomstudio.geology.fractures.length_laws import MIN_COMPLETE, LengthFit, Parameter, fit_laws
 from vomstudio.geology.fractures.nodes import NodeCounts, SnappedEnd, find_nodes
-from vomstudio.geology.fractures.pieces import Pieces, clip_traces
+from vomstudio.geology.fractures.pieces import TracePieces, clip_traces
 from vomstudio.geology.fractures.scanlines import (
     Crossings,
     Spacing,
@@ -84,7 +84,7 @@ class Densities:
 
 
 @dataclass(frozen=True)
-class Lengths:
+class TraceLengths:
     """Lengths of traces.
 
     Attributes
@@ -170,7 +170,7 @@ class FractureNetwork(PrintableResult):
     nodes: NodeCounts
     mended: tuple[SnappedEnd, ...]
     snap_m: float
-    length: Lengths
+    length: TraceLengths
     sets: tuple[FractureSet, ...]
     P21_by_size: tuple[IntensityAtSize, ...]
     circle: CircleEstimates | None
@@ -191,7 +191,7 @@ class MappedNetwork:
 
     found: FractureNetwork
     counted: SamplingRegion
-    pieces: Pieces
+    pieces: TracePieces
     sets: tuple[str, ...]
     set_of: IntArray
     y_axis: Literal["N", "y", "up"] = "N"
@@ -300,25 +300,25 @@ def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
     return [Finding("fractures.area-beyond-traces", share_percent=100.0 * share)]
 
 
-def describe_lengths(pieces: Pieces, area: Any = None) -> Lengths:
+def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
     """Describe the lengths of traces by their pieces in an area.
 
     Without an area nothing is censored.
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     area : shapely Polygon, optional
 
     Returns
     -------
-    Lengths
+    TraceLengths
     """
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)
     if not n:
         reason_empty = Finding("fractures.no-traces")
-        return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), reason_empty)
+        return TraceLengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), reason_empty)
     window = None if area is None or not cut.any() else fit_window(pieces, area)
     uncorrected = fit_laws(lengths, cut)
     fits = uncorrected if window is None else fit_laws(lengths, cut, window)
@@ -328,7 +328,7 @@ def describe_lengths(pieces: Pieces, area: Any = None) -> Lengths:
     reason = None
     if best is None:
         reason = Finding("fractures.few-lengths", minimum=MIN_COMPLETE)
-    return Lengths(
+    return TraceLengths(
         n=n,
         mean_m=mean.value if mean else None,
         mean_95_m=_limits(mean) if mean else (None, None),
@@ -390,7 +390,7 @@ def _check_inputs(lines: ObjectArray, counted: SamplingRegion) -> None:
         raise GeometryError(Finding("fractures.area-elsewhere"))
 
 
-def _warnings(lines: ObjectArray, pieces: Pieces, overlaps: int, others: int) -> list[Finding]:
+def _warnings(lines: ObjectArray, pieces: TracePieces, overlaps: int, others: int) -> list[Finding]:
     import shapely
 
     warnings = []
@@ -412,12 +412,12 @@ def _warnings(lines: ObjectArray, pieces: Pieces, overlaps: int, others: int) ->
     return warnings
 
 
-def trace_densities(pieces: Pieces, members: BoolArray, area: Any) -> Densities:
+def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densities:
     """Return the densities over an area of the pieces of a set.
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     members : (n,) ndarray of bool
         True for pieces of the set.
     area : shapely Polygon
@@ -472,7 +472,7 @@ def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntA
 def _sets(
     names: tuple[str, ...],
     set_of: IntArray,
-    pieces: Pieces,
+    pieces: TracePieces,
     area: Any,
     crossings: Crossings | None,
     cap: float | None,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
-from vomstudio.geology.fractures.pieces import Pieces
+from vomstudio.geology.fractures.pieces import TracePieces
 
 MAX_OFFSET_RATIO = 10.0
 """Maximum distance of an end along its trace from the crossing to which it is snapped, in
@@ -91,7 +91,7 @@ class _Touches:
     distance: FloatArray
 
 
-def find_nodes(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Nodes:
+def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) -> Nodes:
     """Find the nodes of traces.
 
     A trace that crosses or touches itself has no node there. Crossings and ends on the edge of the
@@ -99,7 +99,7 @@ def find_nodes(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Node
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     snap_m : float
         Tolerance of ends, m; 0 for rounding only.
     area : shapely polygon, optional
@@ -264,7 +264,7 @@ def _node_places(group: IntArray, count: int, ends: FloatArray, crossing: FloatA
 
 
 def _snapped_ends(
-    pieces: Pieces,
+    pieces: TracePieces,
     ends: FloatArray,
     piece: IntArray,
     free: IntArray,
@@ -296,7 +296,7 @@ def _snapped_ends(
 
 
 def _snapped_edges(
-    pieces: Pieces, ends: FloatArray, piece: IntArray, cut: BoolArray, area: object
+    pieces: TracePieces, ends: FloatArray, piece: IntArray, cut: BoolArray, area: object
 ) -> list[SnappedEnd]:
     import shapely
 

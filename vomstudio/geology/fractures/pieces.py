@@ -19,7 +19,7 @@ N_CIRCLE_VERTICES = 4096
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class TracePieces:
     """Traces inside an area, not split at nodes.
 
     Attributes
@@ -104,7 +104,7 @@ def circle_area(x: float, y: float, radius: float) -> Any:
     return shapely.Polygon(np.stack([x + outer * np.cos(turn), y + outer * np.sin(turn)], -1))
 
 
-def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Pieces:
+def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> TracePieces:
     """Clip traces to an area.
 
     A trace that leaves the area and returns becomes two pieces.
@@ -120,14 +120,14 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Pi
 
     Returns
     -------
-    Pieces
+    TracePieces
     """
     import shapely
 
     rounding = coordinate_tolerance(lines)
     rows = np.arange(len(lines), dtype=np.int64)
     if area is None:
-        return Pieces(lines, rows, np.zeros((len(lines), 2), np.bool_), rounding)
+        return TracePieces(lines, rows, np.zeros((len(lines), 2), np.bool_), rounding)
     shapely.prepare(area)
     inside = np.asarray(shapely.covered_by(lines, area))
     crossing = np.flatnonzero(~inside & shapely.intersects(lines, area))
@@ -135,7 +135,9 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Pi
     clipped = np.concatenate([lines[inside], parts])
     trace = np.concatenate([rows[inside], crossing[part_of]])
     order = np.argsort(trace, kind="stable")
-    pieces = Pieces(clipped[order], trace[order], np.zeros((len(clipped), 2), np.bool_), rounding)
+    pieces = TracePieces(
+        clipped[order], trace[order], np.zeros((len(clipped), 2), np.bool_), rounding
+    )
     edge = shapely.boundary(area)
     shapely.prepare(edge)
     places = shapely.points(pieces.ends())

@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.fractures.length_laws import Parameter, Window
-from vomstudio.geology.fractures.pieces import Pieces, line_segments
+from vomstudio.geology.fractures.pieces import TracePieces, line_segments
 
 N_SIZES, MAX_PLACES = 8, 64
 MAX_SHARE_BEYOND = 0.2
@@ -57,12 +57,12 @@ class CircleEstimates:
     mean_length_m: float | None
 
 
-def circle_estimates(pieces: Pieces, radius: float) -> CircleEstimates:
+def circle_estimates(pieces: TracePieces, radius: float) -> CircleEstimates:
     """Estimate intensity, density and mean length of the traces in a circle.
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     radius : float
         Metres.
 
@@ -110,12 +110,12 @@ def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
     return Parameter(mean, mean / factor, mean * factor)
 
 
-def trace_directions(pieces: Pieces) -> FloatArray:
+def trace_directions(pieces: TracePieces) -> FloatArray:
     """Return the directions of pieces from start to end; of the longest part if closed.
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
 
     Returns
     -------
@@ -133,14 +133,14 @@ def trace_directions(pieces: Pieces) -> FloatArray:
     return np.asarray(along / np.maximum(length, 1e-300)[:, None])
 
 
-def fit_window(pieces: Pieces, area: Any) -> Window:
+def fit_window(pieces: TracePieces, area: Any) -> Window:
     """Return the area with its mean width across the traces.
 
     Each direction has the weight of the ends of such traces inside.
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     area : shapely Polygon
 
     Returns
@@ -183,7 +183,7 @@ def share_beyond(lines: Any, area: Any) -> float:
     return 1.0 - float(shapely.area(shapely.intersection(area, hull)) / shapely.area(area))
 
 
-def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:
+def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, ...]:
     """Compute P21 in circles of increasing size.
 
     Up to 64 circles of each size on a regular grid, from the smallest that contains a few traces to
@@ -191,7 +191,7 @@ def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TracePieces
     area : shapely Polygon
 
     Returns

@@ -11,7 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.common_rotation_errors import (
-    Region,
+    ConfidenceRegion,
     Turns,
     cone,
     move_vectors,
@@ -146,7 +146,7 @@ def mean_regions(
     directed: bool,
     turns: Turns | None,
     weights: FloatArray | None = None,
-) -> tuple[Region | None, Region | None]:
+) -> tuple[ConfidenceRegion | None, ConfidenceRegion | None]:
     """Compute the 95 % regions of a Fisher mean by registration and in total.
 
     Parameters
@@ -160,7 +160,7 @@ def mean_regions(
 
     Returns
     -------
-    registration, total : Region or None
+    registration, total : ConfidenceRegion or None
         None if unknown. Without an error of registration the total is that of the mean.
     """
     mean = fisher_mean.mean.vector()

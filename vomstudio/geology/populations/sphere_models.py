@@ -35,7 +35,7 @@ MIN_FOR_FIT = 20
 
 
 @dataclass(frozen=True, eq=False)
-class Nodes:
+class QuadratureNodes:
     """Points on the sphere (m, 3) in the frame of the model, with their probabilities."""
 
     places: FloatArray
@@ -53,7 +53,7 @@ class Bingham:
 
     k1: float
     k2: float
-    nodes: Nodes
+    nodes: QuadratureNodes
 
 
 @dataclass(frozen=True)
@@ -63,10 +63,10 @@ class Kent:
     kappa: float
     beta: float
     axes: FloatArray
-    nodes: Nodes
+    nodes: QuadratureNodes
 
 
-def bingham_nodes(k1: float, k2: float) -> Nodes:
+def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
     """Return nodes in the frame of the axes, on the hemisphere with first > 0.
 
     Parameters
@@ -76,7 +76,7 @@ def bingham_nodes(k1: float, k2: float) -> Nodes:
 
     Returns
     -------
-    Nodes
+    QuadratureNodes
     """
     a, b = -k1, -k2
     x, wx = _legendre(-1.0, 1.0, _width(a))
@@ -138,7 +138,7 @@ def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
     return Bingham(-a, -b, bingham_nodes(-a, -b))
 
 
-def kent_nodes(kappa: float, beta: float) -> Nodes:
+def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
     """Return nodes on the equal-area plane about the mean.
 
     Parameters
@@ -148,7 +148,7 @@ def kent_nodes(kappa: float, beta: float) -> Nodes:
 
     Returns
     -------
-    Nodes
+    QuadratureNodes
         Frame: mean, major, minor axis.
     """
     major = 1.0 / math.sqrt(kappa - 2.0 * beta)
@@ -166,7 +166,7 @@ def kent_nodes(kappa: float, beta: float) -> Nodes:
     places = np.stack([1.0 - square / 2.0, u * scale, v * scale], axis=-1)
     log_density = -kappa * square / 2.0 + beta * (places[:, 1] ** 2 - places[:, 2] ** 2)
     unscaled = _nodes(places, log_density, weights, 1.0)
-    return Nodes(unscaled.places, unscaled.shares, unscaled.log_constant + kappa)
+    return QuadratureNodes(unscaled.places, unscaled.shares, unscaled.log_constant + kappa)
 
 
 def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
@@ -268,11 +268,13 @@ def _legendre(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatA
     return nodes * half + (high + low) / 2.0, weights * half
 
 
-def _nodes(places: FloatArray, log_density: FloatArray, weights: FloatArray, fold: float) -> Nodes:
+def _nodes(
+    places: FloatArray, log_density: FloatArray, weights: FloatArray, fold: float
+) -> QuadratureNodes:
     top = float(log_density.max())
     mass = np.exp(log_density - top) * weights
     total = float(mass.sum())
-    return Nodes(places, mass / total, math.log(total * fold) + top)
+    return QuadratureNodes(places, mass / total, math.log(total * fold) + top)
 
 
 # Goodness of fit -------------------------------------------------------------------------------

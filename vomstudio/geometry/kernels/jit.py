@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.arrays import AnyArray
-from vomstudio.geometry.kernels.sources import COMPILING, Part, Source, linked
+from vomstudio.geometry.kernels.sources import COMPILING, KernelPart, KernelSource, linked
 
 
 class Kernel:
@@ -27,7 +27,7 @@ class Kernel:
     """
 
     def __init__(self, function: Callable[..., Any], signature: str, fastmath: bool) -> None:
-        self.source = Source(function, signature, fastmath)
+        self.source = KernelSource(function, signature, fastmath)
         self.__name__, self.__doc__ = function.__name__, function.__doc__
         self._run: Callable[..., Any] | None = None
 
@@ -66,7 +66,9 @@ class Kernel:
             return _decorated(function, self.source, **options)
 
 
-def _decorated(function: Callable[..., Any], source: Source, **options: Any) -> Callable[..., Any]:
+def _decorated(
+    function: Callable[..., Any], source: KernelSource, **options: Any
+) -> Callable[..., Any]:
     import numba
 
     compiled: Callable[..., Any] = numba.njit(source.signature, **options)(function)
@@ -122,7 +124,7 @@ def make_ready(*modules: ModuleType) -> None:
                 value.ready()
 
 
-def part(function: Callable[..., Any]) -> Part:
+def part(function: Callable[..., Any]) -> KernelPart:
     """Declare a part of kernels.
 
     It is compiled with the first kernel that calls it and contained in its code.
@@ -133,12 +135,12 @@ def part(function: Callable[..., Any]) -> Part:
 
     Returns
     -------
-    Part
+    KernelPart
     """
-    return Part(function)
+    return KernelPart(function)
 
 
-def step(function: Callable[..., Any]) -> Part:
+def step(function: Callable[..., Any]) -> KernelPart:
     """Declare a step of one kernel, inlined into it.
 
     It is as fast as inline code, and with fastmath its sums have the same order. For one or two
@@ -150,12 +152,12 @@ def step(function: Callable[..., Any]) -> Part:
 
     Returns
     -------
-    Part
+    KernelPart
     """
-    return Part(function, inline="always")
+    return KernelPart(function, inline="always")
 
 
-def fast_part(function: Callable[..., Any]) -> Part:
+def fast_part(function: Callable[..., Any]) -> KernelPart:
     """Declare a `part` for kernels with fastmath.
 
     Parameters
@@ -164,9 +166,9 @@ def fast_part(function: Callable[..., Any]) -> Part:
 
     Returns
     -------
-    Part
+    KernelPart
     """
-    return Part(function, fastmath=True)
+    return KernelPart(function, fastmath=True)
 
 
 def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:

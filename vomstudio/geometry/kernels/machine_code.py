@@ -39,7 +39,7 @@ from vomstudio.core.files.regular import read_small_text, read_whole
 from vomstudio.core.files.user_folders import state_folder
 from vomstudio.core.paths import user_cache
 from vomstudio.geometry.kernels.signatures import Signature
-from vomstudio.geometry.kernels.sources import Part, Source, all_code, linked
+from vomstudio.geometry.kernels.sources import KernelPart, KernelSource, all_code, linked
 
 _FORMAT = b"vomstudio kernel 1\n"
 _DIGEST_BYTES = 16
@@ -55,13 +55,13 @@ class _CannotCache(Exception):
 
 
 def entry(
-    source: Source, compile_by_numba: Callable[[], Callable[..., Any]]
+    source: KernelSource, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
     """Return the kernel as machine code, compiled if it is not in the cache.
 
     Parameters
     ----------
-    source : Source
+    source : KernelSource
     compile_by_numba : callable
         Returns the kernel that reports errors inside the code.
 
@@ -141,7 +141,7 @@ def _missing_symbols(code: bytes) -> list[str]:
     return names
 
 
-def _compiled(source: Source, signature: Signature) -> bytes:
+def _compiled(source: KernelSource, signature: Signature) -> bytes:
     """Compile a kernel to the name of its entry and object code.
 
     The result is empty if the code requires numba.
@@ -194,7 +194,7 @@ def cache_folders() -> Iterator[Path]:
     yield state_folder() / "kernels"
 
 
-def numba_cache_folder(source: Source) -> Path | None:
+def numba_cache_folder(source: KernelSource) -> Path | None:
     """Return a folder for numba's own cache of one kernel, None if no folder can be written.
 
     numba recognises a changed kernel by the time and size of its file and misses changes of the
@@ -202,7 +202,7 @@ def numba_cache_folder(source: Source) -> Path | None:
 
     Parameters
     ----------
-    source : Source
+    source : KernelSource
 
     Returns
     -------
@@ -282,7 +282,7 @@ def _drop_old(folder: Path, kernel: str, suffix: str) -> None:
             entry.unlink(missing_ok=True)
 
 
-def _file_name(source: Source) -> str:
+def _file_name(source: KernelSource) -> str:
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for word in (*_environment(), source.signature, str(source.fastmath)):
         digest.update(f"{word}\n".encode())
@@ -353,7 +353,7 @@ def _ordered(constant: Any) -> Any:
 
 
 def _value(value: Any) -> Iterator[str]:
-    if isinstance(value, Part):
+    if isinstance(value, KernelPart):
         yield repr(sorted(value.options.items()))
         yield from _meaning(value.function)
     elif isinstance(value, np.ndarray):

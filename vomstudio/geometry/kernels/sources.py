@@ -13,7 +13,7 @@ COMPILING = threading.RLock()
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class KernelSource:
     """Function of a kernel with its signature in numba's notation.
 
     `fastmath` allows sums to be reordered.
@@ -24,7 +24,7 @@ class Source:
     fastmath: bool
 
 
-class Part:
+class KernelPart:
     """Part of kernels, which numba compiles with the first kernel that calls it."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
@@ -77,7 +77,7 @@ def linked(function: Callable[..., Any]) -> Callable[..., Any]:
     assert isinstance(function, FunctionType)
 
     def resolved(value: Any) -> Any:
-        return value.compiled() if isinstance(value, Part) else value
+        return value.compiled() if isinstance(value, KernelPart) else value
 
     used = {n for code in all_code(function) for n in code.co_names}
     names = {n: resolved(v) if n in used else v for n, v in function.__globals__.items()}

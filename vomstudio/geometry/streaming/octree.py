@@ -18,7 +18,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray, IntegerArray
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.progressive_order import Arrangement
+from vomstudio.geometry.progressive_order import ProgressiveOrder
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -35,7 +35,7 @@ MAX_SPACING_PIXELS = 1.5
 
 
 @dataclass(frozen=True)
-class View:
+class CloudView:
     """View of a cloud, in the cloud's file frame.
 
     Attributes
@@ -58,7 +58,7 @@ class View:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class NodePoints:
     """Points of a node: `rows` of `cloud`, whose ids in the whole are `ids`."""
 
     cloud: PointCloud
@@ -108,14 +108,14 @@ class CloudNodes:
     def __len__(self) -> int:
         return len(self.counts)
 
-    def fetch(self, rows: Sequence[int]) -> list[Piece]:
+    def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
         """Return the points of nodes. Raises InputError."""
         raise NotImplementedError
 
-    def let_go(self, row: int, piece: Piece) -> None:
+    def let_go(self, row: int, piece: NodePoints) -> None:
         """Release a node that was fetched."""
 
-    def choose(self, view: View, max_points: int) -> IntArray:
+    def choose(self, view: CloudView, max_points: int) -> IntArray:
         """Select the nodes that a picture needs, the most important first.
 
         These are visible nodes whose parents' points are more than MAX_SPACING_PIXELS apart, up to
@@ -164,7 +164,7 @@ class ArrangedNodes(CloudNodes):
 
     is_ordered = True
 
-    def __init__(self, cloud: PointCloud, arrangement: Arrangement, budget: int) -> None:
+    def __init__(self, cloud: PointCloud, arrangement: ProgressiveOrder, budget: int) -> None:
         self._cloud, self._arrangement = cloud, arrangement
         super().__init__(
             arrangement.bounds,
@@ -175,10 +175,10 @@ class ArrangedNodes(CloudNodes):
             tuple(np.flatnonzero(arrangement.parents < 0).tolist()),
         )
 
-    def fetch(self, rows: Sequence[int]) -> list[Piece]:
+    def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
         starts, order = self._arrangement.starts, self._arrangement.rows
         points = [order[starts[row] : starts[row + 1]] for row in rows]
-        return [Piece(self._cloud, rows_of_node, rows_of_node) for rows_of_node in points]
+        return [NodePoints(self._cloud, rows_of_node, rows_of_node) for rows_of_node in points]
 
 
 class NodeStore(CloudNodes):
@@ -229,7 +229,7 @@ class NodeStore(CloudNodes):
         with self._lock:
             self._loaded[row] = cloud
 
-    def fetch(self, rows: Sequence[int]) -> list[Piece]:
+    def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
         loaded = self.loaded()
         missing = [row for row in rows if row not in loaded]
         if missing:
@@ -240,10 +240,10 @@ class NodeStore(CloudNodes):
         pieces = []
         for row in rows:
             rows_of_node = np.arange(len(loaded[row].points))
-            pieces.append(Piece(loaded[row], rows_of_node, rows_of_node + self.starts[row]))
+            pieces.append(NodePoints(loaded[row], rows_of_node, rows_of_node + self.starts[row]))
         return pieces
 
-    def let_go(self, row: int, piece: Piece) -> None:
+    def let_go(self, row: int, piece: NodePoints) -> None:
         with self._lock:
             # Unless it has been read again.
             if self._loaded.get(row) is piece.cloud:

@@ -61,7 +61,7 @@ def layer_names(names: Iterable[str]) -> dict[str, str]:
     return result
 
 
-class Drawing:
+class DxfWriter:
     """Writer of a drawing: the constructor writes the header, `close` the end."""
 
     def __init__(

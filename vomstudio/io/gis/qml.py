@@ -21,7 +21,7 @@ _GEOMETRY_TYPE = {"point": "0", "line": "1", "ring": "2"}
 
 
 @dataclass(frozen=True)
-class Piece:
+class SymbolLayer:
     """Layer of a symbol.
 
     Parameters
@@ -40,12 +40,12 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Category:
+class RendererCategory:
     """Symbol of the features with one value of the attribute; "" for all other values."""
 
     value: str
     label: str
-    pieces: Sequence[Piece]
+    pieces: Sequence[SymbolLayer]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Style:
     """
 
     geometry: Geometry
-    categories: Sequence[Category]
+    categories: Sequence[RendererCategory]
     attribute: str | None = None
     labels: Labels | None = None
     tip: str | None = None
@@ -140,7 +140,7 @@ def _renderer(style: Style) -> ElementTree.Element:
     return root
 
 
-def _piece(symbol: ElementTree.Element, piece: Piece) -> None:
+def _piece(symbol: ElementTree.Element, piece: SymbolLayer) -> None:
     layer = ElementTree.SubElement(
         symbol, "layer", {"class": piece.kind, "enabled": "1", "locked": "0", "pass": "0"}
     )
@@ -242,7 +242,7 @@ def rgba(color: str, alpha: int = 255) -> str:
 
 def stroke(
     length_mm: float, width_mm: float, color: str, *, angle: str, offset: str, by: Mapping[str, str]
-) -> Piece:
+) -> SymbolLayer:
     """Return a straight line of a marker.
 
     Parameters
@@ -275,12 +275,12 @@ def stroke(
         "scale_method": "diameter",
         "angle": "0",
     }
-    return Piece("SimpleMarker", values, {"angle": angle, **by})
+    return SymbolLayer("SimpleMarker", values, {"angle": angle, **by})
 
 
 def mark(
     name: str, size_mm: float, color: str, *, offset: str = "0,0", by: Mapping[str, str] = {}
-) -> Piece:
+) -> SymbolLayer:
     """Return a simple marker of QGIS, filled."""
     values = {
         "name": name,
@@ -300,10 +300,10 @@ def mark(
         "scale_method": "diameter",
         "angle": "0",
     }
-    return Piece("SimpleMarker", values, by)
+    return SymbolLayer("SimpleMarker", values, by)
 
 
-def line(width_mm: float, color: str, by: Mapping[str, str]) -> Piece:
+def line(width_mm: float, color: str, by: Mapping[str, str]) -> SymbolLayer:
     """Return a solid line."""
     values = {
         "line_color": rgba(color),
@@ -316,10 +316,10 @@ def line(width_mm: float, color: str, by: Mapping[str, str]) -> Piece:
         "offset_unit": "MM",
         "use_custom_dash": "0",
     }
-    return Piece("SimpleLine", values, by)
+    return SymbolLayer("SimpleLine", values, by)
 
 
-def fill(color: str, by: Mapping[str, str]) -> Piece:
+def fill(color: str, by: Mapping[str, str]) -> SymbolLayer:
     """Return a transparent fill with an outline."""
     values = {
         "color": rgba(color, 70),
@@ -332,4 +332,4 @@ def fill(color: str, by: Mapping[str, str]) -> Piece:
         "offset": "0,0",
         "offset_unit": "MM",
     }
-    return Piece("SimpleFill", values, by)
+    return SymbolLayer("SimpleFill", values, by)

@@ -32,7 +32,7 @@ POINT_BYTES = 44
 
 
 @dataclass(frozen=True)
-class Column:
+class DbfColumn:
     """Attribute of a table.
 
     Parameters
@@ -50,7 +50,7 @@ class Column:
     decimals: int
 
 
-def column(name: str, values: AnyArray) -> Column:
+def column(name: str, values: AnyArray) -> DbfColumn:
     """Create a column with the type and width that its values need.
 
     Text that exceeds the limit of the format is truncated.
@@ -65,20 +65,20 @@ def column(name: str, values: AnyArray) -> Column:
         raise ValueError(f"'{name}' is longer than a column's name may be")
     kind = values.dtype.kind
     if kind == "b":
-        return Column(name, values, "L", 1, 0)
+        return DbfColumn(name, values, "L", 1, 0)
     if kind in "iu":
         if values.dtype == np.uint64 and values.max(initial=0) > np.iinfo(np.int64).max:
             return column(name, values.astype(np.float64))
         ends = (int(values.min(initial=0)), int(values.max(initial=0)))
-        return Column(name, values.astype(np.int64), "N", max(len(str(n)) for n in ends), 0)
+        return DbfColumn(name, values.astype(np.int64), "N", max(len(str(n)) for n in ends), 0)
     if kind == "f":
         wide = values.dtype.itemsize > 4
-        return Column(name, values, "N" if wide else "F", 24 if wide else 16, 15 if wide else 9)
+        return DbfColumn(name, values, "N" if wide else "F", 24 if wide else 16, 15 if wide else 9)
     texts = np.array(
         [_encode_text("" if value is None else str(value)) for value in values], object
     )
     width = max((len(text) for text in texts), default=1)
-    return Column(name, texts, "C", max(1, width), 0)
+    return DbfColumn(name, texts, "C", max(1, width), 0)
 
 
 def _encode_text(text: str) -> bytes:
@@ -86,7 +86,7 @@ def _encode_text(text: str) -> bytes:
     return encoded[:MAX_TEXT_LENGTH].decode(errors="ignore").encode()
 
 
-def is_too_large(n_points: int, columns: Sequence[Column]) -> bool:
+def is_too_large(n_points: int, columns: Sequence[DbfColumn]) -> bool:
     """Return whether a file of this number of points exceeds the limit of programs."""
     row = 1 + sum(c.width for c in columns)
     return n_points * max(POINT_BYTES, row) > MAX_BYTES - 10_000
@@ -97,7 +97,7 @@ def write_points(
     shx: Path,
     dbf: Path,
     points: AnyArray,
-    columns: Sequence[Column],
+    columns: Sequence[DbfColumn],
     blocks: Iterable[slice],
 ) -> None:
     """Write a POINTZ shapefile.
@@ -106,7 +106,7 @@ def write_points(
     ----------
     shp, shx, dbf : Path
     points : (n, 3) float
-    columns : sequence of Column
+    columns : sequence of DbfColumn
     blocks : iterable of slice
         Successive rows; the iterator may report progress, or raise to cancel.
     """
@@ -138,7 +138,7 @@ def write_shapes(
     dbf: Path,
     kind: int,
     shapes: Sequence[AnyArray],
-    columns: Sequence[Column],
+    columns: Sequence[DbfColumn],
 ) -> None:
     """Write POLYLINEZ or POLYGONZ shapes of one part each.
 
@@ -150,7 +150,7 @@ def write_shapes(
     kind : int
         `LINE_Z` or `RING_Z`.
     shapes : sequence of (m, 3) float
-    columns : sequence of Column
+    columns : sequence of DbfColumn
     """
     contents = [_content(kind, shape) for shape in shapes]
     everything = np.concatenate(shapes) if shapes else np.empty((0, 3))
@@ -199,7 +199,7 @@ def _header(size: int, kind: int, points: AnyArray) -> bytes:
 # --- attributes --------------------------------------------------------------------------------
 
 
-def _table_header(n: int, columns: Sequence[Column]) -> bytes:
+def _table_header(n: int, columns: Sequence[DbfColumn]) -> bytes:
     today = datetime.date.today()
     size = 32 + 32 * len(columns) + 1
     row = 1 + sum(c.width for c in columns)
@@ -211,7 +211,7 @@ def _table_header(n: int, columns: Sequence[Column]) -> bytes:
     return head + b"\r"
 
 
-def _write_rows(table: BinaryIO, columns: Sequence[Column], rows: slice) -> None:
+def _write_rows(table: BinaryIO, columns: Sequence[DbfColumn], rows: slice) -> None:
     n = rows.stop - rows.start
     width = 1 + sum(c.width for c in columns)
     block = np.full((n, width), ord(" "), np.uint8)
@@ -222,7 +222,7 @@ def _write_rows(table: BinaryIO, columns: Sequence[Column], rows: slice) -> None
     table.write(block.tobytes())
 
 
-def _cells(c: Column, rows: slice) -> AnyArray:
+def _cells(c: DbfColumn, rows: slice) -> AnyArray:
     """Return the bytes (n, width) of a column."""
     values = c.values[rows]
     if c.kind == "L":

@@ -47,7 +47,7 @@ from vomstudio.io.models.formats._las_header import (
 )
 from vomstudio.io.models.formats._las_records import (
     Choice,
-    Layout,
+    RecordLayout,
     choose_fields,
     cloud_of,
     layout_of,
@@ -65,7 +65,7 @@ MIN_CHUNK_BYTES = 34
 
 
 @dataclass(frozen=True, eq=False)
-class Nodes:
+class OctreeNodes:
     """Nodes of the octree with points, coarse levels first.
 
     Attributes
@@ -90,9 +90,9 @@ class Nodes:
     def __len__(self) -> int:
         return len(self.keys)
 
-    def take(self, rows: AnyArray) -> Nodes:
+    def take(self, rows: AnyArray) -> OctreeNodes:
         """Return the nodes selected by a mask or by row numbers."""
-        return Nodes(
+        return OctreeNodes(
             self.keys[rows],
             self.bounds[rows],
             self.points[rows],
@@ -121,7 +121,7 @@ class CopcFile:
             raise self._damaged(tr("the bounding cube is not valid"))
         self._corner = np.array([x, y, z]) - half
         self._side, self._spacing = 2.0 * half, spacing
-        self._layout: Layout = layout_of(self.top, self.path)
+        self._layout: RecordLayout = layout_of(self.top, self.path)
         self._choice: Choice | None = None
         self._pages: list[tuple[int, int, Key]] = [(offset, size, (0, 0, 0, 0))]
         self._read_offsets: set[int] = set()
@@ -188,7 +188,7 @@ class CopcFile:
                 bounds=top.bounds * factors,
             )
 
-    def nodes(self, levels: range | None = None, bounds: AnyArray | None = None) -> Nodes:
+    def nodes(self, levels: range | None = None, bounds: AnyArray | None = None) -> OctreeNodes:
         """Return the nodes of `levels` whose cubes intersect `bounds` (2, 3), by default all.
 
         Raises InputError if the node table is damaged.
@@ -205,11 +205,11 @@ class CopcFile:
         if bounds is not None:
             is_selected &= _intersect(cubes, bounds)
         spacing = self._spacing * self._factors[0] / 2.0 ** keys[:, 0]
-        return Nodes(keys, cubes, values[:, 2], spacing, values[:, 0], values[:, 1]).take(
+        return OctreeNodes(keys, cubes, values[:, 2], spacing, values[:, 0], values[:, 1]).take(
             is_selected
         )
 
-    def overview(self, count: int) -> Nodes:
+    def overview(self, count: int) -> OctreeNodes:
         """Return the first levels with about `count` points together, at least one level."""
         selected = self.nodes(range(1))
         for level in range(1, MAX_LEVEL):
@@ -219,7 +219,7 @@ class CopcFile:
             selected = candidates
         return selected
 
-    def read(self, nodes: Nodes) -> PointCloud:
+    def read(self, nodes: OctreeNodes) -> PointCloud:
         """Read the points of nodes, in the order of `nodes`.
 
         Colours and fields are those of the root node, so that pieces can be joined. Raises
@@ -235,7 +235,7 @@ class CopcFile:
         """Return whether points of the first level are marked as withheld."""
         return bool(withheld_of(self._records(self.nodes(range(1))), self._layout).any())
 
-    def _records(self, nodes: Nodes) -> AnyArray:
+    def _records(self, nodes: OctreeNodes) -> AnyArray:
         total = int(nodes.points.sum())
         if total > self.top.points:
             raise self._damaged(tr("the nodes hold more points than the whole file"))
@@ -311,7 +311,9 @@ class CopcFile:
         return InputError(Finding("file.damaged", reason=reason, format="COPC"), file=self.path)
 
 
-def nodes(path: str | Path, levels: range | None = None, bounds: AnyArray | None = None) -> Nodes:
+def nodes(
+    path: str | Path, levels: range | None = None, bounds: AnyArray | None = None
+) -> OctreeNodes:
     """Return the nodes of a file; see `CopcFile.nodes`."""
     with CopcFile(path) as file:
         return file.nodes(levels, bounds)
@@ -395,7 +397,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     )
 
 
-def _first_levels(nodes: Nodes, count: int) -> tuple[int, ...]:
+def _first_levels(nodes: OctreeNodes, count: int) -> tuple[int, ...]:
     """Return the rows of the first levels with about `count` points, at least one level."""
     levels = nodes.keys[:, 0]
     is_selected = levels == levels.min()

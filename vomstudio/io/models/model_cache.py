@@ -33,7 +33,7 @@ from vomstudio.core.threads import thread_pool
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.geometry.progressive_order import Arrangement, arrange
+from vomstudio.geometry.progressive_order import ProgressiveOrder, arrange
 from vomstudio.io.gis.axis_units import Units
 from vomstudio.io.gis.crs import sidecar_path
 from vomstudio.io.models import image_store
@@ -138,11 +138,11 @@ def _material_values(material: Material) -> dict[str, object]:
     return {"name": material.name, "texture": texture, "diffuse": material.diffuse}
 
 
-def _order_of(data: Mesh | PointCloud) -> Arrangement | None:
+def _order_of(data: Mesh | PointCloud) -> ProgressiveOrder | None:
     return None if isinstance(data, Mesh) else data.arrangement or arrange(data.points)
 
 
-def _order_arrays(order: Arrangement) -> dict[str, AnyArray]:
+def _order_arrays(order: ProgressiveOrder) -> dict[str, AnyArray]:
     return {f"order_{name}": getattr(order, name) for name in _ORDER}
 
 
@@ -319,7 +319,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         colors = (
             _checked_array(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
         )
-        order = Arrangement(*(arrays[f"order_{k}"] for k in _ORDER))
+        order = ProgressiveOrder(*(arrays[f"order_{k}"] for k in _ORDER))
         if not order.is_sound(n):
             raise _damaged(folder, tr("the order does not agree with the points"))
         data = PointCloud(points, colors, normals, fields, order)

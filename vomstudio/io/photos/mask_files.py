@@ -52,7 +52,8 @@ class MaskFinder:
         """
         path = photo.path
         places = (
-            self._masks_by_name.get(key) or self._beside_root(key) for key in self._places(path)
+            self._masks_by_name.get(key) or self._neighbour_folder_mask(key)
+            for key in self._places(path)
         )
         candidates = list(dict.fromkeys(p for p in places if p is not None and p != path))
         self._used.update(candidates)
@@ -87,7 +88,7 @@ class MaskFinder:
             self._stems[folder] = Counter(p.stem.casefold() for p in names)
         return self._stems[folder][path.stem.casefold()] > 1
 
-    def _beside_root(self, key: tuple[Path, str]) -> Path | None:
+    def _neighbour_folder_mask(self, key: tuple[Path, str]) -> Path | None:
         """Return the mask in a folder beside the given one."""
         folder = key[0]
         if folder.parent != self._root.parent or folder.name not in _FOLDER_NAMES:

@@ -63,7 +63,7 @@ _FIELD_NOTATION = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE
 """Angle in field notation: 45°, N45E, NW."""
 
 
-class Columns:
+class OrientationColumns:
     """Columns of a table by their meaning; problems are appended to `warnings`."""
 
     def __init__(self, table: TextTable, warnings: list[Finding]) -> None:

@@ -25,7 +25,7 @@ from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_pol
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.file_text import MAX_OBJECTS
-from vomstudio.io.text.orientation_columns import Azimuth, Columns, convention_in_name
+from vomstudio.io.text.orientation_columns import Azimuth, OrientationColumns, convention_in_name
 from vomstudio.io.text.registration_comments import stated_bowing_deg, table_rotation_errors
 from vomstudio.io.text.repeated_rows import exclude_repeats
 from vomstudio.io.text.rows import shorten
@@ -141,7 +141,7 @@ class _TableReader:
         self.table = table
         self.azimuth = azimuth
         self.warnings: list[Finding] = list(table.notes)
-        self.columns = Columns(table, self.warnings)
+        self.columns = OrientationColumns(table, self.warnings)
         self.conventions: list[str] = []
         n = len(table)
         self.dip_direction, self.dip, self.trend, self.plunge = np.full((4, n), np.nan)

@@ -43,7 +43,7 @@ _MIN_MATCHES = 15
 
 
 @dataclass(frozen=True)
-class Options:
+class AlignmentOptions:
     """Options of the alignment.
 
     Attributes
@@ -152,7 +152,7 @@ def _calibration(row: dict[str, Any]) -> Calibration:
 def align(
     photos: Sequence[PhotoLike],
     work: Path,
-    options: Options,
+    options: AlignmentOptions,
     executor: Executor,
     progress: Progress,
 ) -> Alignment:
@@ -233,7 +233,7 @@ def align(
 def find_features(
     photos: Sequence[PhotoLike],
     work: Path,
-    options: Options,
+    options: AlignmentOptions,
     executor: Executor,
     progress: Progress,
 ) -> tuple[list[Features], list[str]]:

@@ -34,7 +34,7 @@ def key_of(*parts: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
 
 
-class Stage:
+class StageFolder:
     """Folder of one stage. `seconds` and `peak_bytes` include earlier runs."""
 
     def __init__(self, root: Path, name: str, key: str) -> None:
@@ -117,11 +117,11 @@ class Checkpoints:
                 Finding("folder.not-created", reason=error.strerror),
                 file=root,
             ) from error
-        self.stages: list[Stage] = []
+        self.stages: list[StageFolder] = []
 
-    def stage(self, name: str, *parts: object) -> Stage:
+    def stage(self, name: str, *parts: object) -> StageFolder:
         """Return the stage of these inputs and settings; later stages include its key in theirs."""
-        stage = Stage(self.root, name, key_of(name, *parts))
+        stage = StageFolder(self.root, name, key_of(name, *parts))
         self.stages.append(stage)
         return stage
 

@@ -46,7 +46,7 @@ DEVICES = ("auto", "cpu", "cuda")
 
 
 @dataclass(frozen=True)
-class Settings(Result):
+class PipelineSettings(Result):
     """Settings of a reconstruction.
 
     Attributes

@@ -18,7 +18,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-from vomstudio.photogrammetry.dense.pairs import Pairs
+from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
 
@@ -29,7 +29,7 @@ def has_cuda() -> bool:
 
 def cuda_depth_maps(
     scene: SparseScene,
-    pairs: Pairs,
+    pairs: DepthMapPlans,
     photos: Sequence[Undistorted],
     folder: Path,
     progress: Progress,
@@ -39,7 +39,7 @@ def cuda_depth_maps(
     Parameters
     ----------
     scene : SparseScene
-    pairs : Pairs
+    pairs : DepthMapPlans
     photos : sequence of Undistorted
         One for each of the scene's views.
     folder : Path

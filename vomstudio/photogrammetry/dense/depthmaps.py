@@ -16,7 +16,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.dense.foreground_fattening import sky_fringe
-from vomstudio.photogrammetry.dense.pairs import PATCHMATCH, SGBM, SOURCES, Plan
+from vomstudio.photogrammetry.dense.pairs import PATCHMATCH, SGBM, SOURCES, DepthMapPlan
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
 
@@ -132,7 +132,7 @@ class DepthMap:
 
 
 def make_task(
-    plan: Plan, photo: Callable[[int], Undistorted], options: DepthOptions | None = None
+    plan: DepthMapPlan, photo: Callable[[int], Undistorted], options: DepthOptions | None = None
 ) -> DepthTask:
     """Return the task of a plan; `photo` returns the undistorted photo of a view's row."""
     return DepthTask(

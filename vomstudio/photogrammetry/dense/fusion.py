@@ -25,7 +25,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-from vomstudio.photogrammetry.dense.pairs import Pairs
+from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
 # Ratio of footprints that are equally fine; the first photo keeps the point.
@@ -56,7 +56,7 @@ class FusionOptions:
     cache_bytes: int = 1_000_000_000
 
 
-def neighbours_by_name(scene: SparseScene, pairs: Pairs) -> dict[str, tuple[str, ...]]:
+def neighbours_by_name(scene: SparseScene, pairs: DepthMapPlans) -> dict[str, tuple[str, ...]]:
     """Return, for each photo with a plan, the photos whose maps show the same places."""
     names = [view.name for view in scene.views]
     return {names[p.view]: tuple(names[row] for row in p.neighbours) for p in pairs.plans}

@@ -37,7 +37,7 @@ SOURCES = 3
 
 
 @dataclass(frozen=True)
-class Source:
+class SourcePhoto:
     """Source photo of a depth map.
 
     Attributes
@@ -61,7 +61,7 @@ class Source:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class DepthMapPlan:
     """Plan of the depth map of one photo.
 
     Attributes
@@ -72,7 +72,7 @@ class Plan:
         Range of depths along the optical axis.
     points : (n, 3) array
         Its tie points.
-    sources : tuple of Source
+    sources : tuple of SourcePhoto
         Best first.
     neighbours : tuple of int
         Rows of all photos of the same places, most common points first.
@@ -82,18 +82,18 @@ class Plan:
     near: float
     far: float
     points: FloatArray
-    sources: tuple[Source, ...]
+    sources: tuple[SourcePhoto, ...]
     neighbours: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
+class DepthMapPlans:
     """Plans of all photos that can have a depth map, and findings about the others."""
 
-    plans: tuple[Plan, ...]
+    plans: tuple[DepthMapPlan, ...]
     left_out: tuple[Finding, ...]
 
-    def select_views(self, views: Collection[int]) -> Pairs:
+    def select_views(self, views: Collection[int]) -> DepthMapPlans:
         """Return the plans of some views. Raises GeometryError if there are none."""
         plans = tuple(plan for plan in self.plans if plan.view in views)
         if not plans:
@@ -104,7 +104,9 @@ class Pairs:
         return replace(self, plans=plans)
 
 
-def select_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None = None) -> Pairs:
+def select_pairs(
+    scene: SparseScene, *, count: int = SOURCES, method: str | None = None
+) -> DepthMapPlans:
     """Select sources, depth range and methods of every photo.
 
     Photos are ranked by common tie points, weighted by the angle between their rays; the rank of a
@@ -143,7 +145,7 @@ def select_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
         near, far = _range(depths)
         selection = _select_spread(candidates, count)
         sources = tuple(
-            Source(
+            SourcePhoto(
                 c.view,
                 method or _method(view, scene.views[c.view], points, c),
                 c.shared,
@@ -154,7 +156,7 @@ def select_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
         )
         ranked = sorted(candidates, key=lambda c: (-c.shared, c.view))
         neighbours = tuple(c.view for c in ranked[:_MAX_NEIGHBOURS])
-        plans.append(Plan(row, near, far, points, sources, neighbours))
+        plans.append(DepthMapPlan(row, near, far, points, sources, neighbours))
     if not plans:
         raise GeometryError(
             Finding(
@@ -163,7 +165,7 @@ def select_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
                 reason_codes=[finding.code for finding in left_out],
             )
         )
-    return Pairs(tuple(plans), tuple(left_out))
+    return DepthMapPlans(tuple(plans), tuple(left_out))
 
 
 @dataclass(frozen=True, eq=False)

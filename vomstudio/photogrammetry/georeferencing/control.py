@@ -147,7 +147,7 @@ def place_by_control(
         placed, control_fit = bending.scene, bending.fit
     used, scatter = control_fit.used, control_fit.scatter
     points = tuple(
-        _fit_of(placed, point, ground_points.local[i], ground_points.seen[i], i in used)
+        _fit_of(placed, point, ground_points.local[i], ground_points.control_marks[i], i in used)
         for i, point in enumerate(control)
     )
     report = ControlReport(
@@ -198,8 +198,8 @@ def _marked_points(
     GeometryError
         If the points cannot place the scene.
     """
-    seen, ties, mark_px, findings = _observations(scene, control, marks)
-    ground = _ground(scene, control, seen, ties, mark_px, findings)
+    control_marks, ties, mark_px, findings = _observations(scene, control, marks)
+    ground = _ground(scene, control, control_marks, ties, mark_px, findings)
     # If two marks contradict each other, the place of the point as located by the other points
     # shows which one is wrong.
     fitted = ground.fitted(scene)
@@ -208,16 +208,16 @@ def _marked_points(
     wrong: list[WrongMark] = []
     for i, point in enumerate(control):
         others = [k for k in fitted.used if k != i]
-        if len(others) >= RECOMMENDED_POINTS - 1 and len(seen[i].views) >= 2:
-            point_marks = seen[i].match_views(placed)
+        if len(others) >= RECOMMENDED_POINTS - 1 and len(control_marks[i].views) >= 2:
+            point_marks = control_marks[i].match_views(placed)
             rows, outliers = find_misplaced(
                 point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
             )
-            seen[i] = seen[i].select(rows)
+            control_marks[i] = control_marks[i].select(rows)
             wrong += outliers
     if wrong:
         findings = [*findings, *(mark.finding for mark in wrong)]
-        ground = _ground(scene, control, seen, ties, mark_px, findings)
+        ground = _ground(scene, control, control_marks, ties, mark_px, findings)
     return ground, findings
 
 

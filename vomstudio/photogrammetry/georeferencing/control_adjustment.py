@@ -65,7 +65,7 @@ class GroundPoints:
 
     Attributes
     ----------
-    control, seen : sequence
+    control, control_marks : sequence
         The points and their marks.
     local : (n, 3) array
         Their places minus `origin`.
@@ -84,7 +84,7 @@ class GroundPoints:
     """
 
     control: Sequence[ControlPoint]
-    seen: list[PointMarks]
+    control_marks: list[PointMarks]
     local: FloatArray
     origin: tuple[int, int, int]
     fitting: list[int]
@@ -96,7 +96,7 @@ class GroundPoints:
 
     def places(self, scene: SparseScene, rows: Sequence[int]) -> FloatArray:
         """Return the places (n, 3) of some of the points in a scene."""
-        return np.array([self.seen[row].place(scene) for row in rows])
+        return np.array([self.control_marks[row].place(scene) for row in rows])
 
     def fitted(self, scene: SparseScene) -> ControlFit:
         """Fit the similarity from the scene to the control points, robustly.
@@ -135,7 +135,7 @@ class GroundPoints:
         turn = fit.scale * fit.rotation
         errors = []
         for row in rows:
-            marked = self.seen[row].covariance(scene, self.mark_px)
+            marked = self.control_marks[row].covariance(scene, self.mark_px)
             surveyed = self.control[row].sigma_m or self.surveyed
             errors.append(turn @ marked @ turn.T + surveyed**2 * np.eye(3))
         return np.array(errors)
@@ -164,8 +164,8 @@ class GroundPoints:
             KnownPoint(
                 self.local[i],
                 self.control[i].sigma_m or usual,
-                self.seen[i].views,
-                self.seen[i].pixels,
+                self.control_marks[i].views,
+                self.control_marks[i].pixels,
                 mark_px,
             )
             for i in used

@@ -13,7 +13,7 @@ from vomstudio.core.words import tr
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align import mapping
 from vomstudio.photogrammetry.align.alignment import Alignment
-from vomstudio.photogrammetry.base.checkpoints import Stage
+from vomstudio.photogrammetry.base.checkpoints import StageFolder
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.component_joining import (
     JoinReport,
@@ -24,12 +24,12 @@ from vomstudio.photogrammetry.georeferencing.component_joining import (
 
 def join_alignment(
     alignment: Alignment,
-    stage: Callable[[], Stage],
+    stage: Callable[[], StageFolder],
     control: Sequence[ControlPoint],
     marks: Sequence[Mark],
     threads: int | None,
     progress: Progress,
-) -> tuple[Alignment, Stage | None, tuple[Finding, ...]]:
+) -> tuple[Alignment, StageFolder | None, tuple[Finding, ...]]:
     """Join the components of an alignment.
 
     Returns the alignment with joined parts, the stage in which it was done, and findings.

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.dense.colmap_workspace import cuda_depth_maps, has_cuda
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.base.scene import SparseScene
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-    from vomstudio.photogrammetry.dense.pairs import Pairs
+    from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
     from vomstudio.photogrammetry.pipeline.stage_log import StageLog
 
 
-def device_of(settings: Settings) -> str:
+def device_of(settings: PipelineSettings) -> str:
     """Return the device of depth maps, "cpu" or "cuda".
 
     Raises GeometryError if "cuda" is requested and not supported.
@@ -40,10 +40,10 @@ def device_of(settings: Settings) -> str:
 
 def put_depths_of_gpu(
     scene: SparseScene,
-    pairs: Pairs,
+    pairs: DepthMapPlans,
     photos: Sequence[Undistorted],
     put: Callable[[int, DepthMap], None],
-    settings: Settings,
+    settings: PipelineSettings,
     log: StageLog,
 ) -> bool:
     """Compute the map of each plan on the GPU and pass it to `put`.

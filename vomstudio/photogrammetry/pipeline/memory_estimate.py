@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class MemoryNeed:
     free_bytes: int
 
 
-def memory_need(settings: Settings, sizes: Sequence[tuple[int, int]]) -> MemoryNeed:
+def memory_need(settings: PipelineSettings, sizes: Sequence[tuple[int, int]]) -> MemoryNeed:
     """Return the memory requirement of photos with these widths and heights."""
     from vomstudio.photogrammetry.base.memory import available_bytes
     from vomstudio.photogrammetry.dense.memory_limits import fitting_size, memory_of_all

@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.checkpoints import key_of
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
@@ -43,7 +43,7 @@ class ControlTables:
     hashes: tuple[str | None, str | None]
 
 
-def read_tables(settings: Settings) -> ControlTables:
+def read_tables(settings: PipelineSettings) -> ControlTables:
     """Read the tables of control points and marks. Raises InputError, UsageError."""
     from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
 
@@ -61,7 +61,7 @@ def read_tables(settings: Settings) -> ControlTables:
 
 def usable_photos(
     folder: Path,
-    settings: Settings,
+    settings: PipelineSettings,
     tables: ControlTables,
     progress: Progress,
     masks: Mapping[str, Path] | None = None,
@@ -115,16 +115,16 @@ def usable_photos(
 class TakenPhoto:
     """Original photo for the texture, read on access."""
 
-    taken: Photo
+    original: Photo
     view: View
 
     @property
     def photo(self) -> bytes:
-        return bytes_of(self.taken.path)
+        return bytes_of(self.original.path)
 
     @property
     def mask(self) -> bytes | None:
-        return None if self.taken.mask is None else bytes_of(self.taken.mask)
+        return None if self.original.mask is None else bytes_of(self.original.mask)
 
 
 def photo_hash(photo: Photo) -> str:

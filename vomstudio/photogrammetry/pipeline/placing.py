@@ -9,7 +9,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.georeferencing import control, georeference
 from vomstudio.photogrammetry.georeferencing.lens_errors import bend_of_lenses
 from vomstudio.photogrammetry.georeferencing.local_frame import upright
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def place_scene(
     alignment: Alignment,
     photos: Sequence[Photo],
-    settings: Settings,
+    settings: PipelineSettings,
     tables: ControlTables,
     progress: Progress,
 ) -> tuple[SparseScene, dict[str, Any]]:
@@ -67,7 +67,9 @@ def place_scene(
         return scene, {"refused": finding_of(error).to_dict(), "lens_bowing": bend}
 
 
-def registration_findings(settings: Settings, registration: Mapping[str, Any]) -> Iterator[Finding]:
+def registration_findings(
+    settings: PipelineSettings, registration: Mapping[str, Any]
+) -> Iterator[Finding]:
     """Yield findings on requested control or CRS that could not be used, and bad marks.
 
     Bad marks are those that scatter.

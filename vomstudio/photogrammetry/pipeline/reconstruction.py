@@ -16,10 +16,10 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
-from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_atomically
+from vomstudio.photogrammetry.base.checkpoints import Checkpoints, StageFolder, write_atomically
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.base.stage_folders import WORK
 from vomstudio.photogrammetry.pipeline import report_data
 from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.reading import PhotoFolder
     from vomstudio.photogrammetry.align.alignment import Alignment
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-    from vomstudio.photogrammetry.dense.pairs import Pairs
+    from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
 Item = TypeVar("Item")
@@ -75,7 +75,7 @@ _SIZE = "size"
 def reconstruct(
     folder: Path,
     out: Path,
-    settings: Settings,
+    settings: PipelineSettings,
     executor: Executor,
     progress: Progress,
     masks: Mapping[str, Path] | None = None,
@@ -85,7 +85,7 @@ def reconstruct(
     Parameters
     ----------
     folder, out : Path
-    settings : Settings
+    settings : PipelineSettings
     executor : Executor
     progress : Progress
     masks : mapping, optional
@@ -120,7 +120,7 @@ def reconstruct(
 class _Registered:
     scene: SparseScene
     registration: dict[str, Any]
-    stage: Stage
+    stage: StageFolder
 
 
 class _Run:
@@ -129,7 +129,7 @@ class _Run:
         photos: PhotoFolder,
         tables: ControlTables,
         outputs: Outputs,
-        settings: Settings,
+        settings: PipelineSettings,
         executor: Executor,
         log: StageLog,
     ) -> None:
@@ -181,8 +181,8 @@ class _Run:
             self.hashes[photo.name] = photo_hash(photo)
         return photo_folder
 
-    def _align(self, photos: PhotoFolder) -> tuple[Alignment, Stage]:
-        from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
+    def _align(self, photos: PhotoFolder) -> tuple[Alignment, StageFolder]:
+        from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 
         size, seed = self.settings.steps.align_px, self.settings.seed
         stage = self.checkpoints.stage(
@@ -194,7 +194,7 @@ class _Run:
             alignment_facts(photos.photos),
         )
         if not stage.done:
-            options = Options(max_size=size, seed=seed, threads=self.settings.threads)
+            options = AlignmentOptions(max_size=size, seed=seed, threads=self.settings.threads)
             try:
                 align(photos.photos, stage.folder, options, self.executor, self.log)
             except InputError as error:
@@ -202,7 +202,7 @@ class _Run:
             stage.finish()
         return Alignment.load(stage.folder), stage
 
-    def _join(self, alignment: Alignment, aligned: Stage) -> tuple[Alignment, Stage]:
+    def _join(self, alignment: Alignment, aligned: StageFolder) -> tuple[Alignment, StageFolder]:
         """Join components by markers; other marks are used in the registration."""
         from vomstudio.photogrammetry.georeferencing.joined_alignment import join_alignment
 
@@ -219,7 +219,9 @@ class _Run:
             self.log.note(finding)
         return alignment, stage or aligned
 
-    def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Registered:
+    def _place(
+        self, alignment: Alignment, photos: PhotoFolder, aligned: StageFolder
+    ) -> _Registered:
         """Register the largest part by control or GPS, else place it upright in a local frame."""
         from vomstudio.photogrammetry.pipeline.placing import place_scene
 
@@ -239,7 +241,7 @@ class _Run:
 
     def _undistort(
         self, placed: _Registered, photos: PhotoFolder
-    ) -> tuple[PhotoResults[Undistorted], Stage]:
+    ) -> tuple[PhotoResults[Undistorted], StageFolder]:
         """Undistort the photos in the size of the depth maps."""
         from vomstudio.photogrammetry.dense import undistortion
 
@@ -282,8 +284,8 @@ class _Run:
         return size
 
     def _depths(
-        self, scene: SparseScene, straight: PhotoResults[Undistorted], flat: Stage
-    ) -> tuple[Pairs, PhotoResults[DepthMap], Stage]:
+        self, scene: SparseScene, straight: PhotoResults[Undistorted], flat: StageFolder
+    ) -> tuple[DepthMapPlans, PhotoResults[DepthMap], StageFolder]:
         from vomstudio.photogrammetry.dense import depthmaps
         from vomstudio.photogrammetry.dense.pairs import select_pairs
 
@@ -322,7 +324,7 @@ class _Run:
     def _each(
         self,
         title: str,
-        stage: Stage,
+        stage: StageFolder,
         results: PhotoResults[Result],
         work: Callable[[Item], Result],
         task: Callable[[int], Item],
@@ -341,11 +343,11 @@ class _Run:
     def _fuse(
         self,
         scene: SparseScene,
-        pairs: Pairs,
+        pairs: DepthMapPlans,
         straight: PhotoResults[Undistorted],
         maps: PhotoResults[DepthMap],
-        deep: Stage,
-    ) -> tuple[PointCloud, Stage]:
+        deep: StageFolder,
+    ) -> tuple[PointCloud, StageFolder]:
         from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
 
         stage = self.checkpoints.stage("cloud", deep.key)
@@ -359,9 +361,11 @@ class _Run:
             stage.finish(points=len(cloud.points))
         return load_result(load_cloud, stage.folder / _CLOUD), stage
 
-    def _surface(self, cloud: PointCloud, placed: _Registered, fused: Stage) -> tuple[Mesh, Stage]:
+    def _surface(
+        self, cloud: PointCloud, placed: _Registered, fused: StageFolder
+    ) -> tuple[Mesh, StageFolder]:
         from vomstudio.photogrammetry.surface.meshing import (
-            SurfaceOptions,
+            MeshingOptions,
             build_surface,
             fitting_points,
         )
@@ -370,7 +374,7 @@ class _Run:
         stage = self.checkpoints.stage("surface", fused.key, report_data.versions("open3d"), faces)
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
-            options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
+            options = MeshingOptions(faces=faces, threads=threads, max_points=fitting_points())
             surface = build_surface(cloud, options, self.log)
             write_atomically(stage.folder / _MESH, lambda path: save_mesh(path, surface.mesh))
             stage.finish(facts=surface.facts, warnings=list(surface.warnings))
@@ -379,8 +383,8 @@ class _Run:
         return load_result(load_mesh, stage.folder / _MESH), stage
 
     def _texture(
-        self, mesh: Mesh, placed: _Registered, photos: PhotoFolder, surfaced: Stage
-    ) -> tuple[Mesh, Stage]:
+        self, mesh: Mesh, placed: _Registered, photos: PhotoFolder, surfaced: StageFolder
+    ) -> tuple[Mesh, StageFolder]:
         """Compute the texture from original photos, so that nothing is resampled twice."""
         from vomstudio.photogrammetry.surface.atlas import AtlasOptions
         from vomstudio.photogrammetry.surface.texture import TextureOptions, jpeg, make_texture
@@ -415,7 +419,7 @@ class _Run:
         placed: _Registered,
         cloud: PointCloud,
         textured: Mesh,
-        dressed: Stage,
+        dressed: StageFolder,
     ) -> dict[str, Any]:
         from vomstudio.photogrammetry.pipeline.placing import registration_findings
 

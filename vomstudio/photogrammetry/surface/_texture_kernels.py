@@ -125,7 +125,7 @@ def fill_outward(starts, links, known, values, queue):  # type: ignore[no-untype
 
 
 @kernel("void(i4[::1], f4[:,::1], f4[::1], f4[::1])")
-def from_median(starts, colors, distance, spread):  # type: ignore[no-untyped-def]
+def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyped-def]
     """Compute distances of colours from the median of their vertex.
 
     Also the spread of the nearer half. Each in the worst channel; 0 with fewer than three entries.

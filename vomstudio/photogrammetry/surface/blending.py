@@ -271,7 +271,7 @@ def _find_occluded(
     rows: _Rows, colors: Float32Array, links: _Links, count: int, progress: Progress
 ) -> BoolArray:
     """Return which entries (e,) differ from the agreement of the other photos of their vertex."""
-    from vomstudio.photogrammetry.surface._texture_kernels import from_median
+    from vomstudio.photogrammetry.surface._texture_kernels import median_distances
 
     n = len(rows.starts) - 1
     smoothed = colors.copy()
@@ -280,7 +280,7 @@ def _find_occluded(
         _smooth_view(rows, view, smoothed, links, 3)
     distance = np.zeros(len(colors), np.float32)
     spread = np.zeros(len(colors), np.float32)
-    from_median(rows.starts, smoothed, distance, spread)
+    median_distances(rows.starts, smoothed, distance, spread)
     # Estimate the usual differences of photos by misregistration and light.
     usual = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
     occluded = np.asarray(distance > np.maximum(max(_MIN_DIFFERENCE, 6.0 * usual), 2.5 * spread))

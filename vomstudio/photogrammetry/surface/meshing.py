@@ -47,7 +47,7 @@ _ISLAND_SHARE = 0.0005
 
 
 @dataclass(frozen=True)
-class SurfaceOptions:
+class MeshingOptions:
     """Options of surfaces.
 
     Attributes
@@ -96,7 +96,7 @@ class SurfaceOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class MeshedSurface:
     """Surface with figures for the report.
 
     facts : spacing_m, depth, faces_poisson, faces, cut_share, holes_closed, islands_left_out,
@@ -111,14 +111,14 @@ class Surface:
 def fitting_points() -> int:
     """Return the maximum number of points for a surface in free memory."""
     most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
-    return int(min(max(most, _MIN_THINNED_POINTS), SurfaceOptions.max_points))
+    return int(min(max(most, _MIN_THINNED_POINTS), MeshingOptions.max_points))
 
 
 def build_surface(
     cloud: PointCloud,
-    options: SurfaceOptions | None = None,
+    options: MeshingOptions | None = None,
     progress: Progress | None = None,
-) -> Surface:
+) -> MeshedSurface:
     """Build the surface of a cloud whose normals point out of the rock, as those of `fuse`.
 
     Screened Poisson reconstruction (Kazhdan and Hoppe 2013), trimmed away from points; small holes
@@ -130,7 +130,7 @@ def build_surface(
     GeometryError
         For a cloud without normals, with too few points or without extent.
     """
-    options, progress = options or SurfaceOptions(), progress or Silent()
+    options, progress = options or MeshingOptions(), progress or Silent()
     points, normals, colors, warnings = _check(cloud, options)
     shift = points.mean(axis=0)
     points = np.ascontiguousarray(points - shift)
@@ -176,11 +176,11 @@ def build_surface(
     }
     if options.faces is not None and len(faces) > 1.05 * options.faces:
         warnings.append(Finding("surface.not-decimated", faces=len(faces), wanted=options.faces))
-    return Surface(mesh, facts, tuple(warnings))
+    return MeshedSurface(mesh, facts, tuple(warnings))
 
 
 def _check(
-    cloud: PointCloud, options: SurfaceOptions
+    cloud: PointCloud, options: MeshingOptions
 ) -> tuple[FloatArray, Float32Array, ByteArray | None, list[Finding]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
     if not len(points):

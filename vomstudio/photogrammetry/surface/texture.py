@@ -22,7 +22,7 @@ from vomstudio.photogrammetry.surface.orientation import orient_to_photos
 from vomstudio.photogrammetry.surface.texture_pages import draw_pages
 from vomstudio.photogrammetry.surface.topology import cross_products
 from vomstudio.photogrammetry.surface.visibility import (
-    Photo,
+    MaskedPhoto,
     PhotoVisibility,
     VisibilityTask,
     compute_visibility,
@@ -184,7 +184,7 @@ def jpeg(page: ByteArray, quality: int = JPEG_QUALITY) -> bytes:
 
 def make_texture(
     mesh: Mesh,
-    photos: Sequence[Photo],
+    photos: Sequence[MaskedPhoto],
     options: TextureOptions | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -249,7 +249,7 @@ def make_texture(
 class _ShiftedPhoto:
     """Photo relative to the middle of the mesh, whose bytes are read on access to save memory."""
 
-    def __init__(self, photo: Photo, shift: FloatArray) -> None:
+    def __init__(self, photo: MaskedPhoto, shift: FloatArray) -> None:
         self._photo = photo
         self.view = photo.view.moved(1.0, np.eye(3), -shift)
 

@@ -21,7 +21,7 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.atlas import Atlas
 from vomstudio.photogrammetry.surface.blending import Blend
 from vomstudio.photogrammetry.surface.topology import compact
-from vomstudio.photogrammetry.surface.visibility import Photo, decode, project, pyramid
+from vomstudio.photogrammetry.surface.visibility import MaskedPhoto, decode, project, pyramid
 
 # Size of tiles; a photo is decoded once for each of its tiles.
 _TILE = 2048
@@ -67,7 +67,7 @@ class TileTask:
 
 
 @dataclass(frozen=True, eq=False)
-class Tile:
+class TextureTile:
     """Result of a tile.
 
     Attributes
@@ -81,7 +81,7 @@ class Tile:
     filled: BoolArray
 
 
-def draw_tile(task: TileTask) -> Tile:
+def draw_tile(task: TileTask) -> TextureTile:
     """Draw one tile, decoding one photo at a time."""
     from vomstudio.photogrammetry.surface._texture_kernels import (
         add_view,
@@ -125,7 +125,7 @@ def draw_tile(task: TileTask) -> Tile:
             )
     rgb = np.zeros((*owner.shape, 3), np.uint8)
     finish(owner, task.corners, *at, task.fallback, total, rgb)
-    return Tile(rgb, owner >= 0)
+    return TextureTile(rgb, owner >= 0)
 
 
 def _levels(corners: FloatArray, pixels: Float32Array) -> IntArray:
@@ -141,7 +141,7 @@ def _levels(corners: FloatArray, pixels: Float32Array) -> IntArray:
 
 
 def draw_pages(
-    photos: Sequence[Photo],
+    photos: Sequence[MaskedPhoto],
     vertices: FloatArray,
     faces: Int32Array,
     atlas: Atlas,
@@ -178,7 +178,7 @@ def draw_pages(
     return pages
 
 
-def _tile_memory(photos: Sequence[Photo]) -> int:
+def _tile_memory(photos: Sequence[MaskedPhoto]) -> int:
     """Return the peak memory of `draw_tile`: sums of a tile, and a photo with its pyramid."""
     largest = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
     return 35 * _TILE**2 + 6 * largest + 20_000_000
@@ -187,7 +187,7 @@ def _tile_memory(photos: Sequence[Photo]) -> int:
 class _Tasks:
     def __init__(
         self,
-        photos: Sequence[Photo],
+        photos: Sequence[MaskedPhoto],
         vertices: FloatArray,
         faces: Int32Array,
         atlas: Atlas,

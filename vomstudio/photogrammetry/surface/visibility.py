@@ -29,7 +29,7 @@ _BORDER_SHARE = 0.04
 _LEVELS = 6
 
 
-class Photo(Protocol):
+class MaskedPhoto(Protocol):
     """Encoded photo and mask (white is used), and the view of the encoded photo."""
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vomstudio.photogrammetry.survey.overlap import Features, SetOverlap
+from vomstudio.photogrammetry.survey.overlap import NormalizedFeatures, SetOverlap
 from vomstudio.photogrammetry.survey.photo_quality import PhotoQuality
 
 if TYPE_CHECKING:
@@ -76,5 +76,5 @@ class SurveyMeasurements:
 
     photos: tuple[Photo, ...]
     quality: tuple[PhotoQuality, ...]
-    features: tuple[Features | None, ...]
+    features: tuple[NormalizedFeatures | None, ...]
     pairs: SetOverlap

@@ -41,7 +41,7 @@ _GRID = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Features:
+class NormalizedFeatures:
     """Features of a photo, in pixels of the full photo divided by its long side.
 
     points : (n, 2); descriptors : (n, 128) float32 of unit length
@@ -144,7 +144,7 @@ class SetOverlap:
         return sorted(groups.values(), key=lambda g: (-len(g), g))
 
 
-def features_of(photo: Photo) -> Features | None:
+def features_of(photo: Photo) -> NormalizedFeatures | None:
     """Return the features of a photo, None if it cannot be decoded. Runs in any process."""
     import cv2
 
@@ -170,7 +170,7 @@ def features_of(photo: Photo) -> Features | None:
     total = np.maximum(descriptors.sum(1, keepdims=True), 1e-9)
     rooted = np.sqrt(descriptors / total).astype(np.float32)
     focal = None if photo.focal_px is None else photo.focal_px / photo.long_side
-    return Features(
+    return NormalizedFeatures(
         points,
         rooted,
         pixels.shape[1] / long_side,
@@ -196,7 +196,7 @@ def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[
     return sorted(pairs)
 
 
-def match_pair(a: Features, b: Features) -> tuple[FloatArray, FloatArray]:
+def match_pair(a: NormalizedFeatures, b: NormalizedFeatures) -> tuple[FloatArray, FloatArray]:
     """Return matched points (n, 2) of each photo, before verification."""
     if len(a.points) < MIN_MATCHES or len(b.points) < MIN_MATCHES:
         return np.empty((0, 2)), np.empty((0, 2))
@@ -211,7 +211,9 @@ def match_pair(a: Features, b: Features) -> tuple[FloatArray, FloatArray]:
     return a.points[good], b.points[forth[good]]
 
 
-def compare_pair(i: int, j: int, a: Features, b: Features) -> PairOverlap | None:
+def compare_pair(
+    i: int, j: int, a: NormalizedFeatures, b: NormalizedFeatures
+) -> PairOverlap | None:
     """Return the overlap of two photos; None if they do not show the same rock."""
     import cv2
 
@@ -258,7 +260,7 @@ def compare_pair(i: int, j: int, a: Features, b: Features) -> PairOverlap | None
 
 
 def compare_photos(
-    features: Sequence[Features | None],
+    features: Sequence[NormalizedFeatures | None],
     positions: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> SetOverlap:
@@ -284,7 +286,7 @@ def compare_photos(
 
 
 def _compare_pairs(
-    features: Sequence[Features | None],
+    features: Sequence[NormalizedFeatures | None],
     candidates: Sequence[tuple[int, int]],
     pairs: list[PairOverlap],
     progress: Progress,
@@ -354,13 +356,13 @@ def optical_axes(look: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
 
 
 # ------------------------------------------------------------------------------------------------
-def _places(f: Features) -> FloatArray:
+def _places(f: NormalizedFeatures) -> FloatArray:
     steps = (np.arange(_GRID) + 0.5) / _GRID
     x, y = np.meshgrid(steps * f.width, steps * f.height)
     return np.column_stack([x.ravel(), y.ravel()])
 
 
-def _inside(plane: FloatArray, a: Features, b: Features) -> BoolArray:
+def _inside(plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures) -> BoolArray:
     """Return which places of a the homography maps into b."""
     at = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
@@ -371,7 +373,7 @@ def _inside(plane: FloatArray, a: Features, b: Features) -> BoolArray:
     return np.asarray(front & on)
 
 
-def _inside_hull(points: FloatArray, f: Features) -> BoolArray:
+def _inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:
     """Return which places are between the matches, for scenes that are not planar."""
     import cv2
 
@@ -381,7 +383,7 @@ def _inside_hull(points: FloatArray, f: Features) -> BoolArray:
     )
 
 
-def _pixel_ratio(plane: FloatArray, a: Features) -> float | None:
+def _pixel_ratio(plane: FloatArray, a: NormalizedFeatures) -> float | None:
     """Return the magnification of the homography at the centre of the first photo."""
     x, y = a.width / 2, a.height / 2
     w = plane[2] @ [x, y, 1.0]
@@ -392,7 +394,7 @@ def _pixel_ratio(plane: FloatArray, a: Features) -> float | None:
 
 
 def _plane_motion(
-    plane: FloatArray, a: Features, b: Features
+    plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> tuple[FloatArray | None, float | None]:
     """Return the rotation between the cameras, and their distance over that to the rock."""
     k1, k2 = a.matrix, b.matrix
@@ -432,7 +434,7 @@ Lens distortion and rounded EXIF focal lengths cause it for a pure rotation."""
 
 
 def _rotation_by_essential_matrix(
-    p: FloatArray, q: FloatArray, a: Features, b: Features
+    p: FloatArray, q: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> FloatArray | None:
     """Return the rotation by the essential matrix."""
     import cv2

@@ -43,7 +43,7 @@ _MAX_PHOTOS = 20_000
 
 
 @dataclass(frozen=True)
-class Station(Result):
+class CameraStation(Result):
     """One photo: position and target of the camera, in the frame of the outcrop."""
 
     number: int
@@ -82,7 +82,7 @@ class Station(Result):
 
 
 @dataclass(frozen=True)
-class ControlPoint(Result):
+class PlannedControlPoint(Result):
     """Point to lay out and survey, in the frame of the outcrop."""
 
     label: str
@@ -126,8 +126,8 @@ class SurveyPlan(PrintableResult):
     spacing_m: tuple[float, float]
     f_number: float
     depth_of_field_m: tuple[float, float | None]
-    positions: tuple[Station, ...]
-    control_points: tuple[ControlPoint, ...]
+    positions: tuple[CameraStation, ...]
+    control_points: tuple[PlannedControlPoint, ...]
     views_least: int
     views_median: float
     warnings: tuple[Finding, ...] = field(default=())
@@ -158,7 +158,7 @@ class SurveyPlan(PrintableResult):
         """Return the size of a control point's mark: twenty pixels across."""
         return _TARGET_PIXELS * self.gsd_m
 
-    def select_kind(self, kind: str) -> list[Station]:
+    def select_kind(self, kind: str) -> list[CameraStation]:
         """Return the stations that are "perpendicular" or "oblique"."""
         return [station for station in self.positions if station.kind == kind]
 
@@ -298,7 +298,7 @@ def _stations(
     footprint: tuple[float, float],
     spacing: tuple[float, float],
     manner: Manner,
-) -> tuple[tuple[Station, ...], int, float]:
+) -> tuple[tuple[CameraStation, ...], int, float]:
     """Return rows of perpendicular photos with obliques between them.
 
     They extend beyond the ends of the outcrop, and then (by drone) beyond its borders, until four
@@ -353,10 +353,10 @@ def _obliques(
 
 def _station_at(
     number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
-) -> Station:
+) -> CameraStation:
     """Return a camera at `distance` from its target, with this turn and tilt."""
     turn, tilt = math.radians(turn_deg), math.radians(tilt_deg)
-    return Station(
+    return CameraStation(
         number,
         "oblique" if turn_deg or tilt_deg else "perpendicular",
         u - distance * math.sin(turn) * math.cos(tilt),
@@ -368,7 +368,7 @@ def _station_at(
 
 
 def _views(
-    camera: PlanCamera, stations: tuple[Station, ...], width: float, height: float
+    camera: PlanCamera, stations: tuple[CameraStation, ...], width: float, height: float
 ) -> IntArray:
     """Return the number of photos of each of 11 x 7 places of the outcrop, corners included."""
     u, v = np.meshgrid(np.linspace(0.0, width, 11), np.linspace(0.0, height, 7))
@@ -390,7 +390,7 @@ def _views(
     return counts
 
 
-def _control_points(width: float, height: float) -> tuple[ControlPoint, ...]:
+def _control_points(width: float, height: float) -> tuple[PlannedControlPoint, ...]:
     """Return four points near the corners, one in the middle, and two check points (3.2.2)."""
     spots: list[tuple[Literal["control", "check"], float, float]] = [
         ("control", 0.08, 0.1),
@@ -402,13 +402,14 @@ def _control_points(width: float, height: float) -> tuple[ControlPoint, ...]:
         ("check", 0.7, 0.25),
     ]
     return tuple(
-        ControlPoint(f"P{i}", use, u * width, v * height) for i, (use, u, v) in enumerate(spots, 1)
+        PlannedControlPoint(f"P{i}", use, u * width, v * height)
+        for i, (use, u, v) in enumerate(spots, 1)
     )
 
 
 def _warnings(
     manner: Manner,
-    stations: tuple[Station, ...],
+    stations: tuple[CameraStation, ...],
     distance: float,
     width: float,
     height: float,

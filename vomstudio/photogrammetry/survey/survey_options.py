@@ -116,7 +116,7 @@ class CheckScene(Options):
 
 
 @dataclass(frozen=True)
-class FrameOptions(Options):
+class VideoFrameOptions(Options):
     """Frames to take of a video. Raises UsageError for a value outside its bounds."""
 
     fps: float = option(

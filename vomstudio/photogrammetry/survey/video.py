@@ -75,7 +75,7 @@ UNCHANGED = to_translate("nearly the same as the one before")
 
 
 @dataclass(frozen=True)
-class Frame:
+class VideoFrame:
     """Extracted frame: name of its file, number in the video, seconds from its start."""
 
     name: str
@@ -96,7 +96,7 @@ class FrameReport(Result):
     video_fps : float
     seconds : float
         Duration.
-    frames : list of Frame
+    frames : list of VideoFrame
     skipped : dict
         Reason -> number of moments without a frame.
     gaps_s : list of float
@@ -113,7 +113,7 @@ class FrameReport(Result):
     height: int
     video_fps: float
     seconds: float
-    frames: list[Frame] = field(default_factory=list)
+    frames: list[VideoFrame] = field(default_factory=list)
     skipped: dict[str, int] = field(default_factory=dict)
     gaps_s: list[float] = field(default_factory=list)
     warnings: list[Finding] = field(default_factory=list)
@@ -277,7 +277,7 @@ def _select_frames(
             raise OSError(28, tr("the disk may be full"))
         # Not by OpenCV, which a name that is not UTF-8 crashes.
         (part / name).write_bytes(content.tobytes())
-        report.frames.append(Frame(name, number, number / source.fps, sigma))
+        report.frames.append(VideoFrame(name, number, number / source.fps, sigma))
         last = small
     if stated and source.count is not None and source.count < 0.95 * stated:
         report.warnings.append(Finding("video.cut-short", frames=source.count, total=stated))

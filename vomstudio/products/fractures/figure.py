@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.fractures.length_laws import LengthFit, find_law
-from vomstudio.geology.fractures.network import Lengths, MappedNetwork
+from vomstudio.geology.fractures.network import MappedNetwork, TraceLengths
 from vomstudio.geology.fractures.nodes import NodeCounts
 from vomstudio.geology.fractures.pieces import line_segments
 from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
@@ -388,7 +388,7 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     )
 
 
-def _draw_fits(ax: Axes, length: Lengths, grid: Any, style: NetStyle) -> None:
+def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> None:
     if not length.fits:
         return
     best = length.fits[0]

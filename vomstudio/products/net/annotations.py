@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 from vomstudio.geology import stereonet as nets
 from vomstudio.products.net.contents import AnyEllipse, NetCircle, NetMark
-from vomstudio.products.net.page import Page
+from vomstudio.products.net.page import NetPage
 from vomstudio.products.net.style import layer
 
 
-def draw_additions(page: Page) -> None:
+def draw_additions(page: NetPage) -> None:
     """Draw circles, errors and further elements of a net."""
     net = page.net
     _draw_circles(page, net.circles_typed)
@@ -18,7 +18,7 @@ def draw_additions(page: Page) -> None:
     _draw_marks(page, net.marks)
 
 
-def _draw_circles(page: Page, circles: Iterable[NetCircle]) -> None:
+def _draw_circles(page: NetPage, circles: Iterable[NetCircle]) -> None:
     style = page.style
     for circle in circles:
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
@@ -34,7 +34,7 @@ def _draw_circles(page: Page, circles: Iterable[NetCircle]) -> None:
             )
 
 
-def _draw_errors(page: Page, errors: Iterable[AnyEllipse]) -> None:
+def _draw_errors(page: NetPage, errors: Iterable[AnyEllipse]) -> None:
     from matplotlib.collections import LineCollection
 
     parts = [part for e in errors for part in e.outline(page.net.projection)]
@@ -50,7 +50,7 @@ def _draw_errors(page: Page, errors: Iterable[AnyEllipse]) -> None:
         )
 
 
-def _draw_marks(page: Page, marks: Iterable[NetMark]) -> None:
+def _draw_marks(page: NetPage, marks: Iterable[NetMark]) -> None:
     style = page.style
     for mark in marks:
         x, y = nets.project(mark.line.vector(), page.net.projection)[0]

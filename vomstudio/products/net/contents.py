@@ -12,7 +12,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.words import tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.common_rotation_errors import (
-    Region,
+    ConfidenceRegion,
     Turns,
     cone,
     move_vectors,
@@ -176,7 +176,7 @@ class NetLineEllipse:
     axis: FloatArray
 
     @classmethod
-    def of(cls, vector: FloatArray, region: Region) -> NetLineEllipse:
+    def of(cls, vector: FloatArray, region: ConfidenceRegion) -> NetLineEllipse:
         """Build the ellipse of a region about a unit vector (3,)."""
         line = Line.from_vector(vector)
         return cls(line, region.largest_deg, region.smallest_deg, region.axis)
@@ -256,7 +256,7 @@ class NetMark:
     label, marker : str
     color : str or None
         Colour of its set; None for a typed direction.
-    said : str
+    typed_text : str
         Text of a typed direction before its line.
     """
 
@@ -264,7 +264,7 @@ class NetMark:
     label: str
     marker: str = "x"
     color: str | None = None
-    said: str = ""
+    typed_text: str = ""
 
 
 @dataclass(frozen=True)

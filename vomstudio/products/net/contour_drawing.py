@@ -14,11 +14,11 @@ from vomstudio.products.net.contours import (
     contour_colors,
     dash,
 )
-from vomstudio.products.net.page import Page
+from vomstudio.products.net.page import NetPage
 from vomstudio.products.net.style import NetStyle, layer, mix_colors
 
 
-def draw_contours(page: Page, plan: ContourPlan) -> None:
+def draw_contours(page: NetPage, plan: ContourPlan) -> None:
     """Draw density contours."""
     style, n = page.style, len(plan.levels)
     if not n:
@@ -70,7 +70,7 @@ def _line_width(plan: ContourPlan, style: NetStyle) -> float:
     return (0.6 if plan.filled else 1.1) * style.line_pt
 
 
-def _draw_bar(page: Page, plan: ContourPlan) -> None:
+def _draw_bar(page: NetPage, plan: ContourPlan) -> None:
     from matplotlib.patches import Rectangle
 
     n, font, row = len(plan.levels), page.font, page.row

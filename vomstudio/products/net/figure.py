@@ -27,7 +27,7 @@ from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.figure_file import FORMATS, font_settings, write_figure
 from vomstudio.products.net.figure_options import SIZE_MM
-from vomstudio.products.net.page import Page
+from vomstudio.products.net.page import NetPage
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
 
@@ -163,7 +163,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
         )
     figure.clear()
     figure.set_facecolor(style.paper)
-    page = Page(figure, net, style)
+    page = NetPage(figure, net, style)
     ax = page.axes
     page.draw_frame()
     if page.contours is not None:
@@ -199,7 +199,7 @@ def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> fl
     min_diameter_pt = min(_MIN_NET_MM, _MIN_WIDTH_SHARE * width_mm) / 25.4 * 72.0
     height, before = SIZE_MM[1], 0.0
     while height < _MAX_HEIGHT_MM:
-        page = Page(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
+        page = NetPage(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
         # The width may be the limit.
         if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= before):
             break

@@ -21,7 +21,7 @@ from vomstudio.products.net.style import NetStyle
 
 
 @dataclass(frozen=True)
-class Entry:
+class NetLegendEntry:
     """Line of the legend: a symbol (marker and/or line) and its text."""
 
     text: str
@@ -33,7 +33,7 @@ class Entry:
     """Set whose symbol is drawn as on the net."""
 
 
-def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
+def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
     """Return the legend entries of a net."""
     entries = []
     names = [s.name for s in net.sets]
@@ -43,7 +43,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         if s.kind == "line" and names.count(s.name) > 1:
             terse = tr("{set}, lines", set=terse)
         entries.append(
-            Entry(
+            NetLegendEntry(
                 f"{terse} ({len(s):,})" if net.compact else _set_text(s, net.poles),
                 style.color(s.color),
                 s.marker if net.poles else None,
@@ -52,32 +52,32 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
             )
         )
     if net.poles and any(s.slips is not None for s in net.sets):
-        entries.append(Entry(tr("Slip of the hanging wall"), style.ink, ">", "-"))
+        entries.append(NetLegendEntry(tr("Slip of the hanging wall"), style.ink, ">", "-"))
     if net.fold is not None:
         beta, plane = fold_texts(net, net.fold)
-        entries.append(Entry(beta, style.ink, "*"))
-        entries.append(Entry(plane, style.ink, None, "--"))
+        entries.append(NetLegendEntry(beta, style.ink, "*"))
+        entries.append(NetLegendEntry(plane, style.ink, None, "--"))
     for circle in (each for each in net.circles_typed if each.label):
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
-        entries.append(Entry(circle.label, color, None, circle.dash))
+        entries.append(NetLegendEntry(circle.label, color, None, circle.dash))
     if any(mark.marker == TYPED_LINE for mark in net.marks):
         text = tr("Line on a plane, by its rake")
-        entries.append(Entry(text, style.net, TYPED_LINE, None, outlined=True))
+        entries.append(NetLegendEntry(text, style.net, TYPED_LINE, None, outlined=True))
     if net.errors:
-        entries.append(Entry(tr("95 % error of each"), style.soft, None, "-"))
+        entries.append(NetLegendEntry(tr("95 % error of each"), style.soft, None, "-"))
     if net.means:
         text = describe_means(net.means)
-        entries.append(Entry(text, style.net, "o", None, outlined=True))
+        entries.append(NetLegendEntry(text, style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
         text = (
             tr("Joint 95 % of the selected line")
             if isinstance(net.ellipses[0], NetLineEllipse)
             else tr("Joint 95 % of the selected pole")
         )
-        entries.append(Entry(text, style.ink, None, "-"))
+        entries.append(NetLegendEntry(text, style.ink, None, "-"))
     if any(mean.total is not None for mean in net.means):
         text = tr("95 % of the mean, with registration")
-        entries.append(Entry(text, style.ink, None, "-"))
+        entries.append(NetLegendEntry(text, style.ink, None, "-"))
     return entries
 
 

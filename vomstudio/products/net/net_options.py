@@ -86,7 +86,7 @@ def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
 
 def _typed_mark(line: Line, text: str) -> NetMark:
     label = tr("{said}: {line}", said=text, line=format_line(line))
-    return NetMark(line, label, TYPED_LINE, said=text)
+    return NetMark(line, label, TYPED_LINE, typed_text=text)
 
 
 def parse_net_plane(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
@@ -204,7 +204,7 @@ class Turning:
         return replace(circle, axis=axis, label=label)
 
     def rotate_mark(self, mark: NetMark) -> NetMark:
-        return _typed_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.said)
+        return _typed_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.typed_text)
 
     def rotate_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
         if isinstance(ellipse, NetBand):

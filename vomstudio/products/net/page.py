@@ -23,7 +23,13 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.contours import ContourPlan, bar_height, bar_space
 from vomstudio.products.net.labels import Box, find_label_place
-from vomstudio.products.net.legend import Entry, legend_entries, shorten_text, text_width, wrap_text
+from vomstudio.products.net.legend import (
+    NetLegendEntry,
+    legend_entries,
+    shorten_text,
+    text_width,
+    wrap_text,
+)
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer, symbol_scale
 
@@ -44,7 +50,7 @@ _SLIP_HALF_LENGTH = 0.1
 """Half the length of a slip arrow, which overlaps the symbol of its striae."""
 
 
-class Page:
+class NetPage:
     """Layout of a figure, points from its bottom left corner."""
 
     def __init__(self, figure: Figure, net: NetContents, style: NetStyle) -> None:
@@ -134,7 +140,7 @@ class Page:
 
     def _under_net(
         self, foot: list[str], head: float, widest: float
-    ) -> tuple[list[list[tuple[float, Entry]]], list[str], float]:
+    ) -> tuple[list[list[tuple[float, NetLegendEntry]]], list[str], float]:
         """Return the legend rows below the net, the wrapped averages, and the height of both.
 
         `head` is the height above the net, which is at most `widest`.
@@ -175,9 +181,9 @@ class Page:
         """Number of text rows under the legend."""
         return len(self.foot) + len(self.words)
 
-    def _flow(self, width: float) -> list[list[tuple[float, Entry]]]:
+    def _flow(self, width: float) -> list[list[tuple[float, NetLegendEntry]]]:
         """Arrange entries side by side in rows: (offset, entry)."""
-        rows: list[list[tuple[float, Entry]]] = []
+        rows: list[list[tuple[float, NetLegendEntry]]] = []
         x = 0.0
         for e in self.entries:
             need = 2.2 * self.font + text_width(e.text, self.font)
@@ -468,7 +474,7 @@ class Page:
             soft = i >= len(self.words)
             self.text(self.legend_x, y, text, color=self.style.soft if soft else self.style.ink)
 
-    def _legend_entry(self, offset: float, y: float, entry: Entry) -> None:
+    def _legend_entry(self, offset: float, y: float, entry: NetLegendEntry) -> None:
         style = self.style
         x = self.legend_x + offset
         start, end = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)

@@ -26,7 +26,7 @@ FINDINGS = ("girdles", "maxima", "averages")
 
 
 @dataclass(frozen=True)
-class NetWishes:
+class NetAdditions:
     """Requested items of a net besides the sets.
 
     Parameters
@@ -35,7 +35,7 @@ class NetWishes:
         Rotation of everything.
     circles, marks : tuples
         Typed circles and directions.
-    found : frozenset of str
+    statistics : frozenset of str
         Items of `FINDINGS`.
     intersections, errors : bool
         Intersections of planes, and 95 % ellipses of their errors.
@@ -46,7 +46,7 @@ class NetWishes:
     turning: Turning = field(default_factory=Turning)
     circles: tuple[NetCircle, ...] = ()
     marks: tuple[NetMark, ...] = ()
-    found: frozenset[str] = frozenset()
+    statistics: frozenset[str] = frozenset()
     intersections: bool = False
     errors: bool = False
     fold: FoldFilter | None = None
@@ -71,7 +71,7 @@ class NetWishes:
             turn = self.turning.vectors if self.turning.turns else None
             fold, not_good = fold_of_table(rows, self.fold, turn)
             net = replace(net, fold=fold, fold_not_good=not_good)
-        return add_statistics(net, self.found)
+        return add_statistics(net, self.statistics)
 
 
 def contouring_of(options: StereonetOptions) -> Contouring:
@@ -81,7 +81,7 @@ def contouring_of(options: StereonetOptions) -> Contouring:
     )
 
 
-def read_wishes(options: StereonetOptions) -> NetWishes:
+def read_wishes(options: StereonetOptions) -> NetAdditions:
     """Return the items drawn besides the sets.
 
     Raises
@@ -92,7 +92,7 @@ def read_wishes(options: StereonetOptions) -> NetWishes:
     plane = None if options.untilt is None else parse_net_plane(options.untilt, "--untilt")
     slips = [parse_slip(text) for text in options.slip_lines]
     rotate = options.rotate
-    return NetWishes(
+    return NetAdditions(
         turning=Turning(plane) if rotate is None else Turning(plane, *parse_rotation(rotate)),
         circles=(
             *map(parse_plane_circle, options.planes),
@@ -100,7 +100,7 @@ def read_wishes(options: StereonetOptions) -> NetWishes:
             *(circle for circle, _ in slips),
         ),
         marks=tuple(mark for _, mark in slips),
-        found=frozenset(name for name in FINDINGS if getattr(options, name)),
+        statistics=frozenset(name for name in FINDINGS if getattr(options, name)),
         intersections=options.intersections,
         errors=options.errors,
         fold=FoldFilter(options.quality, options.only_set) if options.fold else None,

@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.roses import HISTOGRAM_OF, Histogram, Rose
+from vomstudio.geology.roses import HISTOGRAM_OF, AngleHistogram, Rose
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.figure_file import font_settings, write_figure
 from vomstudio.products.net.legend import shorten_text, text_width, wrap_text
@@ -142,14 +142,14 @@ class RoseArtists:
             ):
                 continue
             rose = self.contents.roses[name]
-            inside = self._bar(rose, x, y) if isinstance(rose, Histogram) else None
+            inside = self._bar(rose, x, y) if isinstance(rose, AngleHistogram) else None
             if isinstance(rose, Rose):
                 inside = self._petal(rose, x, y)
             if inside is None:
                 return ()
             low, period = inside
             away = (counted.angles_deg + 1e-7 - low) % period
-            if isinstance(rose, Histogram) and low + rose.bin_deg >= 90.0:
+            if isinstance(rose, AngleHistogram) and low + rose.bin_deg >= 90.0:
                 away = np.where(counted.angles_deg >= low, 0.0, np.nan)
             rows = np.flatnonzero(away < rose.bin_deg)
             return tuple(counted.ids[int(i)] for i in rows)
@@ -163,7 +163,7 @@ class RoseArtists:
             return None
         return place * rose.bin_deg, 180.0 if rose.axial else 360.0
 
-    def _bar(self, histogram: Histogram, x: float, y: float) -> tuple[float, float] | None:
+    def _bar(self, histogram: AngleHistogram, x: float, y: float) -> tuple[float, float] | None:
         place = math.floor((x - LEFT) / (RIGHT - LEFT) * 90.0 / histogram.bin_deg)
         if not 0 <= place < len(histogram.shares):
             return None
@@ -198,7 +198,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         known = contents.counted.get(name)
         usual = OKABE_ITO[i % len(OKABE_ITO)] if known is None else known.color
         color = style.color(contents.colors.get(name, usual))
-        if isinstance(rose, Histogram):
+        if isinstance(rose, AngleHistogram):
             draw_histogram(ax, rose, rings, color, style)
         else:
             draw_rose(
@@ -260,13 +260,13 @@ def _caption(contents: RoseContents) -> str:
     )
 
 
-def mean_words(rose: Rose | Histogram) -> str:
+def mean_words(rose: Rose | AngleHistogram) -> str:
     """Describe the mean of a rose or histogram."""
     if isinstance(rose, Rose) and not rose.preferred and rose.rayleigh_p is not None:
         return tr("no preferred direction (Rayleigh p = {p})", p=f"{rose.rayleigh_p:.2g}")
     if rose.mean_deg is None:
         return tr("no mean")
-    if isinstance(rose, Histogram):
+    if isinstance(rose, AngleHistogram):
         if rose.std_deg is None:
             return tr("mean {mean:.0f}°", mean=rose.mean_deg)
         return tr("mean {mean:.0f}°, s {spread:.0f}°", mean=rose.mean_deg, spread=rose.std_deg)

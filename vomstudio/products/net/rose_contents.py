@@ -16,7 +16,7 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.roses import (
     HISTOGRAM_OF,
     LINE_ANGLES,
-    Histogram,
+    AngleHistogram,
     Rose,
     column_weights,
     count_histogram,
@@ -55,7 +55,7 @@ class RoseContents:
     ----------
     of : str
         One of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`.
-    roses : mapping of str to Rose or Histogram
+    roses : mapping of str to Rose or AngleHistogram
         By the name of their set.
     weight : str or None
         Name of the weights; None for counts.
@@ -74,7 +74,7 @@ class RoseContents:
     """
 
     of: str
-    roses: Mapping[str, Rose | Histogram]
+    roses: Mapping[str, Rose | AngleHistogram]
     weight: str | None = None
     by_area: bool = True
     empty: tuple[str, ...] = ()
@@ -174,7 +174,7 @@ def roses_of_sets(
 
 def _one(
     of: str, angles: FloatArray, bin_deg: float, weights: npt.ArrayLike | None
-) -> Rose | Histogram:
+) -> Rose | AngleHistogram:
     if of in HISTOGRAM_OF:
         return count_histogram(angles, bin_deg=bin_deg, weights=weights)
     return count_rose(angles, axial=of == "strike", bin_deg=bin_deg, weights=weights)

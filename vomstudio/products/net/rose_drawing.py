@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geology.roses import Histogram, Rose
+from vomstudio.geology.roses import AngleHistogram, Rose
 from vomstudio.products.net.style import NetStyle, layer, mix_colors
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _clearest(rose: Rose) -> float:
 
 
 def draw_histogram(
-    ax: Axes, histogram: Histogram, rings: list[float], color: str, style: NetStyle
+    ax: Axes, histogram: AngleHistogram, rings: list[float], color: str, style: NetStyle
 ) -> None:
     """Draw bars from 0 to 90 degrees, with the highest tick at the last of `rings`."""
     from matplotlib.patches import Rectangle

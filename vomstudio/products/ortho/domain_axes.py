@@ -15,7 +15,7 @@ from vomstudio.geology.fold_planes import FoldFilter, select_planes
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line, angle_between_lines
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.view_directions import cost_of_deviation
 
 BEDS, FAULTS = "bedding", "fault"
@@ -73,7 +73,9 @@ def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
     return [item for item, use in zip(items, selection.use, strict=True) if use], selection.not_good
 
 
-def off_axis_findings(items: Iterable[Item], name: str, plan: Plan) -> tuple[Finding, ...]:
+def off_axis_findings(
+    items: Iterable[Item], name: str, plan: OrthophotoPlan
+) -> tuple[Finding, ...]:
     """Return findings if a view is off a domain's axis by more than its error and a degree."""
     try:
         axis = axes_of_domains(items, "")[name]

@@ -26,8 +26,8 @@ from vomstudio.products.ortho.domain_axes import (
     off_axis_findings,
 )
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.ortho.planning import Plan
-from vomstudio.products.ortho.tiles import Source, Tile, TilePicture
+from vomstudio.products.ortho.planning import OrthophotoPlan
+from vomstudio.products.ortho.tiles import Tile, TilePicture, TileSource
 
 _MIN_SIDE_SHARE = 0.98
 """Minimum share of a domain's points on its side of a fault.
@@ -61,7 +61,7 @@ class Territory:
         Faults that separate it from others.
     points : (n, 3) array
         Points of features that decide where no wall does; empty if walls are sufficient.
-    own : (n,) bool array
+    is_member : (n,) bool array
         Which of these belong to the domain.
     notes : tuple of Finding
     """
@@ -69,14 +69,14 @@ class Territory:
     name: str
     walls: tuple[Wall, ...]
     points: FloatArray
-    own: BoolArray
+    is_member: BoolArray
     notes: tuple[Finding, ...]
 
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
         """Return the features of the domain and of none; angles of others are distorted."""
         return tuple(item for item in items if item.domain in ("", self.name))
 
-    def seen_in(self, items: Sequence[Item], plan: Plan) -> Territory:
+    def seen_in(self, items: Sequence[Item], plan: OrthophotoPlan) -> Territory:
         """Return the territory with findings if the view is not along the domain's axis."""
         return replace(self, notes=(*self.notes, *off_axis_findings(items, self.name, plan)))
 
@@ -167,8 +167,8 @@ def _faults(items: Sequence[Item]) -> list[Wall]:
 class OneDomain:
     """Source of tiles with all but one domain in grey."""
 
-    source: Source
-    plan: Plan
+    source: TileSource
+    plan: OrthophotoPlan
     territory: Territory
 
     @property
@@ -226,6 +226,6 @@ class OneDomain:
             )
             @ matrix[:3].T
         )
-        is_domain[j, i] = self.territory.own[self.territory.tree.query(places)[1]]
+        is_domain[j, i] = self.territory.is_member[self.territory.tree.query(places)[1]]
         spread = is_domain.repeat(_CELL_PX, axis=0).repeat(_CELL_PX, axis=1)
         return spread[: depth.shape[0], : depth.shape[1]]

@@ -17,7 +17,7 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.words import tr
 from vomstudio.products.ortho.interpretation import Item, project_item
-from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     shape_of,
@@ -49,7 +49,7 @@ def picture_comment(picture: str) -> str:
 
 
 def draw_features(
-    items: tuple[Item, ...], plan: Plan, picture: ByteArray | None
+    items: tuple[Item, ...], plan: OrthophotoPlan, picture: ByteArray | None
 ) -> tuple[Drawing, int]:
     """Draw the features within a picture; also return the number of those outside.
 
@@ -89,7 +89,7 @@ def draw_features(
     return drawing, outside_count
 
 
-def is_straight_down(plan: Plan) -> bool:
+def is_straight_down(plan: OrthophotoPlan) -> bool:
     """Check for a vertical view down; only there right and up are East and North."""
     return plan.frame.is_vertical and bool(plan.frame.direction[2] < 0)
 
@@ -127,7 +127,7 @@ def write_drawings(
     write_dxf(parts["dxf"], placed, mark)
 
 
-def raster_turn(plan: Plan) -> FloatArray | None:
+def raster_turn(plan: OrthophotoPlan) -> FloatArray | None:
     """Return the matrix (3, 3) from `draw_features` to the GeoTIFF; None if identical.
 
     A picture vertically upwards is mirrored on the map.

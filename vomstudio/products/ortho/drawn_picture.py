@@ -14,7 +14,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.orthophoto import create_source, picture_facts
-from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
 from vomstudio.products.ortho.tiles import Tile, TilePicture
 
@@ -32,14 +32,14 @@ class DrawnPicture:
         Number of filled pixels in holes.
     hole_m : float or None
         Maximum width of holes of a cloud that were closed; None for a mesh.
-    said : tuple of Finding
+    findings : tuple of Finding
     """
 
     rgba: ByteArray
     depth: Float32Array
     filled: int
     hole_m: float | None
-    said: tuple[Finding, ...]
+    findings: tuple[Finding, ...]
 
     def draw(self, tile: Tile) -> TilePicture:
         part = np.s_[tile.row : tile.row + tile.height, tile.column : tile.column + tile.width]
@@ -48,11 +48,11 @@ class DrawnPicture:
         return TilePicture(self.rgba[part], self.depth[part], filled)
 
     def warnings(self) -> list[Finding]:
-        return list(self.said)
+        return list(self.findings)
 
 
 def draw_picture(
-    data: Mesh | PointCloud, plan: Plan, progress: Progress | None = None
+    data: Mesh | PointCloud, plan: OrthophotoPlan, progress: Progress | None = None
 ) -> DrawnPicture:
     """Draw a planned picture.
 
@@ -76,7 +76,7 @@ def draw_picture(
     return DrawnPicture(rgba, depth, filled, hole, tuple(source.warnings()))
 
 
-def drawn_figures(drawn: DrawnPicture, plan: Plan, crs: str | None) -> OrthophotoFigures:
+def drawn_figures(drawn: DrawnPicture, plan: OrthophotoPlan, crs: str | None) -> OrthophotoFigures:
     """Return the figures of a drawn picture; `crs` is that of World, "EPSG:n" or WKT."""
     facts = picture_facts(plan, crs if plan.frame.is_vertical else None)
     facts |= {

@@ -57,7 +57,7 @@ class Item:
     normal : (3,) array or None
         Upward normal of a plane.
     dip_direction_deg, dip_deg : float or None
-    said : str
+    symbol_label : str
         Label in place of the name.
     filled : bool
         The colour is that of the area.
@@ -80,7 +80,7 @@ class Item:
     normal: FloatArray | None = None
     dip_direction_deg: float | None = None
     dip_deg: float | None = None
-    said: str = ""
+    symbol_label: str = ""
     filled: bool = False
     overturned: bool = False
     domain: str = ""
@@ -153,10 +153,10 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
     colors, written = {}, {}
     for record in records.values():
         if isinstance(record, Feature):
-            typed = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
+            has_type = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
             if kind_of(record).listed:
                 written[record.id] = kind_of(record).drawing_label(record)
-            colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
+            colors[record.id] = (color_of(record, records) if has_type else "") or NO_COLOR
     items: list[Item] = []
     for layer in project_layers(records, table, measurements):
         if layer.name == GRIDS:
@@ -181,7 +181,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     normal=normal,
                     dip_direction_deg=dd,
                     dip_deg=dip,
-                    said=written.get(text["id"], ""),
+                    symbol_label=written.get(text["id"], ""),
                     filled=layer.by != "kind",
                     overturned=normal is not None and bool(values_of.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),

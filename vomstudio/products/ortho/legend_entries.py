@@ -18,8 +18,8 @@ TICK_DEG = 35.0
 """Dip of the example plane in the legend."""
 
 
-class Drawn(Protocol):
-    """The part of a drawn shape (`vector_drawing.Shape`) that a legend needs."""
+class LegendShape(Protocol):
+    """The part of a drawn shape (`vector_drawing.DrawingShape`) that a legend needs."""
 
     @property
     def layer(self) -> str: ...
@@ -40,7 +40,7 @@ class Drawn(Protocol):
 
 
 @dataclass
-class Entry:
+class LegendEntry:
     """One line of a legend.
 
     Parameters
@@ -86,12 +86,12 @@ class Entry:
         return [np.stack([-across, across])]
 
 
-def entries_of(shapes: Sequence[Drawn]) -> list[Entry]:
+def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
     """Return an entry for each type and colour, in the order of the shapes."""
-    entries: dict[tuple[str, str], Entry] = {}
+    entries: dict[tuple[str, str], LegendEntry] = {}
     for shape in shapes:
         name = str(shape.values.get("kind") or shape.layer.replace("_", " "))
-        entry = entries.setdefault((name.casefold(), shape.color), Entry(name, shape.color))
+        entry = entries.setdefault((name.casefold(), shape.color), LegendEntry(name, shape.color))
         if len(shape.points) == 1:
             entry.place = True
             entry.dips |= shape.dip_deg is not None
@@ -105,7 +105,7 @@ def entries_of(shapes: Sequence[Drawn]) -> list[Entry]:
     return list(entries.values())
 
 
-def explain_symbols(entries: Sequence[Entry]) -> str:
+def explain_symbols(entries: Sequence[LegendEntry]) -> str:
     """Return the explanation of ticks and symbols; empty without any."""
     if any(entry.overturned for entry in entries):
         return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")

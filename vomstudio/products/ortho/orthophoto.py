@@ -48,9 +48,9 @@ from vomstudio.products.ortho.drawn_features import (
 )
 from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.ortho.planning import Plan, edge_on_finding
+from vomstudio.products.ortho.planning import OrthophotoPlan, edge_on_finding
 from vomstudio.products.ortho.sheet import format_of, write_sheet
-from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
+from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture, TileSource
 from vomstudio.products.ortho.vector_drawing import Drawing
 
 
@@ -82,7 +82,7 @@ def orthophoto_outputs(image: str | Path) -> tuple[Path, Path, Path]:
 
 def write_orthophoto(
     data: Mesh | PointCloud,
-    plan: Plan,
+    plan: OrthophotoPlan,
     image: str | Path,
     *,
     crs: str | None = None,
@@ -92,7 +92,7 @@ def write_orthophoto(
     force: bool = False,
     progress: Progress | None = None,
     threads: int | None = None,
-    drawn: Source | None = None,
+    drawn: TileSource | None = None,
     features: tuple[Item, ...] | None = None,
     legend: bool = True,
     only: Territory | None = None,
@@ -102,7 +102,7 @@ def write_orthophoto(
     Parameters
     ----------
     data : Mesh or PointCloud
-    plan : Plan
+    plan : OrthophotoPlan
     image : str or Path
     crs : str or None
         CRS of World, "EPSG:n" or WKT.
@@ -113,7 +113,7 @@ def write_orthophoto(
     force : bool
     progress : Progress, optional
     threads : int, optional
-    drawn : Source, optional
+    drawn : TileSource, optional
         The picture, if already drawn by this plan.
     features : tuple of Item, optional
         World; written as vector data.
@@ -194,7 +194,7 @@ def write_orthophoto(
     )
 
 
-def _drawn_facts(coverage: float, filled: int, source: Source) -> dict[str, Any]:
+def _drawn_facts(coverage: float, filled: int, source: TileSource) -> dict[str, Any]:
     facts = {
         "coverage": coverage,
         "holes_filled_px": filled,
@@ -203,11 +203,11 @@ def _drawn_facts(coverage: float, filled: int, source: Source) -> dict[str, Any]
     return facts | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
 
 
-def _mask_domain(source: Source, plan: Plan, only: Territory | None) -> Source:
+def _mask_domain(source: TileSource, plan: OrthophotoPlan, only: Territory | None) -> TileSource:
     return source if only is None else OneDomain(source, plan, only)
 
 
-def _refuse_empty(covered: int, plan: Plan) -> None:
+def _refuse_empty(covered: int, plan: OrthophotoPlan) -> None:
     if not covered:
         raise InputError(
             edge_on_finding(plan.points, plan.frame, plan.grid.gsd) or Finding("view.no-pixels")
@@ -221,7 +221,7 @@ def _feature_findings(drawing: Drawing, n_outside: int) -> list[Finding]:
     return [Finding("interpretation.partly-in-view", count=n_outside)] if n_outside else []
 
 
-def _place_facts(plan: Plan, crs: str | None, facts: dict[str, Any]) -> dict[str, Any]:
+def _place_facts(plan: OrthophotoPlan, crs: str | None, facts: dict[str, Any]) -> dict[str, Any]:
     """Return the facts about the picture's place in World.
 
     crs : of World, whatever the CRS of the picture
@@ -247,7 +247,7 @@ def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -
         check_target(target, force=force)
 
 
-def _transform(plan: Plan) -> Affine:
+def _transform(plan: OrthophotoPlan) -> Affine:
     """Return the transform of a map from pixels to World; of others to metres in their plane."""
     grid, matrix = plan.grid, plan.pixel_to_world
     if plan.frame.is_vertical:
@@ -257,7 +257,7 @@ def _transform(plan: Plan) -> Affine:
     return (grid.gsd, 0.0, grid.left, 0.0, -grid.gsd, -grid.top)
 
 
-def _tags(plan: Plan) -> dict[str, str]:
+def _tags(plan: OrthophotoPlan) -> dict[str, str]:
     view = plan.view
     return {
         "VOMSTUDIO_VERSION": __version__,
@@ -319,7 +319,7 @@ class _Reduced:
         return np.asarray(Image.fromarray(self.out).resize((w, h), box=box))
 
 
-def create_source(data: Mesh | PointCloud, plan: Plan) -> Source:
+def create_source(data: Mesh | PointCloud, plan: OrthophotoPlan) -> TileSource:
     """Return the source of the tiles of a plan."""
     if isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import MeshSource
@@ -334,7 +334,7 @@ def create_source(data: Mesh | PointCloud, plan: Plan) -> Source:
     return CloudSource(data, plan.points, plan.grid, spacing)
 
 
-def picture_facts(plan: Plan, crs: str | None) -> dict[str, Any]:
+def picture_facts(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
     """Return the facts of a planned picture for the sidecar; `crs` of a map, else None."""
     transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view

@@ -18,7 +18,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.tiles import Grid
-from vomstudio.products.ortho.view_directions import View
+from vomstudio.products.ortho.view_directions import ViewDirection
 from vomstudio.products.ortho.world_points import transform_to_world
 
 MAX_PIXELS = 300_000_000
@@ -27,12 +27,12 @@ EDGE_ON_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class OrthophotoPlan:
     """Plan of an orthophoto, before it is drawn.
 
     Parameters
     ----------
-    view : View
+    view : ViewDirection
     frame : ViewFrame
     grid : Grid
     reference : (3,) array
@@ -43,7 +43,7 @@ class Plan:
         Default choices and warnings.
     """
 
-    view: View
+    view: ViewDirection
     frame: ViewFrame
     grid: Grid
     reference: FloatArray
@@ -59,7 +59,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Region:
+class ViewRegion:
     """Part of the view plane: width and height, m, about a World point."""
 
     centre: tuple[float, float, float]
@@ -69,27 +69,27 @@ class Region:
 
 def plan(
     data: Mesh | PointCloud,
-    view: View,
+    view: ViewDirection,
     *,
     to_world: npt.ArrayLike,
     gsd: float | None = None,
-    region: Region | None = None,
-) -> Plan:
+    region: ViewRegion | None = None,
+) -> OrthophotoPlan:
     """Plan an orthophoto.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-    view : View
+    view : ViewDirection
     to_world : (4, 4) array_like
     gsd : float, optional
         Metres per pixel; default: the resolution of texture or cloud.
-    region : Region, optional
+    region : ViewRegion, optional
         Part of the model to draw.
 
     Returns
     -------
-    Plan
+    OrthophotoPlan
 
     Raises
     ------
@@ -100,12 +100,12 @@ def plan(
     """
     frame = view.frame
     layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, metric=view.metric)
-    return Plan(view, frame, layout.grid, layout.reference, layout.points, layout.notes)
+    return OrthophotoPlan(view, frame, layout.grid, layout.reference, layout.points, layout.notes)
 
 
 @dataclass(frozen=True, eq=False)
 class GridLayout:
-    """Grid over a model. The other fields are those of `Plan`."""
+    """Grid over a model. The other fields are those of `OrthophotoPlan`."""
 
     grid: Grid
     reference: FloatArray
@@ -119,7 +119,7 @@ def lay_grid(
     *,
     to_world: npt.ArrayLike,
     gsd: float | None = None,
-    region: Region | None = None,
+    region: ViewRegion | None = None,
     textured: bool = True,
     metric: bool = True,
 ) -> GridLayout:

@@ -27,9 +27,9 @@ from vomstudio.products.ortho.domain_axes import axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import OrthophotoFiles
-from vomstudio.products.ortho.planning import Plan, Region, plan
+from vomstudio.products.ortho.planning import OrthophotoPlan, ViewRegion, plan
 from vomstudio.products.ortho.view_directions import (
-    View,
+    ViewDirection,
     cost_of_direction,
     is_costly,
     view_against_plane,
@@ -42,7 +42,7 @@ from vomstudio.products.ortho.view_directions import (
 class Direction:
     """Direction of view: along a line, against a plane, or along the axis of a fold or domain."""
 
-    view: View | None
+    view: ViewDirection | None
     fold: TableFold | None = None
     axis: ProjectionAxis | None = None
 
@@ -68,12 +68,12 @@ class FoldView:
 class PlannedPicture:
     """Planned picture, with its fold axis and warnings."""
 
-    plan: Plan
+    plan: OrthophotoPlan
     fold: FoldView | None
     warnings: tuple[Finding, ...]
 
 
-def parse_region(text: str) -> Region:
+def parse_region(text: str) -> ViewRegion:
     """Parse the part of a view, "x,y,z,width,height".
 
     Raises
@@ -86,7 +86,7 @@ def parse_region(text: str) -> Region:
         x = y = z = width = height = math.nan
     if not (math.isfinite(x + y + z) and 0 < width < math.inf and 0 < height < math.inf):
         raise UsageError(Finding("view.not-a-part", text=text), field="--around")
-    return Region((x, y, z), width, height)
+    return ViewRegion((x, y, z), width, height)
 
 
 def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
@@ -131,7 +131,7 @@ def request_picture(
     flip: bool = False,
     placed: bool = True,
     metric: bool = True,
-    region: Region | None = None,
+    region: ViewRegion | None = None,
 ) -> PlannedPicture:
     """Plan a picture of a model.
 
@@ -147,7 +147,7 @@ def request_picture(
         View from the other side.
     placed, metric : bool
         Whether north and the unit are known.
-    region : Region, optional
+    region : ViewRegion, optional
         Part to draw.
 
     Raises
@@ -193,13 +193,13 @@ def _validity_findings(valid: str | None, verdict: str) -> list[Finding]:
     return [Finding("view.axis-not-valid", verdict=verdict)]
 
 
-def _size_of(planned: Plan) -> tuple[float, float]:
+def _size_of(planned: OrthophotoPlan) -> tuple[float, float]:
     """Return the depth of the view, and the longer side of the picture."""
     grid = planned.grid
     return float(np.ptp(planned.points[:, 2])), max(grid.width, grid.height) * grid.gsd
 
 
-def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
+def _fold_view(fold: TableFold, planned: OrthophotoPlan) -> FoldView:
     deep, _ = _size_of(planned)
     off = fold.beta.total95_deg
     cost = cost_of_direction(off, deep, metric=planned.view.metric)
@@ -291,7 +291,7 @@ class WrittenOrthophoto(Result):
 
 
 def collect_result(
-    made: OrthophotoFiles,
+    files: OrthophotoFiles,
     requested: PlannedPicture,
     image: str,
     sheet: str | None,
@@ -300,14 +300,14 @@ def collect_result(
     """Return the result of a drawn picture; `warnings` about the model precede the others."""
     return WrittenOrthophoto(
         image,
-        str(made.sidecar),
-        str(made.depth),
-        str(made.world_file),
+        str(files.sidecar),
+        str(files.depth),
+        str(files.world_file),
         sheet,
-        {form: str(path) for form, path in made.drawing.items()} or None,
-        figures_of(made.facts),
+        {form: str(path) for form, path in files.drawing.items()} or None,
+        figures_of(files.facts),
         requested.fold,
-        (*warnings, *requested.warnings, *made.warnings),
+        (*warnings, *requested.warnings, *files.warnings),
     )
 
 

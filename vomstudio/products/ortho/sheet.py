@@ -26,7 +26,7 @@ from vomstudio.products.ortho.vector_drawing import (
     INK,
     MARGIN_MM,
     Drawing,
-    Shape,
+    DrawingShape,
     choose_ticks,
     left_margin_mm,
     number_text,
@@ -38,7 +38,7 @@ from vomstudio.products.ortho.view_description import (
     end_labels,
     unknown_direction_text,
 )
-from vomstudio.products.ortho.view_directions import View
+from vomstudio.products.ortho.view_directions import ViewDirection
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ def format_of(path: str | Path) -> str:
 
 
 def write_sheet(
-    path: Path, drawing: Drawing, view: View, format: str, *, legend: bool = True
+    path: Path, drawing: Drawing, view: ViewDirection, format: str, *, legend: bool = True
 ) -> None:
     """Write a sheet.
 
@@ -78,7 +78,7 @@ def write_sheet(
     path : Path
     drawing : Drawing
         With its picture, in metres of its plane.
-    view : View
+    view : ViewDirection
     format : str
         A value of FORMATS.
     legend : bool
@@ -124,7 +124,7 @@ def write_sheet(
     write_figure(path, draw, format=format, size_mm=size, paper="#ffffff", dpi=DPI)
 
 
-def _words(view: View, width_mm: float) -> list[str]:
+def _words(view: ViewDirection, width_mm: float) -> list[str]:
     import textwrap
 
     unknown = unknown_direction_text(view)
@@ -158,7 +158,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
         )
 
 
-def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
+def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
     """Draw all lines of a colour as one path with gaps: thousands of paths would be slow."""
     lines: dict[tuple[str, float, int], list[FloatArray]] = {}
     dots: dict[str, list[FloatArray]] = {}
@@ -189,7 +189,7 @@ def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
         ax.plot(x, y, "o", markersize=3.0, color=color, zorder=3)
 
 
-def _lines_of(shape: Shape, scale: int) -> list[FloatArray]:
+def _lines_of(shape: DrawingShape, scale: int) -> list[FloatArray]:
     """Return the lines (n, 2) of a line, outline or symbol of a plane; none for other points."""
     points = shape.points
     if len(points) > 1:
@@ -236,7 +236,7 @@ def _thin_ticks(ticks: FloatArray, min_distance: float) -> FloatArray:
 
 
 def _draw_ends(
-    ax: Axes, drawing: Drawing, view: View, frame: tuple[float, float, float, float]
+    ax: Axes, drawing: Drawing, view: ViewDirection, frame: tuple[float, float, float, float]
 ) -> None:
     """Draw the directions of the ends; beside a narrow picture they keep clear of the arrow."""
     x_left, y_bottom, wide, tall = frame

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vomstudio.products.ortho.legend_entries import Entry, explain_symbols
+from vomstudio.products.ortho.legend_entries import LegendEntry, explain_symbols
 from vomstudio.products.ortho.vector_drawing import INK
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _GLYPH_MM, _GAP_MM = 7.0, 1.6
 class Legend:
     """Entries in columns for a page of this width; height_mm is 0 without entries."""
 
-    def __init__(self, entries: Sequence[Entry], width_mm: float, font_pt: float) -> None:
+    def __init__(self, entries: Sequence[LegendEntry], width_mm: float, font_pt: float) -> None:
         self._font = font_pt
         self._entries = entries
         self._words = [entry.short_name for entry in entries]
@@ -50,7 +50,7 @@ class Legend:
         ax.text(x, y, words, fontsize=self._font, color=INK, va="center", parse_math=False)
 
 
-def _draw_glyphs(ax: Axes, entry: Entry, x: float, y: float) -> None:
+def _draw_glyphs(ax: Axes, entry: LegendEntry, x: float, y: float) -> None:
     from matplotlib.patches import Rectangle
 
     for position, form in enumerate(

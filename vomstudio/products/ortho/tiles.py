@@ -145,7 +145,7 @@ class Drawer(Protocol[Drawn_co]):
     def draw(self, tile: Tile) -> Drawn_co: ...
 
 
-class Source(Drawer[TilePicture], Protocol):
+class TileSource(Drawer[TilePicture], Protocol):
     """Object that draws the picture of a tile."""
 
     def warnings(self) -> list[Finding]:

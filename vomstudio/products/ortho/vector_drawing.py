@@ -22,7 +22,7 @@ from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.svg_lines import PROGRAM_CLASS
 from vomstudio.products.ortho.interpretation import ProjectedItem
-from vomstudio.products.ortho.legend_entries import Entry, entries_of, explain_symbols
+from vomstudio.products.ortho.legend_entries import LegendEntry, entries_of, explain_symbols
 
 Box = tuple[float, float, float, float]
 """Left, bottom, right, top."""
@@ -41,7 +41,7 @@ _GLYPH_MM = 6.0
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class DrawingShape:
     """Shape of a drawing.
 
     Parameters
@@ -60,7 +60,7 @@ class Shape:
         Columns of files.
     symbol : tuple of arrays
         Map symbol, as in `ProjectedItem`.
-    aside : bool
+    is_annotation : bool
         Annotation of the drawing, not a feature.
     """
 
@@ -73,7 +73,7 @@ class Shape:
     filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
     symbol: tuple[FloatArray, ...] = ()
-    aside: bool = False
+    is_annotation: bool = False
 
     def marks(self, reach: float) -> list[FloatArray]:
         """Return the polylines (k, 2) of a plane's symbol; `reach` is half its length."""
@@ -92,7 +92,7 @@ class Drawing:
 
     Parameters
     ----------
-    shapes : tuple of Shape
+    shapes : tuple of DrawingShape
     bounds : (2, 2) array
         Lowest and highest corner, m.
     ends : (str, str)
@@ -106,7 +106,7 @@ class Drawing:
     metric : bool
     """
 
-    shapes: tuple[Shape, ...]
+    shapes: tuple[DrawingShape, ...]
     bounds: FloatArray
     ends: tuple[str, str]
     axes: tuple[str, str]
@@ -121,12 +121,12 @@ class Drawing:
         return list(dict.fromkeys(shape.layer for shape in ordered))
 
     @property
-    def legend(self) -> list[Entry]:
+    def legend(self) -> list[LegendEntry]:
         """Entries of the drawn types, without lines that only annotate the drawing."""
-        return entries_of([shape for shape in self.shapes if not shape.aside])
+        return entries_of([shape for shape in self.shapes if not shape.is_annotation])
 
 
-def shape_of(flat: ProjectedItem) -> Shape:
+def shape_of(flat: ProjectedItem) -> DrawingShape:
     """Convert an item to a shape.
 
     A plane is labelled with its name and apparent dip, on a map with its true dip; a line by its
@@ -134,11 +134,11 @@ def shape_of(flat: ProjectedItem) -> Shape:
     """
     item, dip = flat.item, flat.apparent_dip_deg
     written = item.dip_deg if flat.symbol else dip
-    label = item.said or (item.name if item.form == "point" else "")
+    label = item.symbol_label or (item.name if item.form == "point" else "")
     if item.normal is not None and written is not None:
         label = f"{item.name} {abs(written):.0f}°" if item.name else f"{abs(written):.0f}°"
     turned = {"overturned": 1} if flat.symbol and item.overturned else {}
-    return Shape(
+    return DrawingShape(
         item.layer,
         flat.points,
         item.color,
@@ -239,7 +239,7 @@ def svg_text(drawing: Drawing) -> str:
     return "\n".join([*out, "</svg>", ""])
 
 
-def _svg_shape(shape: Shape, mm: float, ids: set[str]) -> str:
+def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
     """Return the element of a shape; its id is unique among `ids`."""
     title = _escaped(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
@@ -281,7 +281,7 @@ class PlacedLabel:
 
     Parameters
     ----------
-    shape : Shape
+    shape : DrawingShape
     x, y : float
         End of the text next to its feature, at middle height, metres of the plane.
     right : bool
@@ -291,7 +291,7 @@ class PlacedLabel:
     named : (float, float)
     """
 
-    shape: Shape
+    shape: DrawingShape
     x: float
     y: float
     right: bool
@@ -472,7 +472,7 @@ def _frame(
     return out
 
 
-def _svg_glyphs(entry: Entry, start: float, middle: float) -> list[str]:
+def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
     """Return the line, area and tick of a type in the legend, side by side from `start`, mm."""
     ink = f'stroke="{entry.color}" stroke-width="0.5"'
     glyphs = []
@@ -522,7 +522,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     """
     scale = paper_scale(drawing.bounds)
     symbol_layers = {
-        shape.layer: shape.layer if shape.aside else shape.layer + SYMBOLS
+        shape.layer: shape.layer if shape.is_annotation else shape.layer + SYMBOLS
         for shape in drawing.shapes
         if shape.label or shape.marks(1.0)
     }
@@ -535,11 +535,11 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
         title = comment or " - ".join(drawing.ends)
-        out = dxf.Drawing(file, colors, bounds, title, metric=drawing.metric)
+        out = dxf.DxfWriter(file, colors, bounds, title, metric=drawing.metric)
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
-            if shape.aside:
+            if shape.is_annotation:
                 out.line(points, names[shape.layer])
             elif len(points) == 1:
                 out.point(points[0], names[shape.layer], values)
@@ -556,7 +556,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
         out.close()
 
 
-def _text_places(drawing: Drawing, scale: float) -> list[tuple[Shape, FloatArray]]:
+def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, FloatArray]]:
     """Return the middle (3,) of each text.
 
     Texts without a free place overlap: a CAD drawing can be enlarged.

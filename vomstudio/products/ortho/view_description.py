@@ -8,10 +8,10 @@ from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_wind
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import STEEP_DEG
-from vomstudio.products.ortho.view_directions import View
+from vomstudio.products.ortho.view_directions import ViewDirection
 
 
-def end_labels(view: View) -> tuple[str, str, str]:
+def end_labels(view: ViewDirection) -> tuple[str, str, str]:
     """Return the texts at the left end, at the right end, and beside the upward arrow."""
     frame = view.frame
     azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
@@ -24,7 +24,7 @@ def end_labels(view: View) -> tuple[str, str, str]:
     return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if steep else tr("up")
 
 
-def direction_text(view: View) -> str:
+def direction_text(view: ViewDirection) -> str:
     """Describe the direction of view and its sense."""
     trend = format_azimuth(view.trend_deg, 1)
     return tr(
@@ -35,7 +35,7 @@ def direction_text(view: View) -> str:
     )
 
 
-def unknown_direction_text(view: View) -> str | None:
+def unknown_direction_text(view: ViewDirection) -> str | None:
     """Describe what is unknown for a model without registration; None if nothing is."""
     if view.north_known:
         return None if view.metric else tr("Not registered: scale unknown")

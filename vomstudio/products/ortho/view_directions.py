@@ -35,7 +35,7 @@ _OPPOSITE = {
 
 
 @dataclass(frozen=True)
-class View:
+class ViewDirection:
     """Viewing direction, with the reason for its sense.
 
     Parameters
@@ -63,9 +63,9 @@ class View:
         """Axes of the view."""
         return ViewFrame.looking(lines_to_vectors(self.trend_deg, self.plunge_deg))
 
-    def flipped(self) -> View:
+    def flipped(self) -> ViewDirection:
         """Return the opposite view, a mirror image."""
-        return View(
+        return ViewDirection(
             wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
             _OPPOSITE[self.sense],
@@ -73,7 +73,7 @@ class View:
         )
 
 
-def view_along_line(trend_deg: float, plunge_deg: float) -> View:
+def view_along_line(trend_deg: float, plunge_deg: float) -> ViewDirection:
     """Return a view as typed.
 
     Raises
@@ -87,7 +87,7 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
                 Finding("angle.out-of-range", value=angle, minimum=-most, maximum=most),
                 field=field,
             )
-    return View(
+    return ViewDirection(
         wrap360(trend_deg),
         plunge_deg,
         AS_GIVEN,
@@ -95,7 +95,7 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
     )
 
 
-def view_against_plane(plane: Plane) -> View:
+def view_against_plane(plane: Plane) -> ViewDirection:
     """Return the view against a plane's upward normal, or a vertical plane's dip direction."""
     return _along(
         -plane.normal(),
@@ -106,7 +106,7 @@ def view_against_plane(plane: Plane) -> View:
 
 def view_along_axis(
     trend_deg: float, plunge_deg: float, data: Mesh | PointCloud, to_world: npt.ArrayLike
-) -> View:
+) -> ViewDirection:
     """Return the view along a fold axis.
 
     It is down-plunge, unless most of the visible surface faces away from the viewer, as for a
@@ -194,6 +194,6 @@ def _facing_away(
     return cloud_picture.share_facing_away(data, frame.to_view(world, world[0]), normals, up)
 
 
-def _along(direction: FloatArray, sense: str, reason: Finding) -> View:
+def _along(direction: FloatArray, sense: str, reason: Finding) -> ViewDirection:
     trend, plunge, _ = vectors_to_lines(direction, directed=True)
-    return View(float(trend[0]), float(plunge[0]), sense, reason)
+    return ViewDirection(float(trend[0]), float(plunge[0]), sense, reason)

@@ -23,7 +23,7 @@ from vomstudio.core.words import to_translate
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
+from vomstudio.geometry.planes import FittedPlane, PlaneFits, fit_planes
 from vomstudio.project.sample import SamplePicks, SampleTruth
 
 FAULT = "fault"
@@ -128,7 +128,7 @@ def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
     return [(s["hanging wall"], s["footwall"]) for s in sides.values() if len(s) == 2]
 
 
-def plane_check(name: str, fit: PlaneFit, truth: Plane) -> Check:
+def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:
     """Compare the true plane with the confidence ellipse of the fitted one.
 
     The semi-axes are tan(max) along e2 and tan(min) along e1, in the plane tangent to the sphere

@@ -31,7 +31,7 @@ MAX_FAULT_ANGLE_DEG = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class Directions:
+class ProjectionDirections:
     """Directions of projection.
 
     Parameters
@@ -72,7 +72,7 @@ class Directions:
         return tuple(findings)
 
 
-def assign_domain_axes(items: Sequence[Item], field_: str) -> Directions:
+def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirections:
     """Assign each domain its own axis.
 
     A fault between domains belongs to none. It is projected along the axis, of the domains that
@@ -100,7 +100,7 @@ def assign_domain_axes(items: Sequence[Item], field_: str) -> Directions:
         nearest = min(sines, key=lambda name: sines[name])
         if sines[nearest] < math.sin(math.radians(MAX_FAULT_ANGLE_DEG)):
             faults[item.id] = nearest
-    return Directions(None, axes, faults)
+    return ProjectionDirections(None, axes, faults)
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,9 @@ class DomainProjection:
         return f"{text}; {fault_text}"
 
 
-def domain_projections(directions: Directions, curtain: Curtain) -> tuple[DomainProjection, ...]:
+def domain_projections(
+    directions: ProjectionDirections, curtain: Curtain
+) -> tuple[DomainProjection, ...]:
     """Describe the projection of each domain."""
     projections = []
     for name, axis in directions.axes.items():

@@ -42,7 +42,7 @@ DEFAULT_OPTIONS = ExtendOptions()
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class ExtensionTrace:
     """Trace of an extended plane on the surface.
 
     Parameters
@@ -61,7 +61,7 @@ class Trace:
 
 
 @dataclass(frozen=True)
-class Bed:
+class RepeatedPlane:
     """Repeated plane: its traces, their length, and limits of their 95 % error."""
 
     bed: int
@@ -85,14 +85,14 @@ class ExtendedPlane(PrintableResult):
         Half-angles of the joint 95 % region of its normal.
     thickness_m : float or None
         Thickness of the beds; None for a single plane.
-    beds : tuple of Bed
+    beds : tuple of RepeatedPlane
         Those that intersect the model, from bottom to top.
     length_m : float
         Total length of the traces.
     within_share : float
         Share of the model's points in the band of a plane.
     warnings : tuple of Finding
-    traces : tuple of Trace
+    traces : tuple of ExtensionTrace
     bands : PlaneDistances
         Of the model's points.
     """
@@ -103,11 +103,11 @@ class ExtendedPlane(PrintableResult):
     max_error95_deg: float
     min_error95_deg: float
     thickness_m: float | None
-    beds: tuple[Bed, ...]
+    beds: tuple[RepeatedPlane, ...]
     length_m: float
     within_share: float
     warnings: tuple[Finding, ...]
-    traces: tuple[Trace, ...] = field(default=(), metadata=HIDDEN)
+    traces: tuple[ExtensionTrace, ...] = field(default=(), metadata=HIDDEN)
     bands: PlaneDistances | None = field(default=None, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, Float32Array]:
@@ -171,7 +171,7 @@ def extend(
         traces += bed_traces
         errors = np.concatenate([trace.error95_m for trace in bed_traces])
         beds.append(
-            Bed(
+            RepeatedPlane(
                 number,
                 repeats.offset(number),
                 len(bed_traces),
@@ -295,8 +295,10 @@ def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArr
     return np.asarray(points[rows[0]] + near[first] + share[:, None] * (near[second] - near[first]))
 
 
-def _trace(line: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int) -> Trace:
-    return Trace(number, line, _error95(line, belief, repeats, number))
+def _trace(
+    line: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int
+) -> ExtensionTrace:
+    return ExtensionTrace(number, line, _error95(line, belief, repeats, number))
 
 
 def _error95(
@@ -319,7 +321,7 @@ def _half_angles(belief: PlaneEstimate) -> tuple[float, float]:
     return float(small), float(large)
 
 
-def _warnings(beds: list[Bed], thickness: float | None) -> tuple[Finding, ...]:
+def _warnings(beds: list[RepeatedPlane], thickness: float | None) -> tuple[Finding, ...]:
     if thickness is None or max(bed.most_error95_m for bed in beds) < 0.5 * thickness:
         return ()
     return (Finding("extension.beds-indistinct"),)

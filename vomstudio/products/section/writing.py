@@ -29,7 +29,7 @@ from vomstudio.products.ortho.interpretation import (
 )
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
-    Shape,
+    DrawingShape,
     shape_of,
     svg_text,
     write_dxf,
@@ -38,8 +38,8 @@ from vomstudio.products.section.bent_projection import project_along_bends
 from vomstudio.products.section.cutting import Cut
 from vomstudio.products.section.directions import (
     MIN_ALLOWED_ANGLE_DEG,
-    Directions,
     DomainProjection,
+    ProjectionDirections,
     angle_to,
     domain_projections,
     least_angle,
@@ -52,7 +52,7 @@ _MIN_WIDTH_RATIO, _MIN_HEIGHT_RATIO = 0.7, 0.15
 ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
 MAX_BENDS = 20
-RIGHT_ANGLES = Directions()
+RIGHT_ANGLES = ProjectionDirections()
 FEATURE_COLUMNS = (
     "layer",
     "id",
@@ -146,7 +146,10 @@ def check_targets(path: str | Path, has_features: bool, *, force: bool) -> None:
 
 
 def project_items(
-    items: tuple[Item, ...], curtain: Curtain, directions: Directions, within: float | None
+    items: tuple[Item, ...],
+    curtain: Curtain,
+    directions: ProjectionDirections,
+    within: float | None,
 ) -> tuple[tuple[ProjectedItem, ...], int]:
     """Project features onto a section.
 
@@ -156,7 +159,7 @@ def project_items(
     ----------
     items : tuple of Item
     curtain : Curtain
-    directions : Directions
+    directions : ProjectionDirections
     within : float or None
         Maximum distance from the section, m.
 
@@ -203,7 +206,7 @@ def figures_of(
     curtain: Curtain,
     flats: tuple[ProjectedItem, ...],
     left_out: int,
-    directions: Directions = RIGHT_ANGLES,
+    directions: ProjectionDirections = RIGHT_ANGLES,
 ) -> SectionFigures:
     """Compute the figures of a section.
 
@@ -233,7 +236,7 @@ def figures_of(
     )
 
 
-def _projection(curtain: Curtain, directions: Directions) -> tuple[Any, ...]:
+def _projection(curtain: Curtain, directions: ProjectionDirections) -> tuple[Any, ...]:
     """Return trend, plunge, angle to the section, and the projections of domains."""
     domains = domain_projections(directions, curtain) or None
     if directions.along is None:
@@ -302,7 +305,9 @@ def section_drawing(
     figures: SectionFigures | None = None,
 ) -> Drawing:
     """Draw a section; `figures` describe the projection of features."""
-    shapes = [Shape(_SURFACE, line, values={"polyline": k + 1}) for k, line in enumerate(cut.lines)]
+    shapes = [
+        DrawingShape(_SURFACE, line, values={"polyline": k + 1}) for k, line in enumerate(cut.lines)
+    ]
     shapes += [shape_of(flat) for flat in flats]
     every = np.concatenate([shape.points for shape in shapes])
     low, high = every.min(axis=0), every.max(axis=0)
@@ -333,16 +338,16 @@ def section_drawing(
     )
 
 
-def _bend_marks(curtain: Curtain, low: float, high: float) -> list[Shape]:
+def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]:
     """Mark the bends of a section, the sharpest ones of a line with many."""
     return [
-        Shape(
+        DrawingShape(
             _BENDS,
             np.array([[at, low], [at, high]]),
             _BEND_COLOR,
             label=tr("bend, on toward {azimuth}°", azimuth=f"{round(azimuth) % 360:03d}"),
             values={"azimuth_deg": azimuth},
-            aside=True,
+            is_annotation=True,
         )
         for at, azimuth in curtain.bends(MAX_BENDS)
     ]

@@ -30,7 +30,7 @@ from vomstudio.geometry.heights.levels import level_findings, level_gap
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import face_areas, face_points, moments
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.resolution import NEIGHBOUR_COUNTS, neighbour_statistics
 from vomstudio.geometry.vectors import strike_and_dip_lines
 from vomstudio.io.models.opening import resolution
@@ -280,7 +280,7 @@ def analyse(
     )
 
 
-def _fitted(data: Mesh | PointCloud) -> tuple[FloatArray, PlaneFit, float | None]:
+def _fitted(data: Mesh | PointCloud) -> tuple[FloatArray, FittedPlane, float | None]:
     """Return the points (n, 3) of a patch, its plane and the area of a mesh."""
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.arange(len(data.faces))
@@ -293,7 +293,7 @@ def _fitted(data: Mesh | PointCloud) -> tuple[FloatArray, PlaneFit, float | None
 
 
 def _row(
-    fit: PlaneFit,
+    fit: FittedPlane,
     points: FloatArray,
     area: float | None,
     edge: float,
@@ -344,7 +344,7 @@ def _noise(data: Mesh | PointCloud, stated_m: float | None, edge: float) -> tupl
 
 def _trim(
     points: FloatArray,
-    fit: PlaneFit,
+    fit: FittedPlane,
     deviations: FloatArray,
     plan: HeightPlan,
     holding: PlanarPart,

@@ -35,7 +35,7 @@ def export_project(
     format_: str,
     out: Path,
     *,
-    with_map: bool = True,
+    writes_map: bool = True,
     force: bool = False,
     progress: Progress | None = None,
 ) -> ProjectTable:
@@ -49,7 +49,7 @@ def export_project(
         Name of the format.
     out : Path
         File to write.
-    with_map : bool
+    writes_map : bool
         Also write the QGIS map of a GeoPackage.
     force : bool, optional
         Whether to replace existing files.
@@ -71,11 +71,11 @@ def export_project(
     """
     # Around everything that is created, else the collector scans it before it is freed.
     with pause_collection():
-        return _export(folder, format_, out, with_map, force, progress or Silent())
+        return _export(folder, format_, out, writes_map, force, progress or Silent())
 
 
 def _export(
-    folder: Path, format_: str, out: Path, with_map: bool, force: bool, progress: Progress
+    folder: Path, format_: str, out: Path, writes_map: bool, force: bool, progress: Progress
 ) -> ProjectTable:
     from vomstudio.project.journal.database import own_files, read_replay
 
@@ -89,7 +89,7 @@ def _export(
         replay.records,
         format_,
         out,
-        with_map=with_map,
+        writes_map=writes_map,
         force=force,
         thresholds=thresholds_of(replay.settings),
     )
@@ -109,7 +109,7 @@ def export_records(
     format_: str,
     out: Path,
     *,
-    with_map: bool = True,
+    writes_map: bool = True,
     force: bool = False,
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
@@ -118,7 +118,7 @@ def export_records(
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
     if format_ != "csv":
-        table = table.without_repeats()
+        table = table.drop_repeats()
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
         lists = listed_tables(records, table, measurements)
@@ -141,7 +141,7 @@ def export_records(
     if format_ == "gpkg":
         from vomstudio.project.exports.geopackage import write_layers
 
-        files = write_layers(out, records, table, layers, with_map=with_map, force=force)
+        files = write_layers(out, records, table, layers, writes_map=writes_map, force=force)
         return replace(table, files=tuple(files))
     if format_ == "shp":
         from vomstudio.project.exports.gis_files import write_shapefiles

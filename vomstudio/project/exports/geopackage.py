@@ -47,17 +47,17 @@ def write_layers(
     table: ProjectTable,
     layers: Sequence[Layer],
     *,
-    with_map: bool = True,
+    writes_map: bool = True,
     force: bool = False,
 ) -> list[Path]:
     """Write the layers of `project_layers` and return the written files.
 
-    `with_map` also writes NAME.qgs beside it, which QGIS opens as a map. Raises TargetError.
+    `writes_map` also writes NAME.qgs beside it, which QGIS opens as a map. Raises TargetError.
     """
     # Without a CRS, GDAL would declare east and north.
     crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
     styles = [style_of(layer, records) for layer in layers]
-    paths = [out, out.with_suffix(".qgs")] if with_map else [out]
+    paths = [out, out.with_suffix(".qgs")] if writes_map else [out]
     with atomic_group(paths, force=force) as parts:
         append = False
         for layer in layers:
@@ -73,7 +73,7 @@ def write_layers(
             )
             append = True
         _add_styles(parts[0], [layer.name for layer in layers], styles)
-        if with_map:
+        if writes_map:
             map_layers = [
                 MapLayer(layer.name, style, _extent(layer))
                 for layer, style in zip(layers, styles, strict=True)

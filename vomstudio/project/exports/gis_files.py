@@ -71,7 +71,7 @@ def write_shapefiles(
     return names
 
 
-def _columns(layer: Layer) -> list[shapefile.Column]:
+def _columns(layer: Layer) -> list[shapefile.DbfColumn]:
     names = shapefile.short_names(layer.columns, SHORT_NAMES)
     return [shapefile.column(names[name], values) for name, values in layer.columns.items()]
 
@@ -129,7 +129,7 @@ def write_dxf(
             prj.write_text(text or "", encoding="utf-8")
         with open(temporary, "w", encoding="ascii", newline="\n") as file:
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
-            drawing = dxf.Drawing(file, color_numbers, bounds, comment, metric=axes.metric)
+            drawing = dxf.DxfWriter(file, color_numbers, bounds, comment, metric=axes.metric)
             for layer in layers:
                 kinds = layer.classes
                 for row, shape in enumerate(layer.shapes):
@@ -166,7 +166,7 @@ def _dxf_layer(layer: Layer, kind: str) -> str:
 
 
 def _symbol(
-    drawing: dxf.Drawing,
+    drawing: dxf.DxfWriter,
     centre: FloatArray,
     values: Mapping[str, Any],
     size: float,

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from vomstudio.core.words import tr
 from vomstudio.io.gis import qml
 from vomstudio.io.gis.layers import Layer
-from vomstudio.io.gis.qml import Category, Labels, Piece, Style
+from vomstudio.io.gis.qml import Labels, RendererCategory, Style, SymbolLayer
 from vomstudio.project.records import FeatureType, Record
 
 _DEFAULT_COLOR = "#4d4d4d"
@@ -31,22 +31,22 @@ def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
     classes = layer.colors_of(colors, _DEFAULT_COLOR)
     if layer.by not in layer.columns or not classes:
         return Style(
-            layer.kind, [Category("", layer.name, _pieces(layer, _DEFAULT_COLOR))], tip=_TIP
+            layer.kind, [RendererCategory("", layer.name, _pieces(layer, _DEFAULT_COLOR))], tip=_TIP
         )
     categories = [
-        Category(word, word or tr("no type"), _pieces(layer, color))
+        RendererCategory(word, word or tr("no type"), _pieces(layer, color))
         for word, color in classes.items()
     ]
     if "" not in classes:
         # For features that are added in QGIS later with an unknown type.
-        categories.append(Category("", tr("other"), _pieces(layer, _DEFAULT_COLOR)))
+        categories.append(RendererCategory("", tr("other"), _pieces(layer, _DEFAULT_COLOR)))
     return Style(layer.kind, categories, layer.by, _labels(layer), _TIP)
 
 
 _TIP = '[% coalesce("name", "id") %]'
 
 
-def _pieces(layer: Layer, color: str) -> list[Piece]:
+def _pieces(layer: Layer, color: str) -> list[SymbolLayer]:
     if layer.kind == "line":
         return [qml.line(0.35, color, _quality(layer, "outlineStyle"))]
     if layer.kind == "ring":
@@ -62,7 +62,7 @@ def _quality(layer: Layer, name: str) -> dict[str, str]:
     return {name: _LINE_STYLE} if "quality" in layer.columns else {}
 
 
-def _strike_and_dip(layer: Layer, color: str) -> list[Piece]:
+def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
     """Return a bar along the strike and a tick down the dip.
 
     The tick is on both sides for a vertical plane, a cross for a horizontal and a hook for an
@@ -92,11 +92,11 @@ def _strike_and_dip(layer: Layer, color: str) -> list[Piece]:
         hook = qml.mark("half_arc", TICK_MM, color)
         values = {**hook.values, "outline_width": f"{WIDTH_MM:g}", "color": "0,0,0,0"}
         overrides = {"angle": f"{dip_direction} + 180", "enabled": 'coalesce("overturned", false)'}
-        pieces.append(Piece(hook.kind, values, overrides))
+        pieces.append(SymbolLayer(hook.kind, values, overrides))
     return pieces
 
 
-def _arrow(layer: Layer, color: str) -> list[Piece]:
+def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
     """Return an arrow along the trend, with two heads for a horizontal line."""
     line_style = _quality(layer, "outlineStyle")
     head = qml.mark("arrowhead", 1.8, color, offset=f"0,{-BAR_MM}")
@@ -107,8 +107,8 @@ def _arrow(layer: Layer, color: str) -> list[Piece]:
         qml.stroke(
             BAR_MM, WIDTH_MM, color, angle='"trend_deg"', offset=f"0,{-0.5 * BAR_MM}", by=line_style
         ),
-        Piece(head.kind, values, overrides),
-        Piece(
+        SymbolLayer(head.kind, values, overrides),
+        SymbolLayer(
             head.kind, opposite, {"angle": '"trend_deg" + 90', "enabled": 'abs("plunge_deg") < 0.5'}
         ),
     ]

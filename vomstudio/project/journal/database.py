@@ -36,7 +36,7 @@ from vomstudio.project.journal.file_watch import (
 )
 from vomstudio.project.journal.json_values import dump_json
 from vomstudio.project.journal.migration import SCHEMA_VERSION, migrate
-from vomstudio.project.journal.replay import Replay, Row, RowKind, replay
+from vomstudio.project.journal.replay import JournalRow, Replay, RowKind, replay
 from vomstudio.project.journal.rows import (
     INSERT_ROW,
     SET_HEAD,
@@ -315,7 +315,7 @@ class SqliteJournal:
         """Number of the last row."""
         return self._pending[-1].head.seq if self._pending else self._head.seq
 
-    def last_rows(self, count: int) -> list[Row]:
+    def last_rows(self, count: int) -> list[JournalRow]:
         """Return the newest rows in order, without checking their checksums. Raises InputError."""
         return last_rows(self._db, self.path, count)
 
@@ -326,7 +326,7 @@ class SqliteJournal:
         label: str,
         before: Mapping[str, Any] | None,
         after: Mapping[str, Any] | None,
-        template: Row | None,
+        template: JournalRow | None,
     ) -> int:
         """Append a row with the time, version and settings of another and return its number."""
         if template is None:
@@ -340,7 +340,7 @@ class SqliteJournal:
             with contextlib.suppress(ValueError, TypeError, RecursionError):
                 self.set_view(key, json.loads(value))
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[JournalRow]:
         """Yield all rows in order, pending ones last. Raises InputError if the file is damaged."""
         yield from read_rows(self._db, self.path)
         yield from (row.to_row() for row in self._pending)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vomstudio.project.journal.replay import Row
+from vomstudio.project.journal.replay import JournalRow
 
 # Words of the edits' labels; any other word of a label is a name.
 _WORDS = frozenset(
@@ -19,7 +19,7 @@ _WORDS = frozenset(
 _NAME = re.compile(r"[a-z_][a-z0-9_]*", re.IGNORECASE)
 
 
-def outline(rows: Iterable[Row]) -> list[str]:
+def outline(rows: Iterable[JournalRow]) -> list[str]:
     """Return one line per row: number, kind, time, version, label, and changed fields.
 
     Lines contain no coordinates and no names typed by the user.
@@ -27,7 +27,7 @@ def outline(rows: Iterable[Row]) -> list[str]:
     return [_line(row) for row in rows]
 
 
-def _line(row: Row) -> str:
+def _line(row: JournalRow) -> str:
     of = "" if row.of_seq is None else f" of {row.of_seq}"
     parts = [f"{row.seq} {_word(row.kind)}{of}, {row.time}, version {row.version}"]
     if row.label:

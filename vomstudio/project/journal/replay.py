@@ -18,7 +18,7 @@ RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
 
 
 @dataclass(frozen=True)
-class Row:
+class JournalRow:
     """One row of the journal.
 
     do, discard : `before` and `after` are maps id -> None, a complete record, or its changed fields
@@ -58,7 +58,7 @@ class Journal(Protocol):
     ) -> int:
         """Append a row and return its number. Raises DocumentError if it cannot be written."""
 
-    def rows(self) -> Iterator[Row]: ...
+    def rows(self) -> Iterator[JournalRow]: ...
 
     def close(self) -> None: ...
 
@@ -101,13 +101,13 @@ class Replay:
         return self.done[-1][0] if self.done else 0
 
 
-def replay(rows: Iterable[Row]) -> Replay:
+def replay(rows: Iterable[JournalRow]) -> Replay:
     """Replay a journal from its first row. Damaged rows are reported and skipped."""
     with pause_collection():
         return _replay(rows)
 
 
-def _replay(rows: Iterable[Row]) -> Replay:
+def _replay(rows: Iterable[JournalRow]) -> Replay:
     result = Replay()
     for row in rows:
         if row.notice:
@@ -131,13 +131,13 @@ def _replay(rows: Iterable[Row]) -> Replay:
     return result
 
 
-def _settings_of(row: Row) -> Plain | None:
+def _settings_of(row: JournalRow) -> Plain | None:
     if row.settings is not None and not isinstance(row.settings, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field="settings")
     return None if row.settings is None else dict(row.settings)
 
 
-def _play(result: Replay, row: Row) -> None:
+def _play(result: Replay, row: JournalRow) -> None:
     if row.kind in ("do", "discard", "amend"):
         edit = decode_edit(row.label, row.before or {}, row.after or {}, result.records)
         edit.swap(result.records, strict=False)
@@ -166,7 +166,7 @@ def _play(result: Replay, row: Row) -> None:
         raise DocumentError(Finding("row.unknown-kind", kind=row.kind))
 
 
-def _merge_amended(result: Replay, row: Row, edit: Edit) -> Edit:
+def _merge_amended(result: Replay, row: JournalRow, edit: Edit) -> Edit:
     """Merge an edit with the one that it amends."""
     if not result.done or result.done[-1][0] != row.of_seq:
         # The amended row was damaged: only the change itself is known.
@@ -175,7 +175,7 @@ def _merge_amended(result: Replay, row: Row, edit: Edit) -> Edit:
     return earlier.followed_by(edit)
 
 
-def _pop_until(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
+def _pop_until(stack: list[tuple[int, Edit]], row: JournalRow) -> list[tuple[int, Edit]]:
     """Pop steps up to row `of_seq`, newest first.
 
     Steps above it belong to damaged rows that were skipped. Raises DocumentError if it is missing.

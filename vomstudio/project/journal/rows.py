@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.project.journal.json_values import load_json
-from vomstudio.project.journal.replay import Row
+from vomstudio.project.journal.replay import JournalRow
 
 
 class Head(NamedTuple):
@@ -28,15 +28,17 @@ class NewRow(NamedTuple):
     values: tuple[Any, ...]
     head: Head
 
-    def to_row(self) -> Row:
+    def to_row(self) -> JournalRow:
         return _to_row(self.values)
 
 
-def _to_row(values: Sequence[Any]) -> Row:
+def _to_row(values: Sequence[Any]) -> JournalRow:
     seq, kind, of_seq, label, before, after, time, version, settings = values
     read_before, read_after = load_json(before), load_json(after)
     stored_settings = load_json(settings)
-    return Row(seq, kind, of_seq, label, read_before, read_after, time, version, stored_settings)
+    return JournalRow(
+        seq, kind, of_seq, label, read_before, read_after, time, version, stored_settings
+    )
 
 
 def read_head(db: sqlite3.Connection) -> Head:
@@ -72,7 +74,7 @@ INSERT_ROW = f"INSERT INTO journal ({COLUMNS}, checksum) VALUES ({', '.join('?' 
 SET_HEAD = "INSERT OR REPLACE INTO head VALUES (1, ?, ?, ?)"
 
 
-def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
+def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
     """Yield the rows in order, with findings for damaged and missing ones.
 
     Raises InputError if the file itself is damaged.
@@ -96,7 +98,7 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
             # Settings rarely change from row to row.
             if settings != settings_cache[0]:
                 settings_cache = (settings, load_json(settings))
-            yield Row(
+            yield JournalRow(
                 number,
                 kind,
                 of_seq,
@@ -112,12 +114,12 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
         head = db.execute("SELECT seq FROM head").fetchone()
         if head is not None and head[0] > seq:
             missing = _missing_rows(seq + 1, head[0])
-            yield Row(head[0], "gap", None, "", None, None, "", "", None, notice=missing)
+            yield JournalRow(head[0], "gap", None, "", None, None, "", "", None, notice=missing)
     except sqlite3.Error as error:
         raise InputError(Finding("journal.damaged", reason=error), file=path) from error
 
 
-def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
+def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[JournalRow]:
     """Return the newest rows in order, without checking their checksums. Raises InputError."""
     query = f"SELECT {COLUMNS} FROM journal ORDER BY seq DESC LIMIT ?"
     try:

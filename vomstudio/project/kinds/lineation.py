@@ -23,7 +23,7 @@ from vomstudio.geology.intersections import UncertainPlane, deviation95
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
 from vomstudio.geology.slip import CONFIDENCES, SENSES, SlipConfidence, SlipSense, slip_rake
-from vomstudio.geometry.lines import LineFit, fit_line
+from vomstudio.geometry.lines import FittedLine, fit_line
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
@@ -172,7 +172,7 @@ def _registration_covariance(
 
 
 def _projected_error(
-    direction: FloatArray, fit: LineFit, base: UncertainPlane
+    direction: FloatArray, fit: FittedLine, base: UncertainPlane
 ) -> tuple[float | None, float | None, FloatArray | None]:
     """Return semi-axes and axis of the joint 95 % region of a line projected onto a plane.
 

@@ -18,7 +18,7 @@ from vomstudio.geology.quality import judge
 from vomstudio.geometry.lines import path_lengths
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.plane_figures import Method
-from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
+from vomstudio.geometry.planes import Axis, FittedPlane, fit_planes
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.bed_descriptions import bed_lines, notes_with_beds
@@ -180,7 +180,7 @@ def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArra
     return faces
 
 
-def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[float | None]:
+def _tilts(fits: Sequence[FittedPlane | None], frames: Sequence[ToWorld]) -> list[float | None]:
     """Return the 95 % tilt of each plane due to its registration, degrees."""
     tilts: list[float | None] = [None] * len(fits)
     rows_by_frame: dict[int, list[int]] = {}
@@ -196,9 +196,9 @@ def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[f
 
 def _fits(
     traces: Sequence[Trace], points: Sequence[FloatArray]
-) -> list[tuple[PlaneFit | None, Finding | None]]:
+) -> list[tuple[FittedPlane | None, Finding | None]]:
     """Return the plane of each trace, or the reason for its absence."""
-    fits: list[tuple[PlaneFit | None, Finding | None]] = [(None, None)] * len(traces)
+    fits: list[tuple[FittedPlane | None, Finding | None]] = [(None, None)] * len(traces)
     rows_by_method: dict[tuple[Method, Axis], list[int]] = {}
     for i, trace in enumerate(traces):
         axis = trace.axis if trace.method == "regression" else "auto"

@@ -32,11 +32,11 @@ from vomstudio.project.records.photos import (
     MarkedPoint,
     Mask,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
 )
 from vomstudio.project.records.profiles import PROFILE_ID, VerdictProfile, limits_of
 
-PhotoRecord = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
+PhotoRecord = PhotoSet | Mask | MarkedPoint | ImageMark | ReconstructionRecord | Registration
 """Records on which photo models depend."""
 Record = Model | FeatureType | VerdictProfile | FaceGrid | Compass | PhotoRecord | Feature
 
@@ -60,7 +60,7 @@ __all__ = [
     "PhotoRecord",
     "PhotoSet",
     "Picked",
-    "Reconstruction",
+    "ReconstructionRecord",
     "Record",
     "Repeatable",
     "Surrounded",

@@ -93,7 +93,7 @@ class ImageMark:
 
 
 @dataclass(frozen=True)
-class Reconstruction:
+class ReconstructionRecord:
     """A model that was reconstructed from a photo set.
 
     Attributes

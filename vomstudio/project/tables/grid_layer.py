@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray, ObjectArray
-from vomstudio.geology.coverage.cells import CellGrid
+from vomstudio.geology.coverage.cells import SquareGrid
 from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
 from vomstudio.geometry import transform
 from vomstudio.project.grid_edits import marks_of
@@ -18,9 +18,9 @@ LAYER = "looked_at"
 COLORS = {OPEN: "#bdbdbd", DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
 
 
-def grid_in_file_frame(grid: FaceGrid) -> CellGrid:
+def grid_in_file_frame(grid: FaceGrid) -> SquareGrid:
     """Return the cells of a grid in the model's file frame."""
-    return CellGrid(
+    return SquareGrid(
         np.array(grid.origin),
         np.array(grid.right),
         np.array(grid.up),

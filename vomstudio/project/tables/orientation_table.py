@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.profiles import Thresholds
     from vomstudio.geology.quality import Kind as JudgedAs
     from vomstudio.geology.quality import Verdict
-    from vomstudio.geometry.planes import PlaneFit
+    from vomstudio.geometry.planes import FittedPlane
 
 Row = dict[str, Any]
 """One value per column of `COLUMNS`: str, float, int, bool, or None where not applicable."""
@@ -86,7 +86,7 @@ def _table_figures(figures: tuple[Figure, ...]) -> list[tuple[str, Callable[[Sub
 
 
 def plane_row(
-    fit: PlaneFit,
+    fit: FittedPlane,
     verdict: Verdict,
     *,
     resolution_m: float | None = None,
@@ -102,7 +102,7 @@ def plane_row(
 
     Parameters
     ----------
-    fit, verdict : PlaneFit, Verdict
+    fit, verdict : FittedPlane, Verdict
         In World.
     resolution_m : float or None
         Resolution of the model around the points.

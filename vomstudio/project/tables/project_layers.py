@@ -56,7 +56,7 @@ def project_layers(
 
 
 def _points(name: str, nature: str, table: ProjectTable) -> Layer:
-    table = table.without_repeats()
+    table = table.drop_repeats()
     rows = [row for row in table.rows if row["x"] is not None and row["element"] == nature]
     places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
     # The key of the layer is `fid`, so `id` stays that of the record.

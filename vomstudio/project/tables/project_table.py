@@ -61,7 +61,7 @@ class ProjectTable:
         """Optional columns in use: domain, interpreter and repeated feature."""
         return tuple(c for c in EXTRA_COLUMNS if any(c in row for row in self.rows))
 
-    def without_repeats(self) -> ProjectTable:
+    def drop_repeats(self) -> ProjectTable:
         """Return the table without repeats, for programs that would count them as structures."""
         repeats = [row for row in self.rows if "repeat_of" in row]
         if not repeats:

@@ -14,7 +14,7 @@ from vomstudio.core.arrays import FloatArray, Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.streaming.octree import CloudNodes, Piece, View
+from vomstudio.geometry.streaming.octree import CloudNodes, CloudView, NodePoints
 from vomstudio.rendering.prepare.textures import Texture
 from vomstudio.rendering.view.scalars import FieldStyle, Scale
 from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
@@ -29,7 +29,7 @@ class Stopped(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Registered:
+class ModelBounds:
     """The bounds (2, 3) of a model in its file frame are known."""
 
     data: Mesh | PointCloud
@@ -66,14 +66,14 @@ class NodeReady:
     spacing: float
     """Metres between neighbours, in the file's frame."""
     row: int
-    piece: Piece
+    piece: NodePoints
 
 
 @dataclass(frozen=True, eq=False)
 class NodesDropped:
     """Nodes that are no longer needed; their actors are removed when they are off the screen."""
 
-    pieces: dict[int, Piece]
+    pieces: dict[int, NodePoints]
     nodes: CloudNodes
 
 
@@ -83,11 +83,11 @@ class NodeStream(Protocol):
     turn: int
     """Number of the last view that needed other nodes."""
 
-    def needed(self, view: View) -> dict[int, float]: ...
+    def needed(self, view: CloudView) -> dict[int, float]: ...
 
     def closing(self, rows: list[int]) -> dict[int, float]: ...
 
-    def look(self, view: View) -> dict[int, float] | None: ...
+    def look(self, view: CloudView) -> dict[int, float] | None: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +151,7 @@ class FieldReady:
 
 
 Event = (
-    Registered
+    ModelBounds
     | ProxyReady
     | MeshChunkReady
     | NodeReady

@@ -22,8 +22,8 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.rendering.prepare.events import (
     Emit,
     Event,
+    ModelBounds,
     Problem,
-    Registered,
     Stopped,
     Submit,
 )
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 NICENESS = 5
 
 
-class ModelWork:
+class ModelQueue:
     """Preparation of models.
 
     Results of `next` belong to the calling thread; only the preparation itself runs in other
@@ -121,7 +121,7 @@ class ModelWork:
                 else:
                     bounds = preparation.finite_bounds(data.points, stop)
                 origin = np.round(bounds.mean(axis=0))
-                emit(Registered(data, bounds, origin))
+                emit(ModelBounds(data, bounds, origin))
                 if isinstance(data, Mesh):
                     # Results before the registration of the model would be lost.
                     _submitter(pool, stop)(pictures)

@@ -16,7 +16,7 @@ from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.failures.error_collector import ERRORS
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
+from vomstudio.geometry.streaming.octree import CloudNodes, CloudView, NodePoints, StreamedCloud
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.prepare.cloud_colors import coloring
 from vomstudio.rendering.prepare.events import (
@@ -43,7 +43,7 @@ MAX_SHOWN_POINTS = 3_000_000
 
 def view_of(
     eye: Eye, camera: Camera, size: tuple[int, int], to_world: FloatArray, from_world: FloatArray
-) -> View:
+) -> CloudView:
     """Return the view of an eye in the file's frame."""
     linear = to_world[:3, :3]
     scale = float(np.cbrt(abs(np.linalg.det(linear)))) or 1.0
@@ -53,7 +53,7 @@ def view_of(
     # Closer than anything will ever be viewed, because the true near plane depends on the loaded
     # nodes.
     near_depth = max(1e-3 * camera.distance, 1e-6) / scale
-    return View(
+    return CloudView(
         tuple(position.tolist()),
         tuple(tuple(row) for row in axes.tolist()),
         float(half),
@@ -84,9 +84,9 @@ class Streamer:
         self._stopped, self._emit, self._submit = stop, emit, submit
         sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
         self._colors = coloring(sample)
-        self._view: View | None = None
+        self._view: CloudView | None = None
         self._requested: tuple[int, ...] = ()
-        self._fetched: dict[int, Piece] = {}
+        self._fetched: dict[int, NodePoints] = {}
         self._used: dict[int, int] = {}
         self._broken: set[int] = set()
         self.turn = 0
@@ -101,7 +101,7 @@ class Streamer:
         self._emit(TexturesDone())
         self._emit(LocatorReady([]))
 
-    def needed(self, view: View) -> dict[int, float]:
+    def needed(self, view: CloudView) -> dict[int, float]:
         """Return the nodes that a view needs, most important first, with their spacing.
 
         The spacing is that at which the points of a node close the surface together with the
@@ -117,7 +117,7 @@ class Streamer:
         """Return the same as `needed` for given nodes."""
         return self._nodes.closing(np.array(rows, np.int64))
 
-    def look(self, view: View) -> dict[int, float] | None:
+    def look(self, view: CloudView) -> dict[int, float] | None:
         """Return and fetch the needed nodes, None if the view is unchanged.
 
         ViewDone with the number in `turn` follows when all are handed over.
@@ -178,7 +178,7 @@ class Streamer:
     def _make_room(self, requested: int, turn: int) -> None:
         point_count = sum(int(self._nodes.counts[row]) for row in self._fetched)
         kept_rows = set(self._nodes.first)
-        dropped: dict[int, Piece] = {}
+        dropped: dict[int, NodePoints] = {}
         for row in sorted(self._fetched.keys() - kept_rows, key=lambda r: self._used.get(r, 0)):
             if point_count + requested <= self._nodes.budget or self._used.get(row) == turn:
                 break
@@ -187,7 +187,7 @@ class Streamer:
         if dropped:
             self._emit(NodesDropped(dropped, self._nodes))
 
-    def _hand_over(self, row: int, piece: Piece) -> None:
+    def _hand_over(self, row: int, piece: NodePoints) -> None:
         rows, ids = piece.rows, piece.ids
         at = (piece.cloud.points.take(rows, axis=0) - self._origin).astype(np.float32)
         if not self._nodes.is_ordered:
@@ -198,5 +198,5 @@ class Streamer:
         chunk = PointChunk(at, ids, boxes)
         data = vtk_data.point_set(at, self._colors(piece.cloud, rows))
         spacing = float(self._nodes.spacing[row])
-        self._emit(NodeReady(chunk, data, spacing, row, Piece(piece.cloud, rows, ids)))
+        self._emit(NodeReady(chunk, data, spacing, row, NodePoints(piece.cloud, rows, ids)))
         self._fetched[row] = piece

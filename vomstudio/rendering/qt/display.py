@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
 
 
-class Display(QObject):
+class ModelAppearance(QObject):
     """Appearance of the models; `captions` contains their names if several show a field."""
 
     field_shown = Signal(str)

@@ -41,7 +41,7 @@ BUTTONS = {
 }
 
 
-class View(Pane, Protocol):
+class GestureView(Pane, Protocol):
     """Widget as the gestures use it."""
 
     preview: Preview | None
@@ -96,7 +96,7 @@ class Gestures(QObject):
     pointer = Signal(object)
     """PointerEvent"""
 
-    def __init__(self, view: View, moves: Moves, faces: Faces, parent: QObject) -> None:
+    def __init__(self, view: GestureView, moves: Moves, faces: Faces, parent: QObject) -> None:
         super().__init__(parent)
         self._view, self._moves, self._faces = view, moves, faces
         self._camera = moves.camera

@@ -29,7 +29,7 @@ class PhotoCameras:
     ----------
     frusta : sequence of Frustum
         In World.
-    chosen : frozenset of str
+    selection : frozenset of str
         Names of the emphasised photos.
     hot : str or None
         Name of the photo under the cursor.
@@ -37,7 +37,7 @@ class PhotoCameras:
 
     def __init__(self, camera: Camera, pane: Pane, life: SceneLife, picture: ScenePicture) -> None:
         self.frusta: tuple[Frustum, ...] = ()
-        self.chosen: frozenset[str] = frozenset()
+        self.selection: frozenset[str] = frozenset()
         self.hot: str | None = None
         self._camera, self._pane = camera, pane
         self._life, self._picture = life, picture
@@ -45,7 +45,7 @@ class PhotoCameras:
     def furnish(self, scene: Scene) -> None:
         """Pass the state to a scene that starts."""
         scene.cameras.show(self.frusta)
-        scene.cameras.choose(self.chosen)
+        scene.cameras.choose(self.selection)
 
     def show(self, frusta: Sequence[Frustum]) -> None:
         """Show the cameras of photos, in World."""
@@ -61,13 +61,13 @@ class PhotoCameras:
 
     def choose(self, names: Iterable[str]) -> None:
         """Emphasise the cameras of exactly these photos."""
-        names_chosen = frozenset(names)
-        if names_chosen == self.chosen:
+        selection = frozenset(names)
+        if selection == self.selection:
             return
-        self.chosen = names_chosen
+        self.selection = selection
         scene = self._life.scene
         if scene is not None:
-            scene.cameras.choose(names_chosen)
+            scene.cameras.choose(selection)
         if self.frusta:
             self._picture.redraw_features()
 

@@ -13,11 +13,11 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.readout_box import ReadoutBox
-from vomstudio.rendering.view.readout_position import Picked, ReadingPosition
+from vomstudio.rendering.view.readout_position import PickedPoints, ReadingPosition
 from vomstudio.studio.tools.interaction_types import BrushRing, Preview
 
 
-class Eye(Protocol):
+class Projector(Protocol):
     """Viewer of World: the viewport's camera, or a photo."""
 
     @property
@@ -46,7 +46,7 @@ class PreviewPainter:
     def __init__(
         self,
         painter: QPainter,
-        camera: Eye,
+        camera: Projector,
         extent: tuple[float, float],
         project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
         place: ReadingPosition,
@@ -106,9 +106,9 @@ class PreviewPainter:
         if preview.rubber is not None:
             rubber = self._camera.project(np.asarray(preview.rubber, float), (width, height))[0][0]
         at = cursor.x(), cursor.y()
-        self._paint_reading(preview, Picked(pixels, at, rubber, self._border(preview), clear))
+        self._paint_reading(preview, PickedPoints(pixels, at, rubber, self._border(preview), clear))
 
-    def _paint_reading(self, preview: Preview, picked: Picked) -> None:
+    def _paint_reading(self, preview: Preview, picked: PickedPoints) -> None:
         """Paint the reading, or only its first line if the whole text does not fit."""
         boxes = [ReadoutBox(preview.reading, preview.verdict)]
         if len(preview.reading) > 1:

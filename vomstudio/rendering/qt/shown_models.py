@@ -15,10 +15,10 @@ from vomstudio.rendering.prepare.events import (
     ChunksDone,
     FieldReady,
     LocatorReady,
+    ModelBounds,
     Problem,
-    Registered,
 )
-from vomstudio.rendering.prepare.model_queue import ModelWork
+from vomstudio.rendering.prepare.model_queue import ModelQueue
 from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
@@ -34,7 +34,7 @@ class ShownModels(QObject):
     ----------
     point_budget : int
         Maximum number of points of a cloud in memory.
-    work : ModelWork
+    work : ModelQueue
         Threads that prepare models.
     """
 
@@ -57,7 +57,7 @@ class ShownModels(QObject):
     ) -> None:
         super().__init__(parent)
         self.point_budget = POINT_BUDGET
-        self.work = ModelWork(lambda: self._handed.emit())
+        self.work = ModelQueue(lambda: self._handed.emit())
         self._life, self._picture, self._moves = life, picture, moves
         self._stages: dict[str, set[str]] = {}
         self._framing: set[str] = set()
@@ -190,7 +190,7 @@ class ShownModels(QObject):
             if isinstance(event, FieldReady):
                 self.colored.emit(model_id, event)
                 continue
-            if isinstance(event, Registered):
+            if isinstance(event, ModelBounds):
                 self._register(model_id, event)
             else:
                 scene.take(model_id, event)
@@ -205,7 +205,7 @@ class ShownModels(QObject):
         if changed:
             self._content_changed()
 
-    def _register(self, model_id: str, event: Registered) -> None:
+    def _register(self, model_id: str, event: ModelBounds) -> None:
         scene = self._life.scene
         assert scene is not None
         to_world = self._transforms[model_id]

@@ -34,7 +34,7 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.selection.visible_region import ViewSnapshot
 from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.clip_handles import ClipHandles
-from vomstudio.rendering.qt.display import Display
+from vomstudio.rendering.qt.display import ModelAppearance
 from vomstudio.rendering.qt.gestures import Gestures
 from vomstudio.rendering.qt.overlays import Overlays
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
@@ -97,7 +97,7 @@ class Viewport(QWidget):
         self._picture = picture = ScenePicture(self, life)
         self.moves = CameraMoves(camera, self, life, picture, self)
         self.models = ShownModels(life, picture, self.moves, self)
-        self.display = Display(life, picture, self.models, self)
+        self.display = ModelAppearance(life, picture, self.models, self)
         self.overlays = Overlays(camera, self.display.captions)
         notes = self.overlays.annotations
         self.clip = ClipHandles(camera, self, life, picture, notes, self)
@@ -192,7 +192,7 @@ class Viewport(QWidget):
         pixels, depth = self.camera.project(points, self.extent())
         scene = self._life.scene
         if scene is not None:
-            return pixels, scene.seen(points)
+            return pixels, scene.visibility(points)
         width, height = self.extent()
         with np.errstate(invalid="ignore"):
             inside = (

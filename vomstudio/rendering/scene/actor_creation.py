@@ -21,10 +21,10 @@ from vomstudio.rendering.prepare.events import (
     ViewDone,
 )
 from vomstudio.rendering.scene import gpu_textures, hidden_elements
-from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
-from vomstudio.rendering.scene.frame_progress import Frame
+from vomstudio.rendering.scene.frame_progress import FrameProgress
 from vomstudio.rendering.scene.gpu_textures import Skin
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
@@ -32,7 +32,9 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 class Intake:
     """Creates the actors of a scene, in the thread that draws it."""
 
-    def __init__(self, canvas: Canvas, contents: Contents, sight: Sight, frame: Frame) -> None:
+    def __init__(
+        self, canvas: Canvas, contents: Contents, sight: SceneVisibility, frame: FrameProgress
+    ) -> None:
         self._canvas, self._contents = canvas, contents
         self._sight, self._frame = sight, frame
 

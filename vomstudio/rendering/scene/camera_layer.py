@@ -27,7 +27,7 @@ class CameraLayer:
     def __init__(self) -> None:
         self.scale = 1.0
         self.frusta: tuple[Frustum, ...] = ()
-        self.chosen: frozenset[str] = frozenset()
+        self.selection: frozenset[str] = frozenset()
         self._origin: FloatArray = np.zeros(3)
         self._stale = True
         self._actors: dict[str, vtkActor] = {}
@@ -71,7 +71,7 @@ class CameraLayer:
 
     def choose(self, names: frozenset[str]) -> None:
         """Emphasise the cameras of exactly these photos."""
-        self.chosen = names
+        self.selection = names
         self._stale = True
 
     def corners(self) -> FloatArray:
@@ -85,8 +85,8 @@ class CameraLayer:
         if not self._stale or not self._actors:
             return
         self._stale = False
-        emphasised = [f for f in self.frusta if f.name in self.chosen]
-        plain = [f for f in self.frusta if f.name not in self.chosen]
+        emphasised = [f for f in self.frusta if f.name in self.selection]
+        plain = [f for f in self.frusta if f.name not in self.selection]
         width = {"halo": HALO_WIDTH, "lines": LINE_WIDTH, "lines+": 1.5 * LINE_WIDTH}
         for name, group in (
             ("faces", plain),

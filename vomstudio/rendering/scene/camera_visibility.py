@@ -13,7 +13,7 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.view.camera import Camera, Eye
 
 
-class Sight:
+class SceneVisibility:
     """Visibility; `eye` is the one last applied to the canvas, None before."""
 
     def __init__(self, camera: Camera, canvas: Canvas, contents: Contents) -> None:

@@ -60,11 +60,11 @@ class Canvas:
         self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
         self.frames = 0
         self.surface_saved = self.features_saved = False
-        self.surface, self.layer, self.chosen = vtkRenderer(), vtkRenderer(), vtkRenderer()
+        self.surface, self.layer, self.emphasis = vtkRenderer(), vtkRenderer(), vtkRenderer()
         self._window: vtkOpenGLRenderWindow | None = None
         self._buffers: Buffers | None = None
         self._before_layer: Callable[[], None] | None = None
-        self._before_chosen: Callable[[], None] | None = None
+        self._before_emphasis: Callable[[], None] | None = None
         self._pixels = vtkUnsignedCharArray()
         self._depths = vtkFloatArray()
         self._depth: Float32Array | None = None
@@ -97,13 +97,13 @@ class Canvas:
         self.size = (width, height)
         surface = self.surface
         surface.SetBackground(*BACKGROUND)
-        for number, renderer in enumerate((self.layer, self.chosen), start=1):
+        for number, renderer in enumerate((self.layer, self.emphasis), start=1):
             renderer.SetLayer(number)
             renderer.PreserveDepthBufferOn()
             renderer.PreserveColorBufferOn()
         self.layer.AddObserver(vtkCommand.StartEvent, self._layer_starts)
-        self.chosen.AddObserver(vtkCommand.StartEvent, self._chosen_starts)
-        for renderer in (surface, self.layer, self.chosen):
+        self.emphasis.AddObserver(vtkCommand.StartEvent, self._begin_emphasis)
+        for renderer in (surface, self.layer, self.emphasis):
             renderer.SetAutomaticLightCreation(0)
             # Plain blending: the weighted kind needs three more full-screen passes.
             renderer.SetUseOIT(False)
@@ -113,7 +113,7 @@ class Canvas:
         light.SetLightTypeToHeadlight()
         surface.AddLight(light)
         surface.GetActiveCamera()
-        for renderer in (self.layer, self.chosen):
+        for renderer in (self.layer, self.emphasis):
             renderer.SetActiveCamera(surface.GetActiveCamera())
         self._window = window
         self._buffers = Buffers(window)
@@ -137,7 +137,7 @@ class Canvas:
         """Release all graphics resources; the canvas cannot be opened again."""
         window = self.window
         self.buffers.release()
-        for renderer in (self.surface, self.layer, self.chosen):
+        for renderer in (self.surface, self.layer, self.emphasis):
             renderer.RemoveAllObservers()
             renderer.RemoveAllViewProps()
             window.RemoveRenderer(renderer)
@@ -201,24 +201,24 @@ class Canvas:
         erase: bool,
         surface: bool,
         layer: bool,
-        chosen: bool,
+        emphasis: bool,
         before_layer: Callable[[], None] | None = None,
-        before_chosen: Callable[[], None] | None = None,
+        before_emphasis: Callable[[], None] | None = None,
     ) -> None:
         """Draw these layers.
 
-        `before_layer` and `before_chosen` are called before layers 1 and 2, and may call
+        `before_layer` and `before_emphasis` are called before layers 1 and 2, and may call
         `confine`.
         """
         self.surface.SetDraw(surface)
         self.surface.SetErase(erase)
         self.layer.SetDraw(layer)
-        self.chosen.SetDraw(chosen)
-        self._before_layer, self._before_chosen = before_layer, before_chosen
+        self.emphasis.SetDraw(emphasis)
+        self._before_layer, self._before_emphasis = before_layer, before_emphasis
         if layer:
             self._depth = None
         self.window.Render()
-        self._before_layer = self._before_chosen = None
+        self._before_layer = self._before_emphasis = None
         self.confine(None)
         self.frames += 1
 
@@ -237,9 +237,9 @@ class Canvas:
         if self._before_layer is not None:
             self._before_layer()
 
-    def _chosen_starts(self, *_: object) -> None:
-        if self._before_chosen is not None:
-            self._before_chosen()
+    def _begin_emphasis(self, *_: object) -> None:
+        if self._before_emphasis is not None:
+            self._before_emphasis()
 
     # -- saved layers
 

@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterable
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.rendering.scene import proxies
-from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.dirty_region import Spot, find_spot, visible_in_spot
 from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
 from vomstudio.rendering.scene.feature_layer import HALO_EXTRA, LINE_WIDTH
-from vomstudio.rendering.scene.frame_progress import Entry, Frame
+from vomstudio.rendering.scene.frame_progress import Entry, FrameProgress
 from vomstudio.rendering.scene.model_scene import Part
 from vomstudio.rendering.scene.texture_levels import TextureLevels
 from vomstudio.rendering.scene.visible_nodes import VisibleNodes
@@ -34,7 +34,7 @@ BAND_POINTS = 25_000
 MAX_BANDS = 12
 
 
-class Picture:
+class FramePicture:
     """Picture of a scene.
 
     Attributes
@@ -51,9 +51,9 @@ class Picture:
         self,
         canvas: Canvas,
         contents: Contents,
-        sight: Sight,
+        sight: SceneVisibility,
         nodes: VisibleNodes,
-        frame: Frame,
+        frame: FrameProgress,
     ) -> None:
         self.eye_dome = False
         self.showing_proxy = False
@@ -313,9 +313,9 @@ class Picture:
             erase=erase,
             surface=surface,
             layer=layer,
-            chosen=layer,
+            emphasis=layer,
             before_layer=callback,
-            before_chosen=canvas.keep_features if keep else None,
+            before_emphasis=canvas.keep_features if keep else None,
         )
         if surface and keep and not layer:
             canvas.keep_surface()
@@ -351,7 +351,7 @@ class Picture:
         first_row, end_row = self._bands.pop(0)
         band = Spot(0, first_row, canvas.size[0] - 1, end_row - 1)
         # The selection is drawn over all bands.
-        self._render_spot(band, eye, chosen=not self._bands)
+        self._render_spot(band, eye, emphasis=not self._bands)
         canvas.wait()
         canvas.features_saved = not self._bands
         return not self._bands
@@ -363,12 +363,12 @@ class Picture:
             erase=False,
             surface=False,
             layer=False,
-            chosen=True,
-            before_chosen=self._canvas.restore_features,
+            emphasis=True,
+            before_emphasis=self._canvas.restore_features,
         )
 
-    def _render_spot(self, spot: Spot, eye: Eye, *, chosen: bool = True) -> None:
-        """Draw the features again where some have changed; `chosen` includes the selection."""
+    def _render_spot(self, spot: Spot, eye: Eye, *, emphasis: bool = True) -> None:
+        """Draw the features again where some have changed; `emphasis` includes the selection."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
         spot = spot.wider(width).within(canvas.size)
@@ -382,7 +382,7 @@ class Picture:
             canvas.restore_surface(spot)
             canvas.confine(spot)
 
-        def before_chosen() -> None:
+        def before_emphasis() -> None:
             canvas.confine(None)
             canvas.keep_features(spot)
 
@@ -390,12 +390,12 @@ class Picture:
             erase=False,
             surface=False,
             layer=True,
-            chosen=chosen,
+            emphasis=emphasis,
             before_layer=before_layer,
-            before_chosen=before_chosen,
+            before_emphasis=before_emphasis,
         )
-        if not chosen:
-            before_chosen()
+        if not emphasis:
+            before_emphasis()
 
 
 def bands(height: int, count: int) -> list[tuple[int, int]]:

@@ -9,7 +9,7 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 Entry = tuple[ModelScene, Part]
 
 
-class Frame:
+class FrameProgress:
     """Progress of a frame.
 
     Attributes

@@ -64,8 +64,8 @@ class Skin:
         """
         coarsest = len(self.texture.levels) - 1
         if texels_per_pixel is not None:
-            wanted = int(np.floor(np.log2(max(texels_per_pixel, 1.0)) + 0.25))
-            self.target_level = min(wanted, coarsest)
+            level = int(np.floor(np.log2(max(texels_per_pixel, 1.0)) + 0.25))
+            self.target_level = min(level, coarsest)
         else:
             self.target_level = coarsest if self.level is None else self.level
 

@@ -13,7 +13,7 @@ from vtkmodules.vtkRenderingCore import vtkActor
 from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntegerArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.streaming.octree import Piece, StreamedCloud
+from vomstudio.geometry.streaming.octree import NodePoints, StreamedCloud
 from vomstudio.rendering.prepare.events import FieldReady, NodeStream
 from vomstudio.rendering.scene.gpu_textures import Skin
 from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
@@ -46,7 +46,7 @@ class Part:
     """All triangles of a proxy, some of which may be hidden."""
     row: int = -1
     """Row of the node of a cloud."""
-    piece: Piece | None = None
+    piece: NodePoints | None = None
     """Points of that node."""
 
 

@@ -19,7 +19,7 @@ from vomstudio.geometry.boxes import box_hit, box_range
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.clipping import ClipBox, Limits, limits_for
+from vomstudio.rendering.view.clipping import ClipBox, PickLimits, limits_for
 from vomstudio.rendering.view.spatial_blocks import (
     FaceChunk,
     PointChunk,
@@ -128,7 +128,7 @@ def pick_model(
 
 
 def _pick_mesh(
-    model: Pickable, mesh: Mesh, start: FloatArray, heading: FloatArray, limits: Limits | None
+    model: Pickable, mesh: Mesh, start: FloatArray, heading: FloatArray, limits: PickLimits | None
 ) -> Hit | None:
     between = (0.0, np.inf) if limits is None else (limits.first, limits.last)
     face = (
@@ -218,7 +218,7 @@ def _pick_cloud(
     heading: FloatArray,
     radius: float,
     spread: float,
-    limits: Limits | None,
+    limits: PickLimits | None,
 ) -> Hit | None:
     if not model.point_chunks:
         return None

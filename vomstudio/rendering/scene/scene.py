@@ -1,6 +1,6 @@
 """Off-screen VTK scene without Qt.
 
-The scene contains and places its contents; `Picture` draws it. All of this belongs to one
+The scene contains and places its contents; `FramePicture` draws it. All of this belongs to one
 thread.
 """
 
@@ -20,11 +20,11 @@ from vomstudio.rendering.prepare.events import Event, FieldReady
 from vomstudio.rendering.scene import hidden_elements, picking
 from vomstudio.rendering.scene.actor_creation import Intake
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
-from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
-from vomstudio.rendering.scene.frame_drawing import Picture
-from vomstudio.rendering.scene.frame_progress import Frame
+from vomstudio.rendering.scene.frame_drawing import FramePicture
+from vomstudio.rendering.scene.frame_progress import FrameProgress
 from vomstudio.rendering.scene.model_scene import ModelScene
 from vomstudio.rendering.scene.shader_warmup import warm_up
 from vomstudio.rendering.scene.visible_nodes import VisibleNodes
@@ -58,10 +58,10 @@ class Scene:
         self.features = self._contents.features
         self.cameras = self._contents.cameras
         self._planes = self._contents.planes
-        self._sight = Sight(self.camera, self.canvas, self._contents)
+        self._sight = SceneVisibility(self.camera, self.canvas, self._contents)
         self.nodes = VisibleNodes(self.canvas, self._contents, self._sight)
-        frame = Frame()
-        self.picture = Picture(self.canvas, self._contents, self._sight, self.nodes, frame)
+        frame = FrameProgress()
+        self.picture = FramePicture(self.canvas, self._contents, self._sight, self.nodes, frame)
         self._intake = Intake(self.canvas, self._contents, self._sight, frame)
 
     # -- life cycle
@@ -70,7 +70,7 @@ class Scene:
         """Create the off-screen window and detect the graphics driver."""
         canvas = self.canvas
         canvas.open(width, height)
-        self.features.attach(canvas.layer, canvas.chosen)
+        self.features.attach(canvas.layer, canvas.emphasis)
         self.cameras.attach(canvas.layer)
         self._sight.apply()
         canvas.detect_driver()
@@ -265,7 +265,7 @@ class Scene:
 
     # -- visibility
 
-    def seen(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
+    def visibility(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
         """Return whether World points (n, 3) are not behind the surface as last drawn."""
         return self._sight.in_front(points, slack)
 

@@ -12,14 +12,16 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene import gpu_textures
 from vomstudio.rendering.scene.actor_creation import Intake
-from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.model_scene import ModelScene
 from vomstudio.rendering.view.camera import Camera
 
 
-def warm_up(canvas: Canvas, contents: Contents, sight: Sight, intake: Intake) -> Iterator[None]:
+def warm_up(
+    canvas: Canvas, contents: Contents, sight: SceneVisibility, intake: Intake
+) -> Iterator[None]:
     """Compile one program per step.
 
     Together they would delay the first frame of the first model by a tenth of a second. Nothing
@@ -53,7 +55,7 @@ def warm_up(canvas: Canvas, contents: Contents, sight: Sight, intake: Intake) ->
             part.actor.GetProperty().LightingOff()
         sight.apply(Camera())
         part.actor.VisibilityOn()
-        canvas.render(erase=True, surface=True, layer=False, chosen=False)
+        canvas.render(erase=True, surface=True, layer=False, emphasis=False)
         canvas.wait()
         intake.drop(part)
         canvas.origin = origin

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.model_scene import ModelScene
@@ -11,7 +11,7 @@ from vomstudio.rendering.scene.model_scene import ModelScene
 class TextureLevels:
     """Texture levels of all models of a scene."""
 
-    def __init__(self, canvas: Canvas, contents: Contents, sight: Sight) -> None:
+    def __init__(self, canvas: Canvas, contents: Contents, sight: SceneVisibility) -> None:
         self._canvas, self._contents, self._sight = canvas, contents, sight
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from vomstudio.rendering.prepare.streaming import view_of
-from vomstudio.rendering.scene.camera_visibility import Sight
+from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 
@@ -16,7 +16,7 @@ MAX_NODE_DELAY_S = 0.4
 class VisibleNodes:
     """Visible nodes of all clouds of a scene."""
 
-    def __init__(self, canvas: Canvas, contents: Contents, sight: Sight) -> None:
+    def __init__(self, canvas: Canvas, contents: Contents, sight: SceneVisibility) -> None:
         self._canvas, self._contents, self._sight = canvas, contents, sight
         self._requested_at_s = 0.0
 

@@ -10,11 +10,11 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.boxes import EDGES, FACES, ClipBox
 
-__all__ = ["EDGES", "FACES", "ClipBox", "Limits", "along_axis", "limits_for"]
+__all__ = ["EDGES", "FACES", "ClipBox", "PickLimits", "along_axis", "limits_for"]
 
 
 @dataclass(frozen=True, eq=False)
-class Limits:
+class PickLimits:
     """Limits of picking on a ray through one model.
 
     Parameters
@@ -37,7 +37,7 @@ def limits_for(
     to_world: FloatArray,
     model_origin: FloatArray,
     reach: float = 0.0,
-) -> Limits | None:
+) -> PickLimits | None:
     """Return the limits of a World ray for a model, None if it misses the box by `reach`."""
     stretch = box.stretch(origin, direction, reach)
     if stretch is None:
@@ -47,7 +47,7 @@ def limits_for(
     def inside(local: FloatArray) -> BoolArray:
         return box.holds((local + model_origin) @ to_world[:3, :3].T + to_world[:3, 3])
 
-    return Limits(stretch[0] / scale, stretch[1] / scale, inside)
+    return PickLimits(stretch[0] / scale, stretch[1] / scale, inside)
 
 
 def along_axis(

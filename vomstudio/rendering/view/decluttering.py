@@ -50,7 +50,7 @@ class LabelGrid:
         first, last, mask = self._cells(x, y, width, height)
         return not any(row & mask for row in self._rows[first:last])
 
-    def taken(self, boxes: FloatArray) -> BoolArray:
+    def collisions(self, boxes: FloatArray) -> BoolArray:
         """Return which rectangles (n, 4) of x, y, width, height collide or leave the image.
 
         `take` would reject these now and later.
@@ -123,7 +123,7 @@ def place_labels(
         # fuller the image is.
         part = slice(stop, max(2 * stop, BATCH_SIZE))
         stop = part.stop
-        blocked = grid.taken(spots[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
+        blocked = grid.collisions(spots[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
         open_rows = np.flatnonzero(~blocked.all(axis=1))
         each = zip(
             rows[part][open_rows].tolist(),

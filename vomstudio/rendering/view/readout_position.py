@@ -34,7 +34,7 @@ def _no_points() -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Picked:
+class PickedPoints:
     """Picked points that must remain visible, in pixels.
 
     Parameters
@@ -96,7 +96,7 @@ class ReadingPosition:
         self.side = 0
         self.box: Box | None = None
 
-    def choose(self, sizes: list[Size], view: Size, picked: Picked) -> tuple[int, Box]:
+    def choose(self, sizes: list[Size], view: Size, picked: PickedPoints) -> tuple[int, Box]:
         """Choose the form of the reading and its position.
 
         Parameters
@@ -105,7 +105,7 @@ class ReadingPosition:
             Sizes of the whole reading, then of shorter forms for lack of space; at least one.
         view : Size
             Width and height of the view.
-        picked : Picked
+        picked : PickedPoints
         """
         for number, size in enumerate(sizes):
             places = _places(size, view, picked)
@@ -128,7 +128,7 @@ class ReadingPosition:
         self.side, self.box = side, box
         return box
 
-    def _free_side(self, places: list[Box], picked: Picked) -> int | None:
+    def _free_side(self, places: list[Box], picked: PickedPoints) -> int | None:
         onwards = picked.ahead()
 
         def free(side: int, margin: float, *, next_too: bool = False) -> bool:
@@ -137,7 +137,7 @@ class ReadingPosition:
                 return False
             return not next_too or float(_lengths_in(box, onwards).sum()) == 0.0
 
-        at_cursor = range(POSITIONS_AT_CURSOR)
+        cursor_positions = range(POSITIONS_AT_CURSOR)
         is_usual = self.side < len(places)
         if self.side < POSITIONS_AT_CURSOR:
             if free(self.side, LINE_CLEARANCE, next_too=True):
@@ -145,7 +145,7 @@ class ReadingPosition:
             clearance = NEW_CLEARANCE
         else:
             clearance = RETURN_CLEARANCE
-        for side in at_cursor:
+        for side in cursor_positions:
             if free(side, clearance, next_too=True):
                 return side
         if is_usual and free(self.side, LINE_CLEARANCE):
@@ -153,7 +153,7 @@ class ReadingPosition:
         return next((side for side in range(len(places)) if free(side, NEW_CLEARANCE)), None)
 
 
-def _places(size: Size, view: Size, picked: Picked) -> list[Box]:
+def _places(size: Size, view: Size, picked: PickedPoints) -> list[Box]:
     """Return the positions: six at the cursor, then along the edges, inside the view."""
     (wide, high), (width, height), (x, y) = size, view, picked.cursor
     x_right, x_left = x + max(20.0, picked.clear + 8.0), x - max(16.0, picked.clear + 8.0) - wide
@@ -190,7 +190,7 @@ def _grid(size: Size, view: Size) -> list[Box]:
     return [(float(x), float(y), wide, high) for y in rows for x in columns]
 
 
-def _covered(box: Box, picked: Picked, margin: float) -> float:
+def _covered(box: Box, picked: PickedPoints, margin: float) -> float:
     """Return the cost of a box that covers or nears the picked points.
 
     The cost is the length of covered lines in pixels; vertices and especially the cursor count

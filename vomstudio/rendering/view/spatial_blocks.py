@@ -237,13 +237,13 @@ def points_near_ray(
         side = q - depth[:, None] * direction
         off = np.sqrt(np.einsum("ij,ij->i", side, side))
         allowed = radius + spread * np.maximum(depth, 0.0)
-        in_reach = np.flatnonzero((depth > 0.0) & (off <= allowed))
-        if counts is not None and len(in_reach):
-            in_reach = in_reach[counts(chunk.points[rows[in_reach]].astype(np.float64))]
-        if len(in_reach):
-            rows_out.append(chunk.point_ids[rows[in_reach]].astype(np.int64))
-            depth_out.append(depth[in_reach])
-            off_out.append(off[in_reach] / allowed[in_reach])
+        near_rows = np.flatnonzero((depth > 0.0) & (off <= allowed))
+        if counts is not None and len(near_rows):
+            near_rows = near_rows[counts(chunk.points[rows[near_rows]].astype(np.float64))]
+        if len(near_rows):
+            rows_out.append(chunk.point_ids[rows[near_rows]].astype(np.int64))
+            depth_out.append(depth[near_rows])
+            off_out.append(off[near_rows] / allowed[near_rows])
             front = min(front, float(depth_out[-1].min()))
     if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)

@@ -73,7 +73,7 @@ class DrawnLinesRequest:
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureGeometry:
     """Size of an orthophoto, and the matrix from its pixels to World."""
 
     width: int
@@ -81,14 +81,14 @@ class Picture:
     matrix: tuple[tuple[float, ...], ...]
 
     @classmethod
-    def of(cls, sidecar: Sidecar) -> Picture:
+    def of(cls, sidecar: Sidecar) -> PictureGeometry:
         """Return the picture of a sidecar."""
         rows = tuple(tuple(float(value) for value in row) for row in sidecar.matrix)
         return cls(sidecar.width, sidecar.height, rows)
 
 
 @dataclass(frozen=True)
-class DrawnLine:
+class DrawingLine:
     """Line that was brought back to the surface.
 
     Parameters
@@ -126,18 +126,18 @@ class DrawnLines:
 
     Parameters
     ----------
-    lines : tuple of DrawnLine
+    lines : tuple of DrawingLine
     content_hash : str or None
         Of the model that the picture shows, None if the sidecar states none.
-    picture : Picture
+    picture : PictureGeometry
         The picture on which the lines were drawn.
     warnings : tuple of Finding
         About reading the drawing.
     """
 
-    lines: tuple[DrawnLine, ...]
+    lines: tuple[DrawingLine, ...]
     content_hash: str | None
-    picture: Picture
+    picture: PictureGeometry
     warnings: tuple[Finding, ...]
 
 
@@ -172,7 +172,7 @@ def collect_lines(
             points = transform.apply(to_file, points)
         places = iter(points.tolist())
         lines.append(
-            DrawnLine(
+            DrawingLine(
                 name=line.name,
                 is_named=line.name in stated_names,
                 layer=line.layer,
@@ -183,7 +183,9 @@ def collect_lines(
                 set=line.words.set,
             )
         )
-    return DrawnLines(tuple(lines), sidecar.content_hash, Picture.of(sidecar), tuple(warnings))
+    return DrawnLines(
+        tuple(lines), sidecar.content_hash, PictureGeometry.of(sidecar), tuple(warnings)
+    )
 
 
 def _point(place: Sequence[float]) -> Point:

@@ -20,7 +20,7 @@ def _write_layers(request: LayersRequest, progress: Progress) -> Nothing:
     from vomstudio.project.exports.export import export_project
 
     export_project(
-        request.folder, "gpkg", request.folder / "project.gpkg", with_map=False, force=True
+        request.folder, "gpkg", request.folder / "project.gpkg", writes_map=False, force=True
     )
     return Nothing()
 

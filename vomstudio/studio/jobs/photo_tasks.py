@@ -66,14 +66,14 @@ class ListedPhoto:
 
 
 @dataclass(frozen=True)
-class PhotoList:
+class PhotoListing:
     """Photos of a folder; `left_out` contains why other files are not usable photos."""
 
     rows: tuple[ListedPhoto, ...]
     left_out: tuple[Finding, ...]
 
 
-def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoList:
+def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
     from vomstudio.io.photos.pixels import thumbnail
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.survey.camera_positions import metres_from_gps
@@ -111,7 +111,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoList:
     left_out = [
         Finding("photo.left-out", photo=name, reason=reason) for name, reason in survey.skipped
     ]
-    return PhotoList(tuple(rows), (*left_out, *survey.warnings))
+    return PhotoListing(tuple(rows), (*left_out, *survey.warnings))
 
 
 def _sha256(path: Path) -> str:
@@ -144,7 +144,9 @@ def _cache_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) ->
 
 
 MEMORY_ADVICE = to_translate("Leave out the largest photos, or close other programs.")
-LIST_PHOTOS = Job("list_photos", Lane.PHOTOS, PhotosRequest, PhotoList, _list_photos, MEMORY_ADVICE)
+LIST_PHOTOS = Job(
+    "list_photos", Lane.PHOTOS, PhotosRequest, PhotoListing, _list_photos, MEMORY_ADVICE
+)
 """Read the metadata of the photos of a folder."""
 
 

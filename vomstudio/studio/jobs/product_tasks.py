@@ -43,11 +43,11 @@ class OrthophotoRequest:
 
     path: Path
     cache: Path
-    view: view_directions.View
+    view: view_directions.ViewDirection
     to_world: Matrix
     crs: str | None
     gsd: float | None
-    region: planning.Region | None
+    region: planning.ViewRegion | None
     out: Path
     sheet: Path | None
     draw: Path | None = None
@@ -56,7 +56,7 @@ class OrthophotoRequest:
 
 
 @dataclass(frozen=True)
-class WrittenOrthophoto:
+class OrthophotoOutput:
     """Orthophoto that was written.
 
     Parameters
@@ -80,7 +80,7 @@ class WrittenOrthophoto:
     warnings: tuple[Finding, ...]
 
 
-def _orthophoto(request: OrthophotoRequest, progress: Progress) -> WrittenOrthophoto:
+def _orthophoto(request: OrthophotoRequest, progress: Progress) -> OrthophotoOutput:
     from vomstudio.io.models import model_cache
 
     features, only, items = None, None, tuple[interpretation.Item, ...]()
@@ -109,7 +109,7 @@ def _orthophoto(request: OrthophotoRequest, progress: Progress) -> WrittenOrthop
         legend=interpretation.LEGEND in request.parts,
         only=None if only is None else only.seen_in(items, plan),
     )
-    return WrittenOrthophoto(
+    return OrthophotoOutput(
         image=Path(result.image),
         sheet=None if result.sheet is None else Path(result.sheet),
         width=plan.grid.width,
@@ -123,7 +123,7 @@ def _orthophoto(request: OrthophotoRequest, progress: Progress) -> WrittenOrthop
 
 
 ORTHOPHOTO = Job(
-    "orthophoto", Lane.PRODUCTS, OrthophotoRequest, WrittenOrthophoto, _orthophoto, MEMORY_ADVICE
+    "orthophoto", Lane.PRODUCTS, OrthophotoRequest, OrthophotoOutput, _orthophoto, MEMORY_ADVICE
 )
 
 

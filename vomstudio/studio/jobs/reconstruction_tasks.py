@@ -18,7 +18,7 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 @dataclass(frozen=True)
 class ReconstructionRequest:
-    """Request to reconstruct a model from photos; other fields as in `Settings`.
+    """Request to reconstruct a model from photos; other fields as in `PipelineSettings`.
 
     Parameters
     ----------
@@ -116,12 +116,12 @@ class Reconstruction(PrintableResult):
 
 
 def _reconstruct(request: ReconstructionRequest, progress: Progress) -> Reconstruction:
-    from vomstudio.photogrammetry.base.settings import Settings
+    from vomstudio.photogrammetry.base.settings import PipelineSettings
     from vomstudio.photogrammetry.pipeline import outputs, reconstruction
     from vomstudio.products.report.reconstruction import write_report
     from vomstudio.studio.jobs.executors import make_executor
 
-    settings = Settings(
+    settings = PipelineSettings(
         quality=request.quality,
         crs=request.crs,
         control=request.control,

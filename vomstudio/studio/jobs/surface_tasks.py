@@ -18,8 +18,8 @@ from vomstudio.studio.jobs.placed_model import PlacedModel, load_in_world
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray, GenericArray
-    from vomstudio.extraction.facets import Facets
-    from vomstudio.extraction.local_parts import Part
+    from vomstudio.extraction.facets import FacetSegmentation
+    from vomstudio.extraction.local_parts import ModelPart
 
     Arrays = dict[str, GenericArray]
 
@@ -155,7 +155,7 @@ MAP_MEASURABLE = Job(
 
 
 @dataclass(frozen=True)
-class Sight:
+class Viewpoint:
     """View of the user, World: eye, target, and the number of surface points to examine there."""
 
     eye: tuple[float, float, float]
@@ -169,7 +169,7 @@ class FacetsRequest:
 
     model: PlacedModel
     options: FacetOptions
-    part: Sight | None
+    part: Viewpoint | None
     out: Path
 
 
@@ -206,13 +206,13 @@ def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
     import numpy as np
 
     from vomstudio.extraction.facets import find_facets
-    from vomstudio.extraction.local_parts import Part, extract_visible_part
+    from vomstudio.extraction.local_parts import ModelPart, extract_visible_part
     from vomstudio.geometry.mesh import Mesh
 
     data = load_in_world(request.model, progress)
     mesh = isinstance(data, Mesh)
     count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
-    part = Part(data, np.arange(count), np.arange(len(data.faces) if mesh else 0))  # type: ignore[union-attr]
+    part = ModelPart(data, np.arange(count), np.arange(len(data.faces) if mesh else 0))  # type: ignore[union-attr]
     if request.part is not None:
         part = extract_visible_part(
             data, request.part.eye, request.part.toward, request.part.points
@@ -237,7 +237,7 @@ def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
     )
 
 
-def _facet_arrays(result: Facets, part: Part, count: int, to_world: Any) -> Arrays:
+def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_world: Any) -> Arrays:
     """Return the arrays of facets.
 
     `label` and `covers` (points,) int32 refer to all points of the model, -1 for none. For each
@@ -283,7 +283,7 @@ def _facet_arrays(result: Facets, part: Part, count: int, to_world: Any) -> Arra
     }
 
 
-def _corners(part: Part, element: str, rows: Any) -> FloatArray:
+def _corners(part: ModelPart, element: str, rows: Any) -> FloatArray:
     """Return the distinct points (k, 3) of faces or points."""
     import numpy as np
 

@@ -9,7 +9,7 @@ from typing import Any
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed, memory_need
-from vomstudio.photogrammetry.survey.survey_options import FrameOptions
+from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, take_frames
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.job import Job, Lane
@@ -21,7 +21,7 @@ class FramesRequest:
 
     video: Path
     out: Path
-    options: FrameOptions
+    options: VideoFrameOptions
     force: bool
 
 
@@ -74,19 +74,19 @@ class ControlFacts:
 
 
 @dataclass(frozen=True)
-class Forecast:
+class ReconstructionForecast:
     """Forecast of a reconstruction: memory, None without photos; control, None without points."""
 
     memory: MemoryNeed | None
     control: ControlFacts | None
 
 
-def _foresee(request: ForecastRequest, progress: Progress) -> Forecast:
+def _foresee(request: ForecastRequest, progress: Progress) -> ReconstructionForecast:
     from vomstudio.core.errors import VomError
     from vomstudio.io.photos.reading import read_photos
-    from vomstudio.photogrammetry.base.settings import Settings
+    from vomstudio.photogrammetry.base.settings import PipelineSettings
 
-    settings = Settings(quality=request.quality, threads=request.threads)
+    settings = PipelineSettings(quality=request.quality, threads=request.threads)
     memory = None
     if request.sizes:
         memory = memory_need(settings, request.sizes)
@@ -97,7 +97,7 @@ def _foresee(request: ForecastRequest, progress: Progress) -> Forecast:
             control = _control(request.control, request.marks, request.crs, photos)
         except VomError as error:
             control = ControlFacts((), request.crs, None, None, finding_of(error), ())
-    return Forecast(memory, control)
+    return ReconstructionForecast(memory, control)
 
 
 def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> ControlFacts:
@@ -119,7 +119,7 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     return serialisation.decode(ControlFacts, check.to_dict())
 
 
-FORESEE = Job("foresee", Lane.INSPECTION, ForecastRequest, Forecast, _foresee)
+FORESEE = Job("foresee", Lane.INSPECTION, ForecastRequest, ReconstructionForecast, _foresee)
 """Forecast memory and control points of a reconstruction."""
 
 JOBS = (TAKE_FRAMES, FORESEE)

@@ -196,18 +196,20 @@ def _transform_evidence(evidence: Evidence, by: FloatArray) -> Evidence:
     )
 
 
-def _transform_direction(line: KnownDirection, there: Callable[[Point], Point]) -> KnownDirection:
-    return replace(line, first=there(line.first), second=there(line.second))
+def _transform_direction(
+    line: KnownDirection, transform_point: Callable[[Point], Point]
+) -> KnownDirection:
+    return replace(line, first=transform_point(line.first), second=transform_point(line.second))
 
 
-def _transform_segment(line: Segment, there: Callable[[Point], Point]) -> Segment:
-    return line._replace(first=there(line.first), second=there(line.second))
+def _transform_segment(line: Segment, transform_point: Callable[[Point], Point]) -> Segment:
+    return line._replace(first=transform_point(line.first), second=transform_point(line.second))
 
 
 def line_residuals(
     lines: Sequence[KnownLine],
     placed: Placed,
-    seen: Mapping[str, ModelDirection] = MappingProxyType({}),
+    directions: Mapping[str, ModelDirection] = MappingProxyType({}),
     turned_deg: float = 0.0,
 ) -> list[LineResidual]:
     """Return the residuals of known lines and planes, including checks.
@@ -216,7 +218,7 @@ def line_residuals(
     ----------
     lines : sequence of KnownLine
     placed : Placed
-    seen : mapping of str to ModelDirection
+    directions : mapping of str to ModelDirection
         Directions on the model of compass readings, by id.
     turned_deg : float
         Correction that is added to all azimuths, degrees.
@@ -226,8 +228,8 @@ def line_residuals(
         if not line.is_complete:
             continue
         if line.is_read:
-            if line.id in seen:
-                off = residual_deg(line, seen[line.id], placed, turned_deg)
+            if line.id in directions:
+                off = residual_deg(line, directions[line.id], placed, turned_deg)
                 evidence_found.append(LineResidual(line.id, off))
             continue
         ends = placed(np.array([line.vertices[0], line.vertices[-1]], np.float64))

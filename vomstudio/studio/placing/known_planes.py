@@ -101,20 +101,20 @@ def _direction_sigma(measured: Measurement, plane: bool) -> float | None:
 
 
 def placement_readings(
-    lines: Iterable[KnownLine], seen: Mapping[str, ModelDirection]
+    lines: Iterable[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> list[KnownLine]:
     """Return the readings that place a model: visible on it, and not only checks."""
-    return [line for line in lines if line.is_complete and not line.check and line.id in seen]
+    return [line for line in lines if line.is_complete and not line.check and line.id in directions]
 
 
 def compass_table(
-    lines: Sequence[KnownLine], seen: Mapping[str, ModelDirection]
+    lines: Sequence[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> CompassTable | None:
     """Return the readings that place a model as the command's table, None without any.
 
     A stated error is that of reading and feature combined.
     """
-    used = placement_readings(lines, seen)
+    used = placement_readings(lines, directions)
     if not used:
         return None
     return CompassTable(
@@ -122,9 +122,10 @@ def compass_table(
         np.array([line.kind == "plane" for line in used], bool),
         np.array([line.value for line in used], np.float64),
         np.array([line.inclination_deg for line in used], np.float64),
-        np.array([seen[line.id].direction for line in used], np.float64),
+        np.array([directions[line.id].direction for line in used], np.float64),
         np.array(
-            [_combine_sigmas(line.sigma, seen[line.id].sigma_deg) for line in used], np.float64
+            [_combine_sigmas(line.sigma, directions[line.id].sigma_deg) for line in used],
+            np.float64,
         ),
     )
 
@@ -135,7 +136,9 @@ def _combine_sigmas(reading_deg: float | None, feature_deg: float | None) -> flo
     return min(float(np.hypot(reading_deg, feature_deg or 0.0)), MAX_SIGMA_DEG)
 
 
-def residual_deg(line: KnownLine, seen: ModelDirection, placed: Placed, turned_deg: float) -> float:
+def residual_deg(
+    line: KnownLine, model_direction: ModelDirection, placed: Placed, turned_deg: float
+) -> float:
     """Return the angle between a reading and the placed model, 0 to 90 degrees.
 
     Parameters
@@ -152,20 +155,20 @@ def residual_deg(line: KnownLine, seen: ModelDirection, placed: Placed, turned_d
         np.array([line.kind == "plane"]),
         np.array([(line.value or 0.0) + turned_deg]),
         np.array([line.inclination_deg or 0.0]),
-        seen.direction[None],
+        model_direction.direction[None],
         np.array([np.nan]),
     )
-    direction = placed_direction(seen, placed)
+    direction = placed_direction(model_direction, placed)
     cosine = abs(float(reading.vectors()[0] @ direction))
     # The arc cosine is inaccurate for very small angles.
     across = float(np.linalg.norm(np.cross(reading.vectors()[0], direction)))
     return float(np.degrees(np.arctan2(across, cosine)))
 
 
-def placed_direction(seen: ModelDirection, placed: Placed) -> FloatArray:
+def placed_direction(model_direction: ModelDirection, placed: Placed) -> FloatArray:
     """Return the unit vector (3,) in World."""
     turn = np.asarray(placed.matrix)[:3, :3] / placed.scale
-    return np.asarray(turn @ seen.direction, np.float64)
+    return np.asarray(turn @ model_direction.direction, np.float64)
 
 
 # --- input of the user ------------------------------------------------------------------------
@@ -250,7 +253,7 @@ def why_not_read(
 
 
 def create_reading(
-    feature: Any, measured: Measurement, typed: ParsedReading, others: Iterable[str]
+    feature: Any, measured: Measurement, parsed: ParsedReading, others: Iterable[str]
 ) -> KnownLine:
     """Create the record of a reading; `others` are the names in use."""
     return KnownLine(
@@ -260,9 +263,9 @@ def create_reading(
         feature.model_id,
         feature.model_hash,
         (),
-        typed.azimuth_deg,
-        typed.sigma_deg,
-        inclination_deg=typed.inclination_deg,
+        parsed.azimuth_deg,
+        parsed.sigma_deg,
+        inclination_deg=parsed.inclination_deg,
         feature_id=feature.id,
     )
 

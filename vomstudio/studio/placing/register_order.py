@@ -43,7 +43,7 @@ SURVEY_FORMATS = (".las", ".laz", ".tif", ".tiff")
 
 
 @dataclass(frozen=True, eq=False)
-class Registered(Result):
+class RegistrationResult(Result):
     """Result of a registration.
 
     placed : placement with all warnings; attitudes : residuals of photo attitudes; loaded : the
@@ -67,7 +67,7 @@ class Registered(Result):
         return change_file_frame(self.registration, self.registration.matrix)
 
 
-def register_model(model: str, options: RegisterOptions, progress: Progress) -> Registered:
+def register_model(model: str, options: RegisterOptions, progress: Progress) -> RegistrationResult:
     """Register a model by observations.
 
     Parameters
@@ -119,7 +119,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
         warnings.append(Finding("scale.check-bar", name=name, error_m=error))
     result = replace(placed, warnings=tuple(warnings))
     misses = attitude_misses(evidence, placed)
-    return Registered(result, misses, loaded, crs, fitted, registration)
+    return RegistrationResult(result, misses, loaded, crs, fitted, registration)
 
 
 def _model_record(loaded: LoadedModel, messages: list[Finding]) -> Model:

@@ -123,10 +123,10 @@ def expected_positions(
     if not remaining or to_model is None:
         return {}
     world = np.array([p.position for p in remaining], np.float64)
-    there = transform.apply(to_model, world)
+    places = transform.apply(to_model, world)
     if placed is not None:
-        there = transform.apply(model.to_world, there)
-    return {p.id: place for p, place in zip(remaining, there, strict=True)}
+        places = transform.apply(model.to_world, places)
+    return {p.id: place for p, place in zip(remaining, places, strict=True)}
 
 
 def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArray | None:

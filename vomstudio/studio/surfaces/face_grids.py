@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.signals import Signal
-from vomstudio.geology.coverage.cells import CellGrid, ExposedArea, measure_faces, measure_points
+from vomstudio.geology.coverage.cells import ExposedArea, SquareGrid, measure_faces, measure_points
 from vomstudio.geology.coverage.face_coverage import FaceCoverage, measure_coverage
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
@@ -30,14 +30,14 @@ from vomstudio.studio.projects import Projects
 Records = Mapping[str, Record]
 
 
-def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
+def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
     """Return the grid in World, in metres if the scale of the model is known."""
     rows = rows_of(model)
     scale = transform.scale_of(rows)
     turn = rows[:3, :3] / scale
     origin = transform.apply(rows, [grid.origin])[0]
     right, up = turn @ np.array(grid.right), turn @ np.array(grid.up)
-    return CellGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
+    return SquareGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
 
 
 def compute_exposed(

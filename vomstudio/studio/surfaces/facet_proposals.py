@@ -36,7 +36,7 @@ from vomstudio.project.records import (
 from vomstudio.studio.background import Background
 from vomstudio.studio.display import Display
 from vomstudio.studio.editing import Editing
-from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsRequest, FoundFacets, Sight
+from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsRequest, FoundFacets, Viewpoint
 from vomstudio.studio.models import Models
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
@@ -155,7 +155,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._accepted_rows: dict[str, int] = {}
 
     # --- search -------------------------------------------------------------------------------
-    def find(self, model_id: str, options: FacetOptions, sight: Sight | None) -> None:
+    def find(self, model_id: str, options: FacetOptions, sight: Viewpoint | None) -> None:
         """Search for facets, cancelling a running search. `sight` restricts it to a view."""
         self._cancel()
         model = self._model(model_id)

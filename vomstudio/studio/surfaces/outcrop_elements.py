@@ -26,7 +26,7 @@ VIEW_KEY = "hidden_elements"
 _NEIGHBOURS = "neighbours"
 
 
-class OutcropElements:
+class ModelElements:
     """Faces and points of the models for the tools (`studio.tools.outcrop_elements`).
 
     Parameters

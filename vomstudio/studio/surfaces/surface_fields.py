@@ -116,7 +116,7 @@ class ShownField:
     findings: tuple[Finding, ...] = ()
 
 
-class SurfaceFields(ModelWork):
+class ModelFields(ModelWork):
     """Fields of open models that are computed on request.
 
     Attributes

@@ -32,7 +32,7 @@ class Stroke:
 
     Parameters
     ----------
-    chosen : (n,) bool
+    selected : (n,) bool
         Faces or points of the model that are in the patch.
     touched : list of float32 arrays
         Corners of the faces, or every `stride`-th point, that were added or erased.
@@ -43,7 +43,7 @@ class Stroke:
     model: Model
     surface: PaintSurface
     removes: bool
-    chosen: BoolArray
+    selected: BoolArray
     scale: float
     origin: FloatArray
     resolution: float | None
@@ -80,10 +80,10 @@ class Stroke:
     def paint(self, hit: Hit, radius: float) -> None:
         """Add or erase everything within `radius`, in metres, of a hit."""
         ids = self.surface.within(hit.index, hit.position, radius / self.scale)
-        ids = ids[self.chosen[ids] == self.removes]
+        ids = ids[self.selected[ids] == self.removes]
         if not len(ids):
             return
-        self.chosen[ids] = not self.removes
+        self.selected[ids] = not self.removes
         self.count += len(ids)
         self.touched.append(
             local_corners(self.surface.corners(ids[:: self.stride]), self.model, self.origin)
@@ -91,7 +91,7 @@ class Stroke:
 
     def ids(self) -> IntArray:
         """Return the indices (k,) of the faces or points in the patch."""
-        return np.flatnonzero(self.chosen)
+        return np.flatnonzero(self.selected)
 
     def figures(self, ids: IntArray, *, whole: bool) -> dict[str, Any]:
         """Return the fields of a patch that follow from its ids; `whole` for a record."""

@@ -143,5 +143,5 @@ TOOL = ToolEntry(
     key="E",
     tip=to_translate("Click along a contact or fault that is drawn only; no plane is fitted."),
     order=22,
-    in_bar=False,
+    is_in_toolbar=False,
 )

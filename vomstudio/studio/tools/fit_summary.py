@@ -5,13 +5,13 @@ from __future__ import annotations
 from textwrap import wrap
 
 from vomstudio.geology.quality import Verdict
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 
 WIDTH = 44
 """Characters of a line beside the cursor."""
 
 
-def indices_text(fit: PlaneFit, size: str) -> str:
+def indices_text(fit: FittedPlane, size: str) -> str:
     """Return M and K, if defined, and the size."""
     indices = "   ".join(
         f"{name} {value:.1f}" for name, value in (("M", fit.M), ("K", fit.K)) if value is not None

@@ -296,22 +296,22 @@ class FollowedLine:
         self._requested.clear()
         self._live = None
 
-    def _keep(self, key: Key, found: FollowedPath | Finding) -> None:
+    def _keep(self, key: Key, result: FollowedPath | Finding) -> None:
         awaited = key in self._requested
         self._requested.discard(key)
         if len(self._legs) > MAX_CACHED_LEGS:
             self._legs.clear()
-        if isinstance(found, Finding):
+        if isinstance(result, Finding):
             # The leg to the cursor changes soon, so its failure is not reported.
             if awaited:
                 self._legs[key] = None
                 if self._reports(key):
-                    self._on_finding(found)
+                    self._on_finding(result)
         else:
-            if found.final or not self._has(key):
-                self._legs[key] = found
+            if result.final or not self._has(key):
+                self._legs[key] = result
             if awaited and self._reports(key):
-                for warning in found.warnings:
+                for warning in result.warnings:
                     self._on_finding(warning)
         if awaited or self._live == key:
             self._on_leg()

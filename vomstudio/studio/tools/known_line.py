@@ -146,5 +146,5 @@ TOOL = ToolEntry(
         "read by compass, to place the model."
     ),
     order=46,
-    in_bar=False,
+    is_in_toolbar=False,
 )

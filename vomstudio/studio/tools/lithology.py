@@ -201,5 +201,5 @@ TOOL = ToolEntry(
     key="Shift+R",
     tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
     order=28,
-    in_bar=False,
+    is_in_toolbar=False,
 )

@@ -28,7 +28,7 @@ class ToolEntry:
     takes_keys : bool
         Whether it uses Shift with the left button, which else pans, and the wheel with Ctrl or
         Shift.
-    in_bar : bool
+    is_in_toolbar : bool
         Whether its button is in the tool bar too.
     """
 
@@ -39,7 +39,7 @@ class ToolEntry:
     tip: str
     order: int
     takes_keys: bool = False
-    in_bar: bool = True
+    is_in_toolbar: bool = True
 
     @property
     def name(self) -> str:

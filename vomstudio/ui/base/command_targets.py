@@ -1,4 +1,4 @@
-"""What a command is about: the chosen features, the current model, the folder to begin in."""
+"""Targets of commands: selected features, current model and start folder of dialogs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project.records import Feature, Model, OnAModel, Picked, Typed, get_feature
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.studio import Studio
 
 if TYPE_CHECKING:
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 Line = TypeVar("Line", bound=Picked)
 
 
-def chosen_features(studio: Studio) -> list[str]:
-    """The ids of the selected features; models and other records are left out."""
+def selected_features(studio: Studio) -> list[str]:
+    """Return the ids of the selected features, without models and other records."""
     records = studio.records
     return [i for i in studio.selection.ids if get_feature(records, i) is not None]
 
 
-def why_none_chosen(studio: Studio) -> Finding | None:
+def why_no_feature(studio: Studio) -> Finding | None:
     """Return that no feature is selected; None if one is."""
     records = studio.records
-    # Asked at every click, and nearly always told by the first one.
-    chosen = any(get_feature(records, i) is not None for i in studio.selection.ids)
-    return None if chosen else Finding("action.no-feature")
+    # Runs at every click; the first id nearly always decides.
+    has_feature = any(get_feature(records, i) is not None for i in studio.selection.ids)
+    return None if has_feature else Finding("action.no-feature")
 
 
 def why_no_model(studio: Studio) -> Finding | None:
@@ -43,7 +43,7 @@ def why_no_model(studio: Studio) -> Finding | None:
 
 
 def current_model(studio: Studio) -> Model | None:
-    """The selected model, or the only one, or the one of the selected feature."""
+    """Return the selected model, the only one, or the model of the selected feature."""
     records, models = studio.records, studio.session.of(Model)
     for id_ in reversed(studio.selection.ids):
         record = records.get(id_)
@@ -70,12 +70,14 @@ def current_line(studio: Studio, kind: type[Line], min_vertices: int = 2) -> Lin
 
 
 def start_folder(studio: Studio) -> str:
-    """Where dialogs that ask for a file begin: beside what was open last, and never among the
-    program's own files, as those of the sample are."""
-    own = resource("sample").parent
+    """Return the start folder of file dialogs.
+
+    It is the folder of the file that was opened last, but never one of the sample project.
+    """
+    sample = resource("sample").parent
     for text in studio.settings.recent:
         folder = Path(text).parent
-        if is_folder(folder) and not folder.is_relative_to(own):
+        if is_folder(folder) and not folder.is_relative_to(sample):
             return str(folder)
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     return documents if documents and Path(documents).is_dir() else str(Path.home())
@@ -84,12 +86,20 @@ def start_folder(studio: Studio) -> str:
 def ask_for_target(
     parent: QWidget, studio: Studio, title: str, name: str, formats: Mapping[str, str]
 ) -> Path | None:
-    """The file that the user chooses to write; None for none. name : that is proposed; formats :
-    their names by their endings, the ending of the chosen one is added where none is typed"""
-    patterns = {f"{said} (*.{ending})": f".{ending}" for ending, said in formats.items()}
+    """Return the output file that the user selects, or None.
+
+    Parameters
+    ----------
+    name : str
+        The proposed file name.
+    formats : mapping of str to str
+        Names of the formats by file extension. The extension of the selected format is added if
+        the user types none.
+    """
+    patterns = {f"{label} (*.{ending})": f".{ending}" for ending, label in formats.items()}
     proposed = Path(start_folder(studio)) / name
-    asked = ask_for_file(parent, title, proposed, patterns, ending_decides=True)
-    return None if asked is None else asked[0]
+    answer = ask_for_file(parent, title, proposed, patterns, ending_decides=True)
+    return None if answer is None else answer[0]
 
 
 def ask_for_file(
@@ -100,29 +110,36 @@ def ask_for_file(
     *,
     ending_decides: bool = False,
 ) -> tuple[Path, str] | None:
-    """The file that the user chooses to write, and the pattern; None for none. patterns : what the
-    dialog shows, with the ending that is added where none is typed, as ".csv"; ending_decides : the
-    ending of another pattern will do as well"""
+    """Return the output file that the user selects and its pattern, or None.
+
+    Parameters
+    ----------
+    patterns : mapping of str to str
+        Patterns of the dialog, with the extension, such as ".csv", that is added if the user types
+        none.
+    ending_decides : bool
+        Accept the extension of another pattern as well.
+    """
     first = next((p for p, e in patterns.items() if e == proposed.suffix), next(iter(patterns)))
-    typed, chosen = QFileDialog.getSaveFileName(
+    filename, pattern = QFileDialog.getSaveFileName(
         parent, title, str(proposed), ";;".join(patterns), first
     )
-    if not typed:
+    if not filename:
         return None
-    if chosen not in patterns:
-        chosen = first
-    known = patterns.values() if ending_decides else (patterns[chosen],)
-    if Path(typed).suffix.lower() in known:
-        return Path(typed), chosen
-    path = Path(typed + patterns[chosen])
-    # The dialog has asked about the name without its ending, which is of another file.
-    if path.exists() and not may_replace(parent, [path.name]):
+    if pattern not in patterns:
+        pattern = first
+    accepted = patterns.values() if ending_decides else (patterns[pattern],)
+    if Path(filename).suffix.lower() in accepted:
+        return Path(filename), pattern
+    path = Path(filename + patterns[pattern])
+    # The dialog has confirmed the name without its extension, which is another file.
+    if path.exists() and not confirm_replacement(parent, [path.name]):
         return None
-    return path, chosen
+    return path, pattern
 
 
 def current_measurement(studio: Studio) -> Measurement | None:
-    """Of the feature that is selected, where it is one with an attitude."""
+    """Return the measurement of the selected feature if it has an attitude."""
     if not studio.has_project or (current := studio.selection.current) is None:
         return None
     if not isinstance(studio.records.get(current), Typed):
@@ -130,8 +147,8 @@ def current_measurement(studio: Studio) -> Measurement | None:
     return studio.measured([current])[current]
 
 
-def may_replace(parent: QWidget, names: list[str]) -> bool:
-    """Whether the user wants files that are there already to be replaced."""
+def confirm_replacement(parent: QWidget, names: list[str]) -> bool:
+    """Ask the user whether existing files may be replaced."""
     answer = QMessageBox.question(
         parent,
         tr("Replace files?"),
@@ -139,7 +156,7 @@ def may_replace(parent: QWidget, names: list[str]) -> bool:
             "{files} already exists. Replace it?",
             "{files} already exist. Replace them?",
             len(names),
-            files=as_words(", ".join(names)),
+            files=escape_markup(", ".join(names)),
         ),
     )
     return answer == QMessageBox.StandardButton.Yes

@@ -31,14 +31,16 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-# Of what scrolls: some rows, and the arrows of the bar.
-_LEAST_HEIGHT = 100
+# Some rows of a panel, and the arrows of the scroll bar.
+_MIN_HEIGHT = 100
 
 
 class Label(QLabel):
-    """Shows its text as it is. Qt takes text for HTML where it looks like some, and fetches the
-    pictures that it names: a feature called `<img src="/dev/zero">` would keep the window busy
-    without end."""
+    """Label that shows its text literally.
+
+    Qt takes text for HTML if it looks like some, and loads the images that it names: a feature
+    called `<img src="/dev/zero">` would block the window forever.
+    """
 
     def __init__(self, text: str = "", parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -48,40 +50,42 @@ class Label(QLabel):
 
 
 def rich_lines(lines: Sequence[str], bold: Collection[str] = ()) -> str:
-    """HTML that shows lines as they are, some of them bold."""
-    shown = ((escape(line), line in bold) for line in lines)
-    return "<br>".join(f"<b>{line}</b>" if heavy else line for line, heavy in shown)
+    """Return HTML that shows lines literally, some of them bold."""
+    escaped = ((escape(line), line in bold) for line in lines)
+    return "<br>".join(f"<b>{line}</b>" if is_bold else line for line, is_bold in escaped)
 
 
 def rich_label(text: str = "") -> Label:
-    """For HTML; words in it that are not our own are escaped by whoever puts them there."""
+    """Create a label for HTML. The caller escapes texts from files and users."""
     label = Label()
     label.setTextFormat(Qt.TextFormat.RichText)
     label.setText(text)
     return label
 
 
-def as_words(text: str) -> str:
-    """For a tooltip or message box, which decide by themselves: text in which Qt sees no HTML. A
-    mark without width stands behind each `<`."""
+def escape_markup(text: str) -> str:
+    """Return text that Qt does not take for HTML, for tooltips and message boxes.
+
+    A word joiner, which has no width, follows each `<`.
+    """
     return text.replace("<", "<\N{WORD JOINER}")
 
 
 class ComboBox(QComboBox):
-    """A list to choose from that ignores the wheel: scrolling a panel must not change a value."""
+    """Combo box that ignores the wheel: scrolling a panel must not change a value."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def keep_narrow(self) -> None:
-        """Long entries are read in the popup: they must not widen the panel."""
+        """Limit the width: long entries are read in the popup."""
         policy = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         self.setSizeAdjustPolicy(policy)
         self.setMinimumContentsLength(10)
 
     def show_text(self, text: str) -> None:
-        """Show a text in place of a choice, until something is chosen."""
+        """Show a text instead of an entry until the user selects one."""
         self.setPlaceholderText(text)
         with QSignalBlocker(self):
             self.setCurrentIndex(-1)
@@ -91,7 +95,7 @@ class ComboBox(QComboBox):
 
 
 class SpinBox(QSpinBox):
-    """A whole number that ignores the wheel, as lists do."""
+    """Integer field that ignores the wheel, like `ComboBox`."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -102,7 +106,7 @@ class SpinBox(QSpinBox):
 
 
 class DoubleSpinBox(QDoubleSpinBox):
-    """A number that ignores the wheel, as lists do."""
+    """Number field that ignores the wheel, like `ComboBox`."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -113,7 +117,7 @@ class DoubleSpinBox(QDoubleSpinBox):
 
 
 class Slider(QSlider):
-    """Lies flat, and ignores the wheel, as lists do."""
+    """Horizontal slider that ignores the wheel, like `ComboBox`."""
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -124,19 +128,24 @@ class Slider(QSlider):
 
 
 def allow(widget: QWidget, why_not: Finding | None) -> None:
-    """Enable a widget, or disable it and have its tooltip say why; then its own one comes back.
-    why_not : None where it can be used now, else the reason"""
-    now = widget.toolTip()
-    own = widget.property("own_tip") if now and now == widget.property("refusal") else now
-    refusal = "" if why_not is None else as_words(tr("Not now: {reason}", reason=why_not))
-    widget.setProperty("own_tip", own)
+    """Enable a widget, or disable it and show the reason in its tooltip.
+
+    Parameters
+    ----------
+    why_not : Finding or None
+        The reason; None enables the widget and restores its tooltip.
+    """
+    tip = widget.toolTip()
+    own_tip = widget.property("own_tip") if tip and tip == widget.property("refusal") else tip
+    refusal = "" if why_not is None else escape_markup(tr("Not now: {reason}", reason=why_not))
+    widget.setProperty("own_tip", own_tip)
     widget.setProperty("refusal", refusal)
     widget.setEnabled(why_not is None)
-    widget.setToolTip(refusal or own)
+    widget.setToolTip(refusal or own_tip)
 
 
 def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
-    """Two buttons in a row, each with its icon and text."""
+    """Create buttons with icon and text, two in a row."""
     grid = QGridLayout()
     grid.setSpacing(4)
     for i, action in enumerate(actions):
@@ -149,25 +158,24 @@ def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
 
 
 class ElidedLabel(Label):
-    """A label that may be narrower than its lines, which then end in dots; the tooltip has all of
-    them."""
+    """Label that elides lines wider than itself; the tooltip has the full text."""
 
     def setText(self, text: str) -> None:  # noqa: N802
         super().setText(text)
-        self.setToolTip(as_words(text))
+        self.setToolTip(escape_markup(text))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         return QSize(40, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
-        room = self.contentsRect()
+        area = self.contentsRect()
         metrics, elide = self.fontMetrics(), Qt.TextElideMode.ElideRight
-        lines = (metrics.elidedText(x, elide, room.width()) for x in self.text().split("\n"))
+        lines = (metrics.elidedText(line, elide, area.width()) for line in self.text().split("\n"))
         text = "\n".join(lines)
         self.style().drawItemText(
             painter,
-            room,
+            area,
             int(self.alignment().value),
             self.palette(),
             self.isEnabled(),
@@ -176,8 +184,8 @@ class ElidedLabel(Label):
         )
 
 
-class Scrolling(QScrollArea):
-    """Shows a panel that may be higher than its place, and has the width that the panel needs."""
+class PanelScrollArea(QScrollArea):
+    """Scroll area for a panel, at least as wide as the panel."""
 
     def __init__(self, panel: QWidget) -> None:
         super().__init__()
@@ -189,31 +197,33 @@ class Scrolling(QScrollArea):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.LayoutRequest:
-            # Qt leaves the place as narrow as the panel was before.
+            # Qt keeps the width that the panel had before.
             self.updateGeometry()
             if watched is self._panel:
-                self.give_height()
+                self.update_panel_height()
         return super().eventFilter(watched, event)
 
-    def give_height(self) -> None:
-        """Give the panel the height that it needs now. Qt does so only after it has squeezed the
-        panel into the height that it had, and a frame of that may be drawn."""
+    def update_panel_height(self) -> None:
+        """Give the panel the height that it needs now.
+
+        Qt first squeezes the panel into its previous height, and may draw a frame of that.
+        """
         super().event(QEvent(QEvent.Type.LayoutRequest))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         bar = self.verticalScrollBar().sizeHint().width()
-        return QSize(self._panel.minimumSizeHint().width() + bar, _LEAST_HEIGHT)
+        return QSize(self._panel.minimumSizeHint().width() + bar, _MIN_HEIGHT)
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
 
 
-class ScrollingLater(Scrolling):
-    """Makes its panel when its place is first painted, or asked for."""
+class LazyScrollArea(PanelScrollArea):
+    """Scroll area that creates its panel when it is first painted or requested."""
 
     def __init__(self, make: Callable[[], QWidget]) -> None:
         self._make: Callable[[], QWidget] | None = make
-        super().__init__(_Unmade(self._seen))
+        super().__init__(_Placeholder(self._create_later))
 
     def widget(self) -> QWidget:
         if self._make is not None:
@@ -222,56 +232,57 @@ class ScrollingLater(Scrolling):
             self.setWidget(self._panel)
         return self._panel
 
-    def _seen(self) -> None:
-        # What is being painted must not go away meanwhile.
+    def _create_later(self) -> None:
+        # The placeholder must not be deleted while it is painted.
         QTimer.singleShot(0, self, self.widget)
 
 
-class _Unmade(QWidget):
-    """Stands where a panel will be. It covers what it stands on, which Qt then never paints: only
-    this one knows that it is seen, as when its tab is clicked."""
+class _Placeholder(QWidget):
+    """Widget that a panel replaces.
 
-    def __init__(self, seen: Callable[[], None]) -> None:
+    It covers the scroll area, which Qt therefore never paints: only the placeholder is notified
+    when it becomes visible, for example when its tab is clicked.
+    """
+
+    def __init__(self, paint_callback: Callable[[], None]) -> None:
         super().__init__()
-        self._seen = seen
+        self._paint_callback = paint_callback
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
-        self._seen()
+        self._paint_callback()
 
 
 def lay_out_now(widget: QWidget) -> None:
-    """A widget within a scrolling panel has other words now: no frame is drawn in which they are
-    cut."""
-    inside, place = [widget], widget.parentWidget()
-    while place is not None and not isinstance(place, Scrolling):
-        inside.append(place)
-        place = place.parentWidget()
-    if place is None or not place.isVisible():
+    """Lay out a widget of a scrolling panel at once, so that no frame shows cut texts."""
+    chain, ancestor = [widget], widget.parentWidget()
+    while ancestor is not None and not isinstance(ancestor, PanelScrollArea):
+        chain.append(ancestor)
+        ancestor = ancestor.parentWidget()
+    if ancestor is None or not ancestor.isVisible():
         return
-    # The last two are the panel, which gets its height first, and what it is seen through.
-    for each in inside[:-2]:
+    # The last two are the viewport of the area and the panel, which gets its height first.
+    for each in chain[:-2]:
         if (layout := each.layout()) is not None:
             layout.activate()
-    place.give_height()
+    ancestor.update_panel_height()
 
 
-class LowTable(QTableWidget):
-    """It asks for its least height and takes what is left: what stands below it in a low dock stays
-    in sight."""
+class CompactTable(QTableWidget):
+    """Table whose size hint is its minimum height, so that widgets below it stay visible."""
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(super().sizeHint().width(), self.minimumHeight())
 
 
-def column_of() -> tuple[QWidget, QVBoxLayout]:
-    """A plain widget and its column of widgets, without margins."""
+def create_column() -> tuple[QWidget, QVBoxLayout]:
+    """Create a plain widget and its vertical layout, without margins."""
     widget = QWidget()
     column = QVBoxLayout(widget)
     column.setContentsMargins(0, 0, 0, 0)
     return widget, column
 
 
-def row_of(*widgets: QWidget) -> QWidget:
+def create_row(*widgets: QWidget) -> QWidget:
     """Arrange widgets in a row without margins; text fields take the remaining width."""
     row = QWidget()
     line = QHBoxLayout(row)
@@ -292,7 +303,7 @@ def button_row(*buttons: QWidget) -> QHBoxLayout:
 
 
 def icon_button(icon: str, text: str) -> QToolButton:
-    """Create a button with an icon, whose text is its tooltip."""
+    """Create a button with an icon and a tooltip."""
     from vomstudio.ui.base import theme
 
     button = QToolButton()
@@ -303,14 +314,21 @@ def icon_button(icon: str, text: str) -> QToolButton:
 
 
 def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
-    """A field for a file's path, and the row that holds it with a button beside it.
+    """Create a field for the path of a file, and a row with the field and its button.
 
-    name: object name of the field; choose: text of the button; browse: called by the button
+    Parameters
+    ----------
+    name : str
+        Object name of the field.
+    choose : str
+        Text of the button.
+    browse : callable
+        Called when the button is clicked.
     """
     field = QLineEdit()
     field.setObjectName(name)
     button = QPushButton(choose)
-    # Enter in a field is no wish to look for a file.
+    # Enter in a field must not open the dialog.
     button.setAutoDefault(False)
     button.clicked.connect(lambda _=False: browse())
     row = QWidget()
@@ -321,8 +339,8 @@ def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QL
     return field, row
 
 
-def side_by_side(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
-    """Fill a page with two widgets whose border can be dragged; the right one grows with it."""
+def add_splitter(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
+    """Fill a page with two widgets and a splitter; the right one grows with the page."""
     split = QSplitter(Qt.Orientation.Horizontal)
     split.addWidget(left)
     split.addWidget(right)
@@ -333,7 +351,7 @@ def side_by_side(page: QWidget, left: QWidget, right: QWidget, sizes: list[int])
 
 
 def narrow_form() -> QFormLayout:
-    """A form for a dock, with little space between its rows."""
+    """Create a form for a dock, with little space between its rows."""
     form = QFormLayout()
     form.setContentsMargins(0, 0, 0, 0)
     form.setVerticalSpacing(3)

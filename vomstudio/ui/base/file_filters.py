@@ -1,4 +1,4 @@
-"""What file dialogs offer: all that the readers can read, asked of the readers themselves."""
+"""Filters of file dialogs, from the extensions that the readers support."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from vomstudio.core.words import tr
 
 
 def _patterns(endings: Iterable[str]) -> str:
-    """In small and in capital letters: dialogs other than the system's own heed the case."""
-    both = dict.fromkeys(each for e in endings for each in (e.lower(), e.upper()))
-    return " ".join(f"*{ending}" for ending in both)
+    """Return patterns in lower and upper case: some dialogs are case sensitive."""
+    variants = dict.fromkeys(each for e in endings for each in (e.lower(), e.upper()))
+    return " ".join(f"*{ending}" for ending in variants)
 
 
 def _and_all(kind: str) -> str:
@@ -18,7 +18,7 @@ def _and_all(kind: str) -> str:
 
 
 def models() -> str:
-    """Meshes, point clouds and height models."""
+    """Return the filter for meshes, point clouds and height models."""
     from vomstudio.io.models.registry import extensions
 
     return _and_all(tr("Models ({patterns})", patterns=_patterns(extensions())))
@@ -37,31 +37,31 @@ def videos() -> str:
 
 
 def tables() -> str:
-    """Text tables, such as those of compass readings."""
+    """Return the filter for text tables, such as those of compass readings."""
     from vomstudio.io.text.tables import TABLE_EXTENSIONS
 
     return _and_all(tr("Tables ({patterns})", patterns=_patterns(TABLE_EXTENSIONS)))
 
 
-def listed() -> str:
-    """What holds stations, contact lines and rock areas."""
+def layers_and_tables() -> str:
+    """Return the filter for stations, contact lines and rock areas."""
     endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".csv")
     return _and_all(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
 
 
 def drawings() -> str:
-    """What holds lines that were drawn on an orthophoto."""
+    """Return the filter for lines that were drawn on an orthophoto."""
     endings = (".gpkg", ".geojson", ".json", ".shp", ".dxf", ".svg", ".svgz")
     return _and_all(tr("Drawings ({patterns})", patterns=_patterns(endings)))
 
 
 def sidecars() -> str:
-    """What was written beside an orthophoto."""
+    """Return the filter for sidecar files of orthophotos."""
     return _and_all(tr("Sidecars of orthophotos ({patterns})", patterns=_patterns([".json"])))
 
 
-def control() -> str:
-    """Ground control points, and marks of them in photos."""
+def ground_control() -> str:
+    """Return the filter for ground control points and image marks."""
     from vomstudio.io.control.registry import extensions
 
     return _and_all(tr("Ground control ({patterns})", patterns=_patterns(extensions())))

@@ -1,4 +1,4 @@
-"""What on the screen the documentation explains: F1 opens it there."""
+"""Help topics of widgets: F1 opens the documentation of the widget under the cursor."""
 
 from __future__ import annotations
 
@@ -12,44 +12,56 @@ from vomstudio.project.figures import Figure
 
 _PROPERTY = "explained_by"
 
-Explained = str | Figure
-"""A place in the documentation, "PAGE.md#HEADING", or a figure."""
-At = Callable[[QPoint], Explained | None]
-"""From a place in the widget, in pixels, to what is explained of it."""
+HelpTopic = str | Figure
+"""Address in the documentation, "PAGE.md#HEADING", or a figure."""
+TopicFinder = Callable[[QPoint], HelpTopic | None]
+"""Returns the topic at a position in a widget, in pixels."""
 
 
-def explain(widget: QWidget, what: Explained | At) -> None:
-    """From now on F1 explains this widget. what : or what tells it for a place in the widget"""
-    widget.setProperty(_PROPERTY, _Holder(what))
+def explain(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:
+    """Set the help topic that F1 opens for a widget.
+
+    Parameters
+    ----------
+    topic : HelpTopic or TopicFinder
+        The topic, or a function that returns it for a position in the widget.
+    """
+    widget.setProperty(_PROPERTY, _Holder(topic))
 
 
-def explained_here() -> Explained | None:
-    """What lies under the cursor, else what has the focus, and is explained somewhere."""
-    at = QCursor.pos()
-    under = QApplication.widgetAt(at)
-    found = None if under is None else explanation_of(under, at)
+def current_help_topic() -> HelpTopic | None:
+    """Return the topic of the widget under the cursor, else of the one with the focus."""
+    position = QCursor.pos()
+    widget = QApplication.widgetAt(position)
+    topic = None if widget is None else find_help_topic(widget, position)
     focused = QApplication.focusWidget()
-    if found is None and focused is not None:
-        found = explanation_of(focused, focused.mapToGlobal(focused.rect().center()))
-    return found
+    if topic is None and focused is not None:
+        topic = find_help_topic(focused, focused.mapToGlobal(focused.rect().center()))
+    return topic
 
 
-def explanation_of(widget: QWidget, at: QPoint) -> Explained | None:
-    """Of a widget, or of the nearest one in which it lies. at : on the screen"""
-    above: QWidget | None = widget
-    while above is not None:
-        held = above.property(_PROPERTY)
-        if isinstance(held, _Holder):
-            what = held.what
-            found = what(above.mapFromGlobal(at)) if callable(what) else what
-            if found is not None:
-                return found
-        above = above.parentWidget()
+def find_help_topic(widget: QWidget, position: QPoint) -> HelpTopic | None:
+    """Return the topic of a widget or of its nearest ancestor that has one.
+
+    Parameters
+    ----------
+    position : QPoint
+        Global position in pixels.
+    """
+    ancestor: QWidget | None = widget
+    while ancestor is not None:
+        holder = ancestor.property(_PROPERTY)
+        if isinstance(holder, _Holder):
+            source = holder.topic
+            topic = source(ancestor.mapFromGlobal(position)) if callable(source) else source
+            if topic is not None:
+                return topic
+        ancestor = ancestor.parentWidget()
     return None
 
 
 class _Holder:
-    """Qt would take a text or a list apart."""
+    """Wrapper of a topic: Qt would convert a string or a list."""
 
-    def __init__(self, what: Explained | At) -> None:
-        self.what = what
+    def __init__(self, topic: HelpTopic | TopicFinder) -> None:
+        self.topic = topic

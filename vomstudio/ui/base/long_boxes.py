@@ -1,4 +1,4 @@
-"""Boxes that are larger than the screen: they get smaller, and what is long in them scrolls."""
+"""Fit windows to the screen: dialogs that are too large shrink and scroll."""
 
 from __future__ import annotations
 
@@ -12,22 +12,24 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.ui.base.controls import Scrolling
+from vomstudio.ui.base.controls import PanelScrollArea
 
-# Of the frame that the system draws around a window, with its title.
+# Frame and title that the system draws around a window.
 _FRAME = QSize(8, 40)
 _TEXT_WIDTH = 560
 
 
-def room_for(window: QWidget) -> QRect:
-    """Where a window can stand on its screen with its frame, in logical pixels."""
+def available_area(window: QWidget) -> QRect:
+    """Return the screen area for a window without its frame, in logical pixels."""
     area = window.screen().availableGeometry()
     return QRect(area.topLeft(), area.size() - _FRAME)
 
 
-def make_room_for_text(window: QWidget) -> None:
-    """Make a window as high as its texts need, whose lines depend on its width: Qt asks for less,
-    and squeezes what stands below them."""
+def fit_height_to_text(window: QWidget) -> None:
+    """Make a window as high as its texts need at its width.
+
+    Qt requests less height for wrapped text, and squeezes the widgets below it.
+    """
     layout = window.layout()
     if layout is None or not layout.hasHeightForWidth():
         return
@@ -35,18 +37,18 @@ def make_room_for_text(window: QWidget) -> None:
     layout.activate()
     needed = layout.totalHeightForWidth(size.width())
     if needed > size.height():
-        window.resize(size.width(), min(needed, room_for(window).height()))
+        window.resize(size.width(), min(needed, available_area(window).height()))
 
 
 def _size_when_shown(window: QWidget) -> QSize:
-    """Before a window is shown, Qt tells a size that it will not have."""
+    """Return the size that a window will have: Qt reports another one before it is shown."""
     if window.isVisible() or window.testAttribute(Qt.WidgetAttribute.WA_Resized):
         return window.size()
     return window.sizeHint().expandedTo(window.minimumSize())
 
 
 def _polish(widget: QWidget) -> None:
-    """Sizes follow from the style, which Qt gives to widgets only as they are shown."""
+    """Apply the style, on which sizes depend; Qt applies it only when widgets are shown."""
     widget.ensurePolished()
     for child in widget.children():
         if isinstance(child, QWidget):
@@ -54,18 +56,20 @@ def _polish(widget: QWidget) -> None:
 
 
 def fit_to_screen(window: QWidget) -> None:
-    """Make a window that is about to be shown no larger than its screen, and let a dialog scroll
-    whose contents need more height than that, now or once they have grown."""
+    """Make a window that is about to be shown no larger than its screen.
+
+    A dialog scrolls if its contents need more height, now or after they have grown.
+    """
     _polish(window)
-    make_room_for_text(window)
+    fit_height_to_text(window)
     if isinstance(window, QDialog):
-        _make_room(window)
+        _fit_height(window)
         _Growth(window)
-    window.resize(window.size().boundedTo(room_for(window).size()))
+    window.resize(window.size().boundedTo(available_area(window).size()))
 
 
 class _Growth(QObject):
-    """Makes a dialog higher as its texts grow, and lets it scroll where the screen ends."""
+    """Event filter that resizes a dialog when its contents grow."""
 
     def __init__(self, dialog: QDialog) -> None:
         super().__init__(dialog)
@@ -75,64 +79,63 @@ class _Growth(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.LayoutRequest:
             # Widgets are not moved while Qt arranges them.
-            QTimer.singleShot(0, self, lambda: _make_room(self._dialog))
+            QTimer.singleShot(0, self, lambda: _fit_height(self._dialog))
         return super().eventFilter(watched, event)
 
 
-def _make_room(dialog: QDialog) -> None:
-    """Make it as high as it must be for nothing to be squeezed, or let it scroll."""
-    layout, room = dialog.layout(), room_for(dialog)
+def _fit_height(dialog: QDialog) -> None:
+    """Make a dialog high enough for its contents, or let it scroll."""
+    layout, area = dialog.layout(), available_area(dialog)
     if layout is None:
         return
     needed = _needed_height(dialog, layout)
-    if needed > room.height():
-        _scroll(dialog, layout, room)
+    if needed > area.height():
+        _scroll(dialog, layout, area)
     elif needed > dialog.height():
         dialog.resize(dialog.width(), needed)
 
 
-def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
-    """Put all but the buttons at the end, which stay in sight, into a place that scrolls."""
-    width = min(_size_when_shown(dialog).width(), room.width())
+def _scroll(dialog: QDialog, layout: QLayout, area: QRect) -> None:
+    """Move all widgets except the buttons at the end into a scroll area."""
+    width = min(_size_when_shown(dialog).width(), area.width())
     margins = layout.contentsMargins()
     buttons = _buttons_at_end(layout)
     page = QWidget()
     page.setLayout(layout)
     column = QVBoxLayout(dialog)
     column.setContentsMargins(0, 0, 0, 0)
-    column.addWidget(Scrolling(page))
+    column.addWidget(PanelScrollArea(page))
     if buttons is not None:
         below = QVBoxLayout()
         below.setContentsMargins(margins)
         below.addWidget(buttons)
         column.addLayout(below)
-    # Until then the dialog may be no smaller than all its contents.
+    # Before this the minimum size of the dialog is that of its contents.
     column.activate()
-    # All of the room: its contents would need more.
-    dialog.resize(width, room.height())
+    dialog.resize(width, area.height())
 
 
 def _needed_height(dialog: QDialog, layout: QLayout) -> int:
-    """Lines of texts are counted at the width that the dialog will have."""
-    least = dialog.minimumSizeHint().height()
+    """Return the height of the contents at the width that the dialog will have."""
+    minimum = dialog.minimumSizeHint().height()
     if not layout.hasHeightForWidth():
-        return least
-    width = min(dialog.width(), room_for(dialog).width())
-    return max(least, layout.totalMinimumHeightForWidth(width))
+        return minimum
+    width = min(dialog.width(), available_area(dialog).width())
+    return max(minimum, layout.totalMinimumHeightForWidth(width))
 
 
 def _buttons_at_end(layout: QLayout) -> QDialogButtonBox | None:
-    """Taken out of the layout."""
+    """Remove the button box at the end of a layout and return it."""
     item = layout.itemAt(layout.count() - 1)
-    found = None if item is None else item.widget()
-    if not isinstance(layout, QVBoxLayout) or not isinstance(found, QDialogButtonBox):
+    last = None if item is None else item.widget()
+    if not isinstance(layout, QVBoxLayout) or not isinstance(last, QDialogButtonBox):
         return None
-    layout.removeWidget(found)
-    return found
+    layout.removeWidget(last)
+    return last
 
 
 def show_long_text(parent: QWidget, title: str, html: str) -> None:
-    """Show a text in a dialog that is as high as there is room, and wait for its end."""
+    """Show a text in a modal dialog that is as high as the text or the screen."""
     dialog = QDialog(parent)
     dialog.setWindowTitle(title)
     text = QTextBrowser()

@@ -1,4 +1,4 @@
-"""Numbers in words: the same notation, units and digits everywhere in the window."""
+"""Format numbers with the same notation, units and digits everywhere in the window."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from vomstudio.project.kinds import kind_named
 from vomstudio.project.measurement import Measurement
 
 area, length = area_text, length_text
-"""In words, with a unit that fits."""
+"""Return an area or a length as text, with a suitable unit."""
 
 __all__ = [
     "area",
     "degrees",
-    "drawn_points",
+    "extent_points",
     "gigabytes",
     "length",
-    "natural",
+    "natural_sort_key",
     "number",
     "orientation_text",
     "slip_names",
@@ -31,7 +31,7 @@ __all__ = [
 
 
 def orientation_text(measured: Measurement, notation: str) -> str:
-    """A feature's plane or line with its 95 % error, or what its kind says instead."""
+    """Return the plane or line of a feature with its 95 % error, or the summary of its kind."""
     if measured.plane is not None or measured.line is not None:
         return measured.attitude(notation)
     kind = kind_named(measured.kind)
@@ -39,27 +39,27 @@ def orientation_text(measured: Measurement, notation: str) -> str:
 
 
 def slip_names() -> dict[str, str]:
-    """Code and translated name of each sense of slip, as lists offer them."""
+    """Return code and translated name of each sense of slip, for lists."""
     return {code: tr(name) for code, name in dict(SENSES).items()}
 
 
-def drawn_points(measured: Measurement) -> FloatArray:
-    """(n, 3) World points that show how far a feature reaches."""
+def extent_points(measured: Measurement) -> FloatArray:
+    """Return (n, 3) World points that span the extent of a feature."""
     fit = measured.fit
     if fit is None or fit.extent is None or len(measured.points) > 1:
         return measured.points
-    reach = 0.5 * fit.extent * fit.axes[:2]
-    return np.concatenate([measured.points, fit.centroid + reach, fit.centroid - reach])
+    half_axes = 0.5 * fit.extent * fit.axes[:2]
+    return np.concatenate([measured.points, fit.centroid + half_axes, fit.centroid - half_axes])
 
 
 def gigabytes(size: float) -> str:
-    """A number of bytes in gigabytes, with two significant digits."""
+    """Return a number of bytes as gigabytes with two significant digits."""
     value = size / 1e9
     return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
 
 
-def natural(name: str) -> tuple[tuple[int, int, str], ...]:
-    """A key that sorts names by the numbers in them: B2 before B10."""
+def natural_sort_key(name: str) -> tuple[tuple[int, int, str], ...]:
+    """Return a key that sorts names by the numbers in them: B2 before B10."""
     return tuple(
         (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold())
         for part in re.split(r"(\d+)", name)

@@ -1,4 +1,4 @@
-"""Dialogs beside the window: of each kind one is open, and asked for again it comes forward."""
+"""Non-modal dialogs, of which one per kind and key is open."""
 
 from __future__ import annotations
 
@@ -15,32 +15,38 @@ D = TypeVar("D", bound=QWidget)
 
 
 class OpenDialogs:
-    """The dialogs that are open. It keeps none alive: a closed dialog is freed with its data."""
+    """The open dialogs, as weak references: a closed dialog is freed with its data."""
 
     def __init__(self) -> None:
-        self._made: dict[tuple[type[QWidget], Hashable], weakref.ref[QWidget]] = {}
+        self._dialogs: dict[tuple[type[QWidget], Hashable], weakref.ref[QWidget]] = {}
 
-    def shown(self, kind: type[D], about: Hashable = None) -> D | None:
-        """The dialog of this kind that is on the screen. about: what there may be one each for."""
-        made = self._kept(kind, about)
-        return made if made is not None and made.isVisible() else None
+    def find_visible(self, kind: type[D], key: Hashable = None) -> D | None:
+        """Return the visible dialog of a kind, or None.
 
-    def show(self, kind: type[D], make: Callable[[], D], about: Hashable = None) -> D:
-        """Bring the dialog forward, or make it and show it."""
-        there = self.shown(kind, about)
-        if there is not None:
-            there.raise_()
-            there.activateWindow()
-            return there
-        if (hidden := self._kept(kind, about)) is not None:
+        Parameters
+        ----------
+        key : hashable
+            Distinguishes dialogs of one kind, such as the object that they show.
+        """
+        dialog = self._find(kind, key)
+        return dialog if dialog is not None and dialog.isVisible() else None
+
+    def show(self, kind: type[D], create: Callable[[], D], key: Hashable = None) -> D:
+        """Bring the dialog to the front, or create and show it."""
+        visible = self.find_visible(kind, key)
+        if visible is not None:
+            visible.raise_()
+            visible.activateWindow()
+            return visible
+        if (hidden := self._find(kind, key)) is not None:
             hidden.deleteLater()
-        made = make()
-        self._made[kind, about] = weakref.ref(made)
-        fit_to_screen(made)
-        made.show()
-        return made
+        dialog = create()
+        self._dialogs[kind, key] = weakref.ref(dialog)
+        fit_to_screen(dialog)
+        dialog.show()
+        return dialog
 
-    def _kept(self, kind: type[D], about: Hashable) -> D | None:
-        kept = self._made.get((kind, about))
-        made = None if kept is None else kept()
-        return made if isinstance(made, kind) and isValid(made) else None
+    def _find(self, kind: type[D], key: Hashable) -> D | None:
+        reference = self._dialogs.get((kind, key))
+        dialog = None if reference is None else reference()
+        return dialog if isinstance(dialog, kind) and isValid(dialog) else None

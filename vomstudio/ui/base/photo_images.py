@@ -1,4 +1,4 @@
-"""Photos and their thumbnails, read in a thread."""
+"""Read photos and their thumbnails in worker threads."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from vomstudio.studio.background import Request
 from vomstudio.ui.base.qt_background import QtBackground
 
 THUMBNAIL = QSize(102, 68)
-_FIRST_LOOK = 1600  # pixels along the long side, of large photos
-_MOST_MB = 4096  # of one picture: 100 megapixels take 400
-_KEPT_BYTES = 700_000_000
-_BAND = 128  # rows
+_PREVIEW_PIXELS = 1600  # long side of the reduced image of a large photo
+_MAX_IMAGE_MB = 4096  # 100 megapixels need 400 MB
+_CACHE_BYTES = 700_000_000
+_BAND_ROWS = 128
 _PICTURE = "picture"
 PATIENCE_S = 5.0
 """Maximum time to wait for a photo that is being decoded, when a window closes."""
@@ -30,27 +30,34 @@ _Turn = QImageIOHandler.Transformation
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
-    """A photo as it is stored, in sizes halved again and again.
+class PhotoPyramid:
+    """Image pyramid of a photo as it is stored.
 
-    width, height : as stored; turn : from its pixels to those of the picture as it is looked at,
-    by the orientation that the photo states
-    whole : False while only a smaller one has been read
+    Attributes
+    ----------
+    width, height : int
+        Size as stored, in pixels.
+    to_upright : QTransform
+        Transform from stored to upright pixels, from the orientation tag of the photo.
+    is_complete : bool
+        False while only a reduced image has been read.
     """
 
     levels: tuple[QImage, ...]
     width: int
     height: int
-    turn: QTransform
-    whole: bool = True
+    to_upright: QTransform
+    is_complete: bool = True
 
     @property
     def bytes(self) -> int:
         return sum(level.sizeInBytes() for level in self.levels)
 
 
-def upright(orientation: QImageIOHandler.Transformation, width: int, height: int) -> QTransform:
-    """From stored pixels to upright ones; both count from the outer corner of the first."""
+def orientation_transform(
+    orientation: QImageIOHandler.Transformation, width: int, height: int
+) -> QTransform:
+    """Return the transform from stored to upright pixels, (0, 0) a corner of the first."""
     w, h = float(width), float(height)
     # x' = m11 x + m21 y + dx, y' = m12 x + m22 y + dy
     rows = {
@@ -67,82 +74,93 @@ def upright(orientation: QImageIOHandler.Transformation, width: int, height: int
 
 
 class PhotoImages(QObject):
-    """pictured: path and a Picture, or a sentence that says why there is none; first a smaller one
-    of a large photo. thumbnailed: path and an upright QImage."""
+    """Cache of photos and thumbnails, read in the background.
 
-    pictured = Signal(str, object)
-    thumbnailed = Signal(str, object)
+    Attributes
+    ----------
+    picture_loaded : Signal
+        Emitted with the path and a `Picture`, first a reduced one of a large photo, or the text of
+        an error.
+    thumbnail_loaded : Signal
+        Emitted with the path and an upright `QImage`.
+    """
+
+    picture_loaded = Signal(str, object)
+    thumbnail_loaded = Signal(str, object)
 
     def __init__(self) -> None:
         super().__init__()
-        QImageReader.setAllocationLimit(_MOST_MB)
-        self._kept: OrderedDict[str, Picture] = OrderedDict()
+        QImageReader.setAllocationLimit(_MAX_IMAGE_MB)
+        self._pictures: OrderedDict[str, PhotoPyramid] = OrderedDict()
         self._thumbnails: dict[str, QImage] = {}
         self._reading: str | None = None
         self._background = QtBackground(self, "photos", threads=1)
 
-    def picture(self, path: Path) -> Picture | None:
-        """The photo if it is at hand; else it is read, and no other one before it."""
+    def picture(self, path: Path) -> PhotoPyramid | None:
+        """Return the photo if it is cached; otherwise read it next."""
         key = str(path)
-        kept = self._kept.get(key)
-        if kept is not None:
-            self._kept.move_to_end(key)
-            return kept
+        cached = self._pictures.get(key)
+        if cached is not None:
+            self._pictures.move_to_end(key)
+            return cached
         if self._reading != key or not self._background.is_waiting(_PICTURE):
             self._reading = key
             self._background.run_request(
                 partial(_read, path),
                 partial(self._store, key),
-                lambda error: self.pictured.emit(key, error.message),
+                lambda error: self.picture_loaded.emit(key, error.message),
                 key=_PICTURE,
                 first=True,
             )
         return None
 
     def thumbnail(self, path: Path) -> QImage | None:
-        """The thumbnail if it is at hand; else it is made."""
+        """Return the thumbnail if it is cached; otherwise read it."""
         key = str(path)
-        kept = self._thumbnails.get(key)
-        if kept is None and not self._background.is_waiting(key):
+        cached = self._thumbnails.get(key)
+        if cached is None and not self._background.is_waiting(key):
             self._background.run(
                 partial(_read_thumbnail, path),
                 partial(self._store_thumbnail, key),
                 lambda _: self._store_thumbnail(key, QImage()),
                 key=key,
             )
-        return kept
+        return cached
 
     def close(self) -> None:
         self._background.stop(wait_s=PATIENCE_S)
 
-    def _store(self, key: str, picture: Picture) -> None:
-        if picture.whole:
-            self._kept[key] = picture
-            self._kept.move_to_end(key)
-            while len(self._kept) > 1 and sum(p.bytes for p in self._kept.values()) > _KEPT_BYTES:
-                self._kept.popitem(last=False)
-        self.pictured.emit(key, picture)
+    def _store(self, key: str, picture: PhotoPyramid) -> None:
+        if picture.is_complete:
+            self._pictures[key] = picture
+            self._pictures.move_to_end(key)
+            while (
+                len(self._pictures) > 1
+                and sum(p.bytes for p in self._pictures.values()) > _CACHE_BYTES
+            ):
+                self._pictures.popitem(last=False)
+        self.picture_loaded.emit(key, picture)
 
     def _store_thumbnail(self, key: str, image: QImage) -> None:
         self._thumbnails[key] = image
-        self.thumbnailed.emit(key, image)
+        self.thumbnail_loaded.emit(key, image)
 
 
-def _read(path: Path, request: Request[Picture]) -> Picture:
+def _read(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
     _check(path)
     reader = _reader(path)
     reader.setAutoTransform(False)
     size, orientation = reader.size(), reader.transformation()
     orientation = _Turn(orientation.value) if hasattr(orientation, "value") else orientation
     width, height = size.width(), size.height()
-    if max(width, height) > 2 * _FIRST_LOOK:
+    if max(width, height) > 2 * _PREVIEW_PIXELS:
         quick = _reader(path)
         quick.setAutoTransform(False)
-        quick.setScaledSize(size.scaled(QSize(_FIRST_LOOK, _FIRST_LOOK), _KEEP))
+        quick.setScaledSize(size.scaled(QSize(_PREVIEW_PIXELS, _PREVIEW_PIXELS), _KEEP))
         image = quick.read()
         if not image.isNull():
-            turn = upright(orientation, width, height)
-            request.emit(Picture((_drawable(image),), width, height, turn, False))
+            turn = orientation_transform(orientation, width, height)
+            request.emit(PhotoPyramid((_drawable(image),), width, height, turn, False))
         request.check()
     image = reader.read()
     if image.isNull():
@@ -151,7 +169,9 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
     levels = [_drawable(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
         levels.append(_halved(levels[-1]))
-    return Picture(tuple(levels), width, height, upright(orientation, width, height))
+    return PhotoPyramid(
+        tuple(levels), width, height, orientation_transform(orientation, width, height)
+    )
 
 
 def _read_thumbnail(path: Path) -> QImage:
@@ -173,7 +193,7 @@ def _check(path: Path) -> None:
 
 
 def _reader(path: Path) -> QImageReader:
-    """For what photos may be, and nothing else that Qt has a plugin for."""
+    """Return a reader limited to the formats of photos, whatever plugins Qt has."""
     kind = b""
     with contextlib.suppress(OSError, InputError), open_regular(path) as file:
         head = file.read(4)
@@ -188,20 +208,20 @@ _KEEP = Qt.AspectRatioMode.KeepAspectRatio
 
 
 def _halved(image: QImage) -> QImage:
-    """Half as wide and high, band by band: each call of Qt keeps the window's thread waiting."""
+    """Return an image of half the size, in bands: each call of Qt blocks the window."""
     half = (image.size() / 2).expandedTo(QSize(1, 1))
-    made = QImage(half, QImage.Format.Format_RGB32)
-    painter = QPainter(made)
+    result = QImage(half, QImage.Format.Format_RGB32)
+    painter = QPainter(result)
     painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
     step = image.height() / half.height()
-    for top in range(0, half.height(), _BAND):
-        rows = min(_BAND, half.height() - top)
+    for top in range(0, half.height(), _BAND_ROWS):
+        rows = min(_BAND_ROWS, half.height() - top)
         source = QRectF(0, top * step, image.width(), rows * step)
         painter.drawImage(QRectF(0, top, half.width(), rows), image, source)
     painter.end()
-    return made
+    return result
 
 
 def _drawable(image: QImage) -> QImage:
-    """In the format that is drawn soonest."""
+    """Return an image in the format that Qt draws fastest."""
     return image if image.isNull() else image.convertToFormat(QImage.Format.Format_RGB32)

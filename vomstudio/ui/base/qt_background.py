@@ -1,4 +1,4 @@
-"""Work of widgets in threads, so that the window stays responsive."""
+"""Background work of widgets, so that the window stays responsive."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class QtBackground(Background):
 
     @property
     def is_stopped(self) -> bool:
-        """See `Background`."""
+        """Whether the work was stopped or the widget was deleted."""
         return super().is_stopped or not isValid(self._owner)
 
 
@@ -41,9 +41,9 @@ class NewestResult:
     Parameters
     ----------
     then, fail : callable
-        Take the result or the error.
+        Called with the result or the error.
     slow : callable
-        Called when a result has been waited for for 0.2 s.
+        Called after 0.2 s without a result.
     """
 
     def __init__(
@@ -61,13 +61,13 @@ class NewestResult:
         self._slow.timeout.connect(slow)
 
     @property
-    def waiting(self) -> bool:
-        """Whether a result is to come."""
+    def is_waiting(self) -> bool:
+        """Whether a result is pending."""
         return self._background.is_waiting(_KEY)
 
-    def at_once(self, work: Work) -> None:
-        """Run a short function here and now, in place of earlier requests."""
-        self.drop()
+    def run_now(self, work: Work) -> None:
+        """Run a short function in the calling thread; cancels earlier requests."""
+        self.cancel()
         try:
             result = work()
         except VomError as error:
@@ -75,22 +75,22 @@ class NewestResult:
         else:
             self._then(result)
 
-    def ask(self, work: Work) -> None:
-        """Run a function in a thread, in place of earlier requests."""
-        if not self.waiting:
+    def request(self, work: Work) -> None:
+        """Run a function in a worker thread; cancels earlier requests."""
+        if not self.is_waiting:
             self._slow.start()
         self._background.run(
             work, partial(self._take, self._then), partial(self._take, self._fail), key=_KEY
         )
 
-    def drop(self) -> None:
-        """Drop earlier requests."""
+    def cancel(self) -> None:
+        """Cancel earlier requests."""
         self._slow.stop()
         self._background.cancel(_KEY)
 
     def close(self) -> None:
-        """Deliver nothing any more."""
-        self.drop()
+        """Stop delivering results."""
+        self.cancel()
         self._background.stop()
 
     def _take(self, then: Callable[[Any], object], result: object) -> None:

@@ -1,4 +1,4 @@
-"""What Qt itself says goes into the log, and its warnings to the terminal as before."""
+"""Redirect Qt's messages to the log, and its warnings to the terminal as well."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ _LEVELS = {
     QtMsgType.QtFatalMsg: logging.CRITICAL,
 }
 
-_here = threading.local()
-_before: list[Any] = []
+_thread_state = threading.local()
+_previous_handlers: list[Any] = []
 
 
 def install() -> None:
-    _before.append(qInstallMessageHandler(_take))
+    _previous_handlers.append(qInstallMessageHandler(_log_message))
 
 
 def uninstall() -> None:
-    """Whoever heard Qt before hears it again."""
-    if _before:
-        qInstallMessageHandler(_before.pop())
+    """Restore the previous message handler."""
+    if _previous_handlers:
+        qInstallMessageHandler(_previous_handlers.pop())
 
 
-def _take(kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
-    if getattr(_here, "busy", False):
+def _log_message(kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
+    if getattr(_thread_state, "busy", False):
         return
-    _here.busy = True
+    _thread_state.busy = True
     try:
         level = _LEVELS.get(kind, logging.WARNING)
         category = context.category
-        where = f"{category}: " if category and category != "default" else ""
-        _log.log(level, "%s%s", where, message)
+        prefix = f"{category}: " if category and category != "default" else ""
+        _log.log(level, "%s%s", prefix, message)
         if level >= logging.WARNING and sys.stderr is not None:
             with contextlib.suppress(OSError, ValueError):
                 print(message, file=sys.stderr)
     finally:
-        _here.busy = False
+        _thread_state.busy = False

@@ -1,4 +1,4 @@
-"""The window's thread as the owner of a workspace: Qt's event loop makes the calls."""
+"""The window's thread as the owner of a workspace, with Qt's event loop."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class QtTimer:
 
 
 class QtOwner(QObject):
-    """`post` and `later` as `studio.owner_thread` describes them."""
+    """Implements `post` and `later` of `studio.owner_thread` with Qt."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -42,8 +42,8 @@ class QtOwner(QObject):
     def post(self, call: Call) -> None:
         self._poster(call)
 
-    def aside(self, work: Call) -> None:
-        """Work in a thread while the window is painted and its timers run; input waits."""
+    def run_and_wait(self, work: Call) -> None:
+        """Run a function in a thread while the window is painted; input is blocked."""
         loop = QEventLoop()
 
         def run() -> None:
@@ -64,66 +64,66 @@ class QtOwner(QObject):
         return QtTimer(self, seconds, call)
 
 
-class Portions:
-    """Long work of the window's own thread, done in portions between the events, so that the window
-    answers meanwhile: one portion of all that is under way at a time, each in its turn. A portion
-    is what an iterator does for one of its items."""
+class IncrementalWork:
+    """Long work of the window's thread, done in steps between events.
 
-    _under_way: ClassVar[list[Portions]] = []
+    One step of all instances runs at a time, in turn. A step is one item of an iterator.
+    """
+
+    _running: ClassVar[list[IncrementalWork]] = []
 
     def __init__(self, parent: QObject) -> None:
         self._timer = QTimer(parent)
         self._timer.setSingleShot(True)
-        self._timer.timeout.connect(self._in_turn)
+        self._timer.timeout.connect(self._take_turn)
         self._work: Iterator[object] = iter(())
 
     @property
-    def working(self) -> bool:
-        """Whether some of the work is left."""
-        return self in self._under_way
+    def is_running(self) -> bool:
+        """Whether steps remain."""
+        return self in self._running
 
-    def begin(self, work: Iterator[object]) -> None:
-        """Do the first portion at once and the others by and by, in place of what was left of
-        earlier work."""
-        self.drop()
+    def start(self, work: Iterator[object]) -> None:
+        """Run the first step at once and the others later; cancels earlier work."""
+        self.cancel()
         self._work = work
-        self._under_way.append(self)
+        self._running.append(self)
         self._step()
-        self._next()
+        self._schedule_next()
 
-    def drop(self) -> None:
-        """Leave what is left undone: nobody wants it any more."""
+    def cancel(self) -> None:
+        """Discard the remaining steps."""
         self._timer.stop()
         self._work = iter(())
-        if self.working:
-            self._under_way.remove(self)
-            self._next()
+        if self.is_running:
+            self._running.remove(self)
+            self._schedule_next()
 
     def finish(self) -> None:
-        """Do what is left at once: something is wanted that needs all of it."""
-        while self.working:
+        """Run the remaining steps at once."""
+        while self.is_running:
             self._step()
 
-    def _in_turn(self) -> None:
-        if self.working:
-            self._under_way.append(self._under_way.pop(self._under_way.index(self)))
+    def _take_turn(self) -> None:
+        if self.is_running:
+            self._running.append(self._running.pop(self._running.index(self)))
             self._step()
-            self._next()
+            self._schedule_next()
 
     @classmethod
-    def _next(cls) -> None:
-        """Let the first in the line be called at the next events, and only that one."""
-        # A window that was closed meanwhile has left its place.
-        cls._under_way[:] = [each for each in cls._under_way if isValid(each._timer)]
-        if cls._under_way:
-            cls._under_way[0]._timer.start(0)
+    def _schedule_next(cls) -> None:
+        """Schedule only the first instance in the queue."""
+        # The window of an instance may have been closed meanwhile.
+        cls._running[:] = [each for each in cls._running if isValid(each._timer)]
+        if cls._running:
+            cls._running[0]._timer.start(0)
 
     def _step(self) -> None:
         try:
             next(self._work)
         except StopIteration:
-            self.drop()
+            self.cancel()
         except BaseException:
-            # Told like any failure, and not once more at every event.
-            self.drop()
+            # Report the error once, not at every event.
+            self.cancel()
             raise

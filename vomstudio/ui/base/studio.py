@@ -1,4 +1,4 @@
-"""The workspace as the window sees it: its signals as Qt's, its parts under short names."""
+"""The workspace for the window: its signals as Qt signals, its parts under short names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.io.settings import Settings
-from vomstudio.project.folder import Project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Record
 from vomstudio.project.session import Session
@@ -21,35 +21,38 @@ __all__ = ["Notice", "Studio"]
 
 
 class Studio(QObject):
-    """Views connect to these signals, never to a session: another project may take its place."""
+    """The workspace for widgets.
+
+    Widgets connect to these signals, not to a session, because the project may change.
+    """
 
     project_opened = Signal()
     edited = Signal(object)  # Edit
     history_changed = Signal()
     selection_changed = Signal(object)  # tuple of ids
     model_loaded = Signal(str)
-    frame_wanted = Signal(str)
+    frame_requested = Signal(str)
     next_changed = Signal()
     tool_changed_signal = Signal()
     active_tool_changed = Signal(str)
     preview = Signal(object)  # Preview | None
-    sets_wanted = Signal()
-    """A proposal of sets is asked for."""
+    sets_requested = Signal()
+    """A proposal of sets is requested."""
     sets_proposed = Signal(object)
-    """Of a preview on the net: names with the ids of their planes, None where it ends."""
-    surface_wanted = Signal(str)
-    """A page of the dock of the surface is asked for: "fields", "facets" or "traces"."""
+    """Names of proposed sets with the ids of their planes, for a preview; None ends it."""
+    surface_page_requested = Signal(str)
+    """A page of the surface dock is requested: "fields", "facets" or "traces"."""
     extension_shown = Signal(object)
-    """ExtendedLines of a plane that is carried on, None where none is shown any more."""
+    """ExtendedLines of an extended plane; None to remove them."""
     surface_clicked = Signal(object)
-    """Hit: a click on the outcrop where no feature is, while no tool is active."""
+    """Hit of a click on the outcrop beside all features, while no tool is active."""
     notice = Signal(object)  # Notice
     settings_changed = Signal()
-    """Not for the list of what was open lately."""
+    """Not emitted for the list of recent projects."""
     recent_changed = Signal()
     visibility_changed = Signal(object)  # tuple of ids
     hidden_elements_changed = Signal(str)
-    """Id of a model of which other faces or points are hidden."""
+    """Id of a model whose hidden faces or points have changed."""
     layers_written = Signal(str)
     recovery_found = Signal(object)  # list of folders
     jobs_changed = Signal()
@@ -57,15 +60,15 @@ class Studio(QObject):
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         owner = QtOwner(self)
-        self.workspace = Workspace(settings, owner.post, owner.later, owner.aside)
+        self.workspace = Workspace(settings, owner.post, owner.later, owner.run_and_wait)
         self.settings = settings
-        # Lists that can be filtered: of some features, those that do not pass there.
+        # Widgets with a filter, and a function that returns the features that it hides.
         self.filters: list[tuple[QWidget, Callable[[Iterable[str]], set[str]]]] = []
         self._forward()
         self._connect()
 
     def _forward(self) -> None:
-        """What the parts of the workspace offer, under the names by which the window asks."""
+        """Bind the methods of the workspace that widgets use."""
         w = self.workspace
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
@@ -118,7 +121,7 @@ class Studio(QObject):
         w.recovery_found.connect(self.recovery_found.emit)
         w.selection.changed.connect(self.selection_changed.emit)
         w.models.loaded.connect(self.model_loaded.emit)
-        w.models.frame_wanted.connect(self.frame_wanted.emit)
+        w.models.frame_wanted.connect(self.frame_requested.emit)
         w.tools.next_changed.connect(self.next_changed.emit)
         w.tools.changed.connect(self.tool_changed_signal.emit)
         w.tools.active_changed.connect(self.active_tool_changed.emit)
@@ -131,13 +134,13 @@ class Studio(QObject):
         w.layers.written.connect(self.layers_written.emit)
         w.jobs.changed.connect(self.jobs_changed.emit)
 
-    # --- what another project, or another tool, brings anew ----------------------------------
+    # --- state of the current project and tool -----------------------------------------------
     @property
     def has_project(self) -> bool:
         return self.workspace.projects.is_open
 
     @property
-    def project(self) -> Project:
+    def project(self) -> ProjectFolder:
         return self.workspace.projects.project
 
     @property
@@ -161,7 +164,7 @@ class Studio(QObject):
         return self.workspace.has_work_to_save
 
     @property
-    def unsaved_reconstructions(self) -> bool:
+    def has_unsaved_reconstructions(self) -> bool:
         return self.workspace.projects.unsaved_reconstructions
 
     @property
@@ -175,17 +178,17 @@ class Studio(QObject):
 
     @property
     def clicks_select(self) -> bool:
-        """A click on the outcrop selects what is there."""
+        """Whether a click on the outcrop selects the feature under the cursor."""
         return self.workspace.tools.clicks_select
 
     @property
     def open_tool(self) -> Tool | None:
-        """The tool that has something unfinished."""
+        """The tool with an unfinished feature."""
         return self.workspace.tools.open_tool
 
     @property
     def undo_label(self) -> str | None:
-        """What undo would take back, of an open feature too."""
+        """Label of the step that undo would revert, also within an open feature."""
         return self.workspace.history.undo_label
 
     @property

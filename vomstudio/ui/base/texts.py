@@ -1,4 +1,4 @@
-"""Texts from other parts of the program, made ready to be shown."""
+"""Prepare texts from other parts of the program for display."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from vomstudio.core.words import tr_n
 _ENDS = ".!?…"
 
 
-def as_sentence(text: str) -> str:
-    """A text with a capital at the beginning and a full stop at the end; "" stays as it is."""
+def format_sentence(text: str) -> str:
+    """Return a text with an initial capital and a full stop; empty text stays empty."""
     text = text.strip()
     if not text:
         return ""
     return text[:1].upper() + text[1:] + ("" if text[-1] in _ENDS else ".")
 
 
-def names_in_short(names: Sequence[str], shown: int = 3) -> str:
-    """The first names of a list with commas between them, and how many more there are."""
-    first = ", ".join(names[:shown])
-    more = len(names) - shown
-    if more <= 0:
+def abbreviate_names(names: Sequence[str], max_names: int = 3) -> str:
+    """Return the first names of a list, separated by commas, and the number of the others."""
+    first = ", ".join(names[:max_names])
+    remaining = len(names) - max_names
+    if remaining <= 0:
         return first
-    return tr_n("{names} and {count} more", "{names} and {count} more", more, names=first)
+    return tr_n("{names} and {count} more", "{names} and {count} more", remaining, names=first)

@@ -30,7 +30,7 @@ from shiboken6 import isValid
 from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.words import to_translate
 
-_FRAMED = (
+_FRAMED_WIDGETS = (
     "QCheckBox",
     "QRadioButton",
     "QLineEdit",
@@ -39,13 +39,19 @@ _FRAMED = (
     "QTableView",
     "QListView",
 )
-_INSIDE = ("QHeaderView", "QScrollBar")
-"""What lists have in them, which would take their colours."""
-_FRAMES = "#8f8f8f"
+_INNER_WIDGETS = ("QHeaderView", "QScrollBar")
+"""Children of lists, which would inherit their colours."""
+_FRAME_COLOR = "#8f8f8f"
 
 
 def use(name: str) -> None:
-    """Light, dark, or as the system has it. name : "light", "dark" or "system" """
+    """Apply a colour scheme.
+
+    Parameters
+    ----------
+    name : str
+        "light", "dark" or "system".
+    """
     application = QApplication.instance()
     assert isinstance(application, QApplication)
     schemes = {"light": Qt.ColorScheme.Light, "dark": Qt.ColorScheme.Dark}
@@ -53,12 +59,12 @@ def use(name: str) -> None:
     application.setPalette(QPalette())
     application.styleHints().setColorScheme(scheme)
     if name in schemes and is_dark() != (name == "dark"):
-        # Not every desktop lets a program have a scheme of its own.
+        # Not every desktop supports a colour scheme per program.
         application.setPalette(_palette(name == "dark"))
     _outline_boxes()
     if not application.property("outlined"):
         application.setProperty("outlined", True)
-        # Qt changes its palette after it has told.
+        # Qt changes its palette after this signal.
         application.styleHints().colorSchemeChanged.connect(
             lambda _: QTimer.singleShot(0, _outline_boxes)
         )
@@ -68,11 +74,17 @@ def use(name: str) -> None:
 
 
 def _outline_boxes() -> None:
-    """Fusion frames boxes and fields in a darker shade of the window, which nobody sees on a dark
-    one: what has such a frame is told of a lighter window."""
+    """Give boxes and fields a visible frame in a dark scheme.
+
+    Fusion derives the frame from a darker shade of the window colour, so these widgets get a
+    lighter window colour.
+    """
     role = QPalette.ColorRole.Window
     window = QApplication.palette().color(role)
-    for kinds, color in ((_INSIDE, window), (_FRAMED, QColor(_FRAMES) if is_dark() else window)):
+    for kinds, color in (
+        (_INNER_WIDGETS, window),
+        (_FRAMED_WIDGETS, QColor(_FRAME_COLOR) if is_dark() else window),
+    ):
         palette = QPalette(QApplication.palette())
         palette.setColor(role, color)
         for kind in kinds:
@@ -81,14 +93,14 @@ def _outline_boxes() -> None:
 
 
 def is_dark() -> bool:
-    """Whether texts are lighter than what they stand on."""
+    """Return whether texts are lighter than their background."""
     palette = QApplication.palette()
-    text, ground = QPalette.ColorRole.WindowText, QPalette.ColorRole.Window
-    return palette.color(text).lightness() > palette.color(ground).lightness()
+    text, background = QPalette.ColorRole.WindowText, QPalette.ColorRole.Window
+    return palette.color(text).lightness() > palette.color(background).lightness()
 
 
 def _palette(dark: bool) -> QPalette:
-    """Qt works out shades, tooltips and what is disabled from these."""
+    """Return the palette of a scheme; Qt derives the other colours."""
     button, window = ("#454545", "#323232") if dark else ("#efefef", "#efefef")
     palette = QPalette(QColor(button), QColor(window))
     role, group = QPalette.ColorRole, QPalette.ColorGroup
@@ -108,20 +120,22 @@ def _palette(dark: bool) -> QPalette:
     return palette
 
 
-def toggles_sheet() -> str:
-    """Style sheet in which what is switched on is plain to see, in light and in dark: filled and
-    framed in blue (Okabe-Ito), with texts and icons that keep their contrast."""
-    filled, framed, over = (
+def toggle_style_sheet() -> str:
+    """Return a style sheet that highlights checked buttons in both colour schemes.
+
+    They are filled and framed in blue (Okabe-Ito); texts and icons keep their contrast.
+    """
+    fill, frame, hover = (
         ("#1d5078", "#56b4e9", "#4a4a4a") if is_dark() else ("#bfdcf2", "#0072b2", "#dedede")
     )
     return (
         "QToolBar QToolButton { border: 1px solid transparent; border-radius: 3px; padding: 3px; }"
-        f"QToolBar QToolButton:hover {{ background: {over}; }}"
+        f"QToolBar QToolButton:hover {{ background: {hover}; }}"
         "QToolBar QToolButton[popupMode='2'] { padding-right: 16px; }"
         "QToolBar QToolButton::menu-indicator"
         " { subcontrol-origin: padding; subcontrol-position: right center; right: 3px; }"
         "QToolButton:checked, QPushButton:checked, QToolBar QToolButton:checked {"
-        f" background: {filled}; border: 1px solid {framed}; border-radius: 3px; padding: 3px; }}"
+        f" background: {fill}; border: 1px solid {frame}; border-radius: 3px; padding: 3px; }}"
     )
 
 
@@ -129,31 +143,33 @@ _TOGGLES: WeakSet[_Toggles] = WeakSet()
 
 
 class _Toggles(QObject):
-    """Keeps the style sheet of a widget that of the theme."""
+    """Keeps the style sheet of a widget consistent with the theme."""
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__(widget)
         self._widget, self._sheet = widget, ""
-        # A widget with a style sheet of its own is not told of the program's palette.
+        # A widget with its own style sheet does not receive palette changes.
         QApplication.styleHints().colorSchemeChanged.connect(self.follow)
         _TOGGLES.add(self)
         self.follow()
 
     def follow(self, *_: object) -> None:
-        sheet = toggles_sheet()
+        sheet = toggle_style_sheet()
         if sheet != self._sheet:
             self._sheet = sheet
             self._widget.setStyleSheet(sheet)
 
 
-def show_toggles(widget: QWidget) -> None:
-    """Make a button, or those of a bar, plain to see where they are switched on, whatever the theme
-    becomes. (A style sheet of the whole window would cost time with every panel.)"""
+def highlight_toggles(widget: QWidget) -> None:
+    """Highlight the checked buttons of a button or bar in every theme.
+
+    A style sheet of the whole window would slow down every panel.
+    """
     _Toggles(widget)
 
 
 class _PaletteIcon(QIconEngine):
-    """A Material Design icon in the colour of the palette, so that it follows the theme."""
+    """Material Design icon in the colour of the palette, so that it follows the theme."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -170,18 +186,20 @@ class _PaletteIcon(QIconEngine):
         _draw_glyph(painter, rect, self._name, color)
 
     def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
-        made = QPixmap(size)
-        made.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(made)
+        pixmap = QPixmap(size)
+        pixmap.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(pixmap)
         self.paint(painter, QRect(QPoint(0, 0), size), mode, state)
         painter.end()
-        return made
+        return pixmap
 
 
 @lru_cache(maxsize=1)
 def _glyphs() -> tuple[str, dict[str, str]]:
-    """Family of the Material Design icons, and their hexadecimal code points by name. The files are
-    those of QtAwesome, which itself loads eight such fonts: a quarter of a second of each start."""
+    """Return the family of the Material Design icons and their code points by name.
+
+    The files are those of QtAwesome, which itself loads eight such fonts: 0.25 s of each start.
+    """
     package = find_spec("qtawesome")
     assert package is not None
     assert package.origin is not None
@@ -196,7 +214,7 @@ def _glyphs() -> tuple[str, dict[str, str]]:
 def _draw_glyph(painter: QPainter, rect: QRect, name: str, color: QColor) -> None:
     family, codes = _glyphs()
     font = QFont(family)
-    # QtAwesome's size of a glyph in its box: room for what the glyph needs at its sides.
+    # Size of a glyph in its box as in QtAwesome, which leaves a margin.
     font.setPixelSize(max(1, round(0.875 * rect.height())))
     painter.save()
     painter.setFont(font)
@@ -206,12 +224,12 @@ def _draw_glyph(painter: QPainter, rect: QRect, name: str, color: QColor) -> Non
 
 
 def icon(name: str) -> QIcon:
-    """A Material Design icon in the palette's text colour, whatever the theme becomes."""
+    """Return a Material Design icon that follows the palette's text colour."""
     return QIcon(_PaletteIcon(name))
 
 
 def verdict_icon(verdict: str | None) -> QIcon:
-    """Green circle, amber triangle, red square; empty where nothing is judged."""
+    """Return a green circle, amber triangle or red square; empty without a verdict."""
 
     def draw(painter: QPainter) -> None:
         if verdict is not None:
@@ -223,8 +241,10 @@ def verdict_icon(verdict: str | None) -> QIcon:
 
 
 def picture_icon(path: str | None, size: QSize) -> QIcon:
-    """A picture file in the middle of a box of this size, so that texts beside icons line up. (An
-    icon that is made of a JPEG's name is stretched by Qt.)"""
+    """Return an image file centred in a box of a size, so that texts beside icons align.
+
+    Qt stretches an icon that is created from the name of a JPEG file.
+    """
     box = QPixmap(size)
     box.fill(Qt.GlobalColor.transparent)
     picture = QPixmap(path or "")
@@ -232,17 +252,17 @@ def picture_icon(path: str | None, size: QSize) -> QIcon:
         mode = Qt.TransformationMode.SmoothTransformation
         picture = picture.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, mode)
         painter = QPainter(box)
-        off = (size - picture.size()) / 2
-        painter.drawPixmap(off.width(), off.height(), picture)
+        offset = (size - picture.size()) / 2
+        painter.drawPixmap(offset.width(), offset.height(), picture)
         painter.end()
     icon = QIcon(box)
-    # A chosen row must not tint it.
+    # A selected row must not tint it.
     icon.addPixmap(box, QIcon.Mode.Selected)
     return icon
 
 
 def swatch(color: str) -> QIcon:
-    """A small disc in a feature type's colour."""
+    """Return a small disc in the colour of a feature type."""
 
     def draw(painter: QPainter) -> None:
         painter.setBrush(QColor(color))
@@ -253,7 +273,7 @@ def swatch(color: str) -> QIcon:
 
 
 def type_icon(color: str, symbol: str) -> QIcon:
-    """A feature type's symbol in its colour, as the net and the legend show it."""
+    """Return the symbol of a feature type in its colour, as the net and legend show it."""
 
     def draw(painter: QPainter) -> None:
         painter.setBrush(QColor(color))
@@ -281,7 +301,7 @@ def type_icon(color: str, symbol: str) -> QIcon:
     return _painted(f"type {color} {symbol}", draw)
 
 
-# Corners, the angle of the first, and how far in the corners between them lie.
+# Number of corners, angle of the first, and radius ratio of the inner corners.
 _CORNERS: dict[str, tuple[int, float, float]] = {
     "square": (4, 45.0, 0.0),
     "triangle": (3, 90.0, 0.0),
@@ -305,7 +325,7 @@ COLORS: tuple[tuple[str, str], ...] = (
 
 
 def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
-    """Painted once: a table asks for its icons at every repaint."""
+    """Return a cached icon: tables request theirs at every repaint."""
     pixmap = QPixmap()
     if not QPixmapCache.find(f"vomstudio {key}", pixmap):
         pixmap = QPixmap(QSize(32, 32))
@@ -316,13 +336,13 @@ def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
         painter.end()
         QPixmapCache.insert(f"vomstudio {key}", pixmap)
     icon = QIcon(pixmap)
-    # A selected row must not tint it: the colour is what it says.
+    # A selected row must not tint it, because the colour is the information.
     icon.addPixmap(pixmap, QIcon.Mode.Selected)
     return icon
 
 
-def at_least_nine_points(application: QApplication) -> None:
-    """Enlarge the font of the program where it is smaller than 9 points."""
+def enlarge_small_font(application: QApplication) -> None:
+    """Set the font size of the program to at least 9 points."""
     font: QFont = application.font()
     if font.pointSizeF() < 9.0:
         font.setPointSizeF(9.0)

@@ -1,4 +1,4 @@
-"""What commands may ask of the window that they are part of, and no more."""
+"""Protocols of the window for its commands."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Protocol
 
 
 class Docks(Protocol):
-    """The panels around the outcrop, each under the name of its dock."""
+    """The panels around the outcrop, by the name of their dock."""
 
     def bring_forward(self, name: str) -> None:
-        """Show a panel, in front of those that share its place."""
+        """Show a panel in front of the panels of the same tab bar."""
 
-    def make_room(self, name: str, height: int) -> None:
-        """Let a panel that is docked in the window be at least so high, in pixels."""
+    def ensure_height(self, name: str, height: int) -> None:
+        """Make a docked panel at least as high as `height` pixels."""
 
 
-class Workspaces(Protocol):
+class WorkspaceSwitcher(Protocol):
     def switch(self, name: str) -> None:
-        """Go to a workspace."""
+        """Switch to a workspace."""

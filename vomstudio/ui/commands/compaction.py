@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.project.compaction import Plan
+from vomstudio.project.compaction import CompactionPlan
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Notice, Studio
 
@@ -58,13 +58,13 @@ def _compact(studio: Studio, parent: QWidget) -> None:
     studio.notice.emit(Notice(Finding("compaction.done"), "info", "take_back_compaction"))
 
 
-def compaction_text(plan: Plan) -> str:
+def compaction_text(plan: CompactionPlan) -> str:
     """Describe what a compaction removes and what it keeps, as text of the question."""
     sentences = [
         tr(
             "{rows} of {total} journal rows hold edits that were undone and then replaced.",
             rows=plan.rows,
-            total=plan.of_rows,
+            total=plan.total_rows,
         )
     ]
     if plan.assets:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QApplication
 
 from vomstudio.core.findings import Finding
-from vomstudio.ui.base.command_targets import chosen_features
+from vomstudio.ui.base.command_targets import selected_features
 from vomstudio.ui.base.studio import Studio
 
 
@@ -14,7 +14,7 @@ def delete_selected(studio: Studio) -> None:
 
     If no filtered list has the focus, delete all and report how many of them no list shows.
     """
-    ids = chosen_features(studio)
+    ids = selected_features(studio)
     focus = QApplication.focusWidget()
     focused_filters = [
         find_hidden

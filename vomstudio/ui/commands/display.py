@@ -63,7 +63,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             tr(display.MODES[value]),
             set_mode(value),
             why_not=why_not_mode(value),
-            checked=is_mode(value),
+            is_checked=is_mode(value),
         )
         for name, value in MODE_NAMES.items()
     ]
@@ -77,7 +77,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 "with a colour bar."
             ),
             why_not=view.why_not,
-            checked=lambda: state.mode == "field",
+            is_checked=lambda: state.mode == "field",
         ),
         Command(
             "display_lit",
@@ -85,7 +85,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             toggle_lighting,
             tip=tr("A light at the viewer shades the surface; without it colours are true."),
             why_not=lambda: display.why_not_lit(models()),
-            checked=lambda: state.lit[current_mode()],
+            is_checked=lambda: state.lit[current_mode()],
         ),
         Command(
             "display_eye_dome",
@@ -93,7 +93,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             lambda: state.set_eye_dome(not state.eye_dome),
             tip=tr("Shades a point cloud by its depth while the view is at rest."),
             why_not=lambda: display.why_not_eye_dome(models()),
-            checked=lambda: state.eye_dome,
+            is_checked=lambda: state.eye_dome,
         ),
         Command(
             "display_cameras",
@@ -102,14 +102,14 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             icon="camera-outline",
             tip=tr("Show where the photos of the model were taken."),
             why_not=cameras.why_not,
-            checked=lambda: state.cameras,
+            is_checked=lambda: state.cameras,
         ),
         Command(
             "display_size_auto",
             tr("Automatic (fill gaps)"),
             set_size(None),
             why_not=view.why_not,
-            checked=is_size(None),
+            is_checked=is_size(None),
         ),
         Command(
             "clipping_box",
@@ -121,7 +121,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 "coordinates."
             ),
             why_not=view.why_not,
-            checked=lambda: state.clipping,
+            is_checked=lambda: state.clipping,
         ),
         Command(
             "clipping_reset",
@@ -141,7 +141,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 text,
                 set_size(pixels),
                 why_not=view.why_not,
-                checked=is_size(pixels),
+                is_checked=is_size(pixels),
             )
         )
     return table
@@ -203,7 +203,7 @@ def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
     state = studio.display
     if state.clipping:
         state.set_clip(state.box, False)
-    elif state.box is not None and view.clip_holds_something():
+    elif state.box is not None and view.has_content_in_clip_box():
         state.set_clip(state.box, True)
         docks.bring_forward(_DOCK_NAME)
     else:

@@ -12,7 +12,7 @@ from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.studio.history import step_title
 from vomstudio.ui.base.actions import Actions, Command
-from vomstudio.ui.base.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.commands.deletion import delete_selected
@@ -25,7 +25,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
     """Create the editing commands. `find` opens the search."""
 
     def why_no_selection() -> Finding | None:
-        return why_none_chosen(studio)
+        return why_no_feature(studio)
 
     def why_not_undo() -> Finding | None:
         return None if studio.undo_label else Finding("edit.nothing-to-undo")
@@ -46,7 +46,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
         return tr("&Redo {step}", step=_menu_text(label)) if label else tr("&Redo")
 
     def rename() -> None:
-        current = chosen_features(studio)[-1]
+        current = selected_features(studio)[-1]
         old_name = studio.records[current].name
         name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=old_name)
         if accepted and name.strip() != old_name:
@@ -60,7 +60,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             icon="undo",
             shortcut="Ctrl+Z",
             why_not=why_not_undo,
-            text_now=undo_text,
+            current_text=undo_text,
         ),
         Command(
             "redo",
@@ -69,7 +69,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             icon="redo",
             shortcut=("Ctrl+Shift+Z", "Ctrl+Y"),
             why_not=why_not_redo,
-            text_now=redo_text,
+            current_text=redo_text,
         ),
         Command(
             "delete",

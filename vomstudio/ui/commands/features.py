@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 
@@ -40,10 +40,10 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     surroundings = studio.workspace.surroundings
 
     def selected_ids() -> list[str]:
-        return chosen_features(studio)
+        return selected_features(studio)
 
     def why_no_selection() -> Finding | None:
-        return why_none_chosen(studio)
+        return why_no_feature(studio)
 
     def why_not_show_all() -> Finding | None:
         return None if studio.hidden else Finding("action.nothing-hidden")
@@ -116,7 +116,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
                 tr(text),
                 set_plane_style(value),
                 tip=tr(tip),
-                checked=is_plane_style(value),
+                is_checked=is_plane_style(value),
             )
         )
     return table
@@ -128,7 +128,7 @@ def open_types(
     """Open the dialog of feature types beside the window, so that changes are visible."""
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
-    dialog = dialogs.shown(TypesDialog)
+    dialog = dialogs.find_visible(TypesDialog)
     if dialog is not None and type_id:
         dialog.select(type_id)
     return dialogs.show(TypesDialog, lambda: TypesDialog(parent, studio, type_id))

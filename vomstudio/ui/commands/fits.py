@@ -15,8 +15,13 @@ from vomstudio.project.kind import may_have_plane, planes_among
 from vomstudio.project.records import Picked
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.copied_command import Word, Words, copy_with_file, numbers_text
-from vomstudio.ui.widgets.figure_file import ask_for_picture
+from vomstudio.ui.widgets.copied_command import (
+    CommandArgument,
+    CommandArguments,
+    copy_with_file,
+    format_numbers,
+)
+from vomstudio.ui.widgets.figure_file import ask_for_figure_file
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
@@ -60,7 +65,7 @@ def planes_to_fit(studio: Studio) -> Sequence[Picked]:
 
 
 def _ask_for_figure(studio: Studio, parent: QWidget) -> None:
-    path = ask_for_picture(parent, studio, tr("Figure of plane shapes"), "shapes")
+    path = ask_for_figure_file(parent, studio, tr("Figure of plane shapes"), "shapes")
     if path is not None:
         write_figure(studio, path)
 
@@ -96,11 +101,15 @@ def copy_fit(studio: Studio, parent: QWidget) -> None:
         rows = [WORLD_COMMENT.strip(), "id,x,y,z"]
         for f in planes:
             name = csv_text(f.id)
-            rows += [f"{name},{numbers_text(p)}" for p in measurements[f.id].points.tolist()]
+            rows += [f"{name},{format_numbers(p)}" for p in measurements[f.id].points.tolist()]
         write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-    def build_command(path: Path) -> Words:
-        arguments: list[Word | tuple[str, Word]] = ["fit", path, ("--by", "id")]
+    def build_command(path: Path) -> CommandArguments:
+        arguments: list[CommandArgument | tuple[str, CommandArgument]] = [
+            "fit",
+            path,
+            ("--by", "id"),
+        ]
         if len(methods) == 1:
             arguments.append(("--method", str(next(iter(methods)))))
         return arguments

@@ -11,7 +11,7 @@ from vomstudio.core.paths import documentation
 from vomstudio.core.version import __version__
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base.actions import Actions, Command
-from vomstudio.ui.base.help_links import explained_here
+from vomstudio.ui.base.help_links import current_help_topic
 from vomstudio.ui.base.long_boxes import show_long_text
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.search import SearchEntry
@@ -44,7 +44,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
         dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()))
 
     def show_explanation() -> None:
-        topic = explained_here()
+        topic = current_help_topic()
         if topic is None:
             _show_shortcuts(parent, actions)
             return
@@ -72,7 +72,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
                 "Opens the documentation at what is under the cursor, or has the focus; over "
                 "the outcrop the list of shortcuts."
             ),
-            everywhere=True,
+            is_global=True,
         ),
         Command(
             "shortcuts",
@@ -124,7 +124,7 @@ def _show_shortcuts(parent: QWidget, actions: Actions) -> None:
         keys = ", ".join(k.toString() for k in actions.all[command.name].shortcuts())
         if keys:
             text = command.text.replace("&", "")
-            if command.in_viewport:
+            if command.is_viewport_key:
                 text = tr("{command} (in the viewport)", command=text)
             rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{text}</td></tr>")
     show_long_text(parent, tr("Shortcuts"), f"<table>{''.join(rows)}</table>{tr(_MOUSE_TEXT)}")

@@ -103,6 +103,6 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             shortcut="I",
             tip=tr("Orthographic view along the selected lineation or intersection."),
             why_not=directions.why_no_line,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]

@@ -10,11 +10,15 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import current_model
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.base.window_protocols import Docks, Workspaces
+from vomstudio.ui.base.window_protocols import Docks, WorkspaceSwitcher
 
 
 def commands(
-    studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
+    studio: Studio,
+    dialogs: OpenDialogs,
+    workspaces: WorkspaceSwitcher,
+    docks: Docks,
+    parent: QWidget,
 ) -> list[Command]:
     """Create the commands to fit and compare models."""
 

@@ -8,7 +8,7 @@ from vomstudio.core.words import tr, tr_n
 from vomstudio.io.models.model_copy import photos_of
 from vomstudio.project.records import Model
 from vomstudio.studio.photos import PhotoLinks
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.studio import Studio
 
 
@@ -28,7 +28,7 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
                 "Copy the {count} photo of {model} as well?",
                 "Copy the {count} photos of {model} as well?",
                 photo_count,
-                model=as_words(model.name),
+                model=escape_markup(model.name),
             )
         )
         box.setInformativeText(

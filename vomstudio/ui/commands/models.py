@@ -15,13 +15,13 @@ from vomstudio.studio.tools.control import ControlTool
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import current_model
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.base.window_protocols import Workspaces
+from vomstudio.ui.base.window_protocols import WorkspaceSwitcher
 from vomstudio.ui.commands.model_copying import copy_into_project
 from vomstudio.ui.commands.project_files import Files
 
 
 def commands(
-    studio: Studio, files: Files, links: PhotoLinks, parent: QWidget, workspaces: Workspaces
+    studio: Studio, files: Files, links: PhotoLinks, parent: QWidget, workspaces: WorkspaceSwitcher
 ) -> list[Command]:
     """Create the commands on the current model."""
 

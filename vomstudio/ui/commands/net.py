@@ -25,7 +25,7 @@ from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
-from vomstudio.ui.widgets.figure_file import ask_for_picture
+from vomstudio.ui.widgets.figure_file import ask_for_figure_file
 
 if TYPE_CHECKING:
     from vomstudio.ui.dialogs.readings_dialog import Place
@@ -121,7 +121,7 @@ def commands(
             icon="chart-donut-variant",
             tip=tr("Show strikes as a rose, or the net again."),
             why_not=why_not_loaded,
-            checked=lambda: studio.settings.net_view == "strike",
+            is_checked=lambda: studio.settings.net_view == "strike",
         ),
         Command(
             "net_contours",
@@ -130,7 +130,7 @@ def commands(
             icon="chart-bell-curve-cumulative",
             tip=tr("Contour the density of poles and lines, or remove the contours."),
             why_not=why_not_loaded,
-            checked=lambda: bool(studio.settings.contour),
+            is_checked=lambda: bool(studio.settings.contour),
         ),
         Command(
             "net_in_middle",
@@ -233,7 +233,7 @@ def project_place(studio: Studio) -> Place:
 # --- figure of the net -----------------------------------------------------------------------
 def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
     """Ask for a file, and write the stereonet to it."""
-    path = ask_for_picture(parent, studio, tr("Export stereonet"), "stereonet")
+    path = ask_for_figure_file(parent, studio, tr("Export stereonet"), "stereonet")
     if path is not None:
         export_net(studio, panel, path)
 

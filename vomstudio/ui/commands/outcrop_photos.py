@@ -40,7 +40,7 @@ def commands(
     def show_panel() -> None:
         docks.bring_forward(_DOCK_NAME)
         # A tab that was never shown has its own height until the layout is done.
-        QTimer.singleShot(0, parent, lambda: docks.make_room(_DOCK_NAME, _MIN_HEIGHT_PX))
+        QTimer.singleShot(0, parent, lambda: docks.ensure_height(_DOCK_NAME, _MIN_HEIGHT_PX))
 
     def open_cameras() -> None:
         model = current_model(studio)

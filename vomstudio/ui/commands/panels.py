@@ -12,10 +12,10 @@ from vomstudio.project.records import Picked, Typed
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import why_no_model
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.base.window_protocols import Docks, Workspaces
+from vomstudio.ui.base.window_protocols import Docks, WorkspaceSwitcher
 
 
-def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Command]:
+def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> list[Command]:
     def no_model() -> Finding | None:
         return why_no_model(studio)
 
@@ -38,7 +38,7 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
 
     def propose_sets() -> None:
         analysis_command("sets")()
-        studio.sets_wanted.emit()
+        studio.sets_requested.emit()
 
     view_command = partial(panel_command, "results")
     analysis_command = partial(panel_command, "results")

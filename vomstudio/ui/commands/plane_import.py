@@ -35,7 +35,7 @@ class ListedImport(QObject):
             self._parent,
             tr("Import stations, contact lines and rock areas"),
             start_folder(self._studio),
-            file_filters.listed(),
+            file_filters.layers_and_tables(),
         )
         if name:
             self.import_file(Path(name))

@@ -32,7 +32,7 @@ from vomstudio.ui.base.command_targets import (
     current_model,
     start_folder,
 )
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.frame_dialog import FrameDialog
@@ -85,7 +85,7 @@ class Files(QObject):
             "unsaved": "*" if self._studio.session.dirty else "",
         }
         projects = self._studio.workspace.projects
-        if projects.kept:
+        if projects.is_written:
             return tr("{project}{unsaved} – VOM Studio", **values)
         if projects.whole_on_disk:
             return tr("{project}{unsaved} (cannot be written) – VOM Studio", **values)
@@ -297,7 +297,9 @@ class Files(QObject):
         if studio.has_work_to_save:
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
-            box.setText(tr("Save the changes to {project}?", project=as_words(self.project_name())))
+            box.setText(
+                tr("Save the changes to {project}?", project=escape_markup(self.project_name()))
+            )
             failure = studio.project.write_failure
             box.setInformativeText(
                 tr("Discarded changes stay in the project's history and can be restored with Undo.")
@@ -305,7 +307,7 @@ class Files(QObject):
                 else tr(
                     "{failure} What is in memory only is lost unless you save the project "
                     "elsewhere.",
-                    failure=as_words(failure.message),
+                    failure=escape_markup(failure.message),
                 )
             )
             box.setStandardButtons(
@@ -387,8 +389,8 @@ class Files(QObject):
                 tr(
                     "{model} is placed by its registration ({registration}). The declared frame "
                     "replaces it. Undo restores the registration.",
-                    model=as_words(model.name),
-                    registration=as_words(registration.name),
+                    model=escape_markup(model.name),
+                    registration=escape_markup(registration.name),
                 ),
             )
             if answer != QMessageBox.StandardButton.Yes:

@@ -17,7 +17,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
 
     def show(page: str) -> None:
         docks.bring_forward(_DOCK_NAME)
-        studio.surface_wanted.emit(page)
+        studio.surface_page_requested.emit(page)
 
     def no_model() -> Finding | None:
         return why_no_model(studio)

@@ -170,4 +170,4 @@ def open_photos(survey: PhotoSurvey, docks: Docks, folder: Path) -> None:
     """Open a folder of photos and bring the Photos panel forward."""
     survey.open(folder)
     docks.bring_forward(_DOCK_NAME)
-    docks.make_room(_DOCK_NAME, _MIN_HEIGHT_PX)
+    docks.ensure_height(_DOCK_NAME, _MIN_HEIGHT_PX)

@@ -14,7 +14,7 @@ from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.tool_entry import ToolEntry
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_model, why_none_chosen
+from vomstudio.ui.base.command_targets import why_no_feature, why_no_model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.commands.deletion import delete_selected
@@ -54,7 +54,7 @@ class _OpenFeature:
         return None
 
     def why_not_delete(self) -> Finding | None:
-        return self.why_no_vertex() if self.tool is not None else why_none_chosen(self._studio)
+        return self.why_no_vertex() if self.tool is not None else why_no_feature(self._studio)
 
     def why_not_continue(self) -> Finding | None:
         if self._studio.open_tool is not None:
@@ -147,8 +147,8 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
         shortcut=entry.key,
         tip=tr(entry.tip),
         why_not=lambda: why_no_model(studio),
-        in_viewport=True,
-        checked=lambda: studio.tool_name == name,
+        is_viewport_key=True,
+        is_checked=lambda: studio.tool_name == name,
     )
 
 
@@ -168,8 +168,8 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             icon="cursor-move",
             shortcut="N",
             tip=tr("Orbit, pan and zoom; click a feature to select it."),
-            in_viewport=True,
-            checked=lambda: studio.tool_name == "navigate",
+            is_viewport_key=True,
+            is_checked=lambda: studio.tool_name == "navigate",
         ),
         *(_choose_tool(studio, entry) for entry in TOOLS),
         Command(
@@ -183,8 +183,8 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
                 "goes straight."
             ),
             why_not=following.why_not,
-            in_viewport=True,
-            checked=lambda: following.tool.cost is not None,
+            is_viewport_key=True,
+            is_checked=lambda: following.tool.cost is not None,
         ),
         Command(
             "finish",
@@ -194,7 +194,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             shortcut=("Return", "Enter"),
             tip=tr("Finish the open feature and keep it."),
             why_not=picking.why_not_finish,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "cancel",
@@ -204,7 +204,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             shortcut="Esc",
             tip=tr("Discard the open feature; a continued one stays as it was."),
             why_not=picking.why_not_cancel,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "continue_trace",
@@ -232,7 +232,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             shortcut="Del",
             tip=tr("Delete the marked vertex of the open feature, else the selected features."),
             why_not=picking.why_not_delete,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "undo_click",
@@ -240,7 +240,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             picking.undo_click,
             shortcut="Backspace",
             why_not=picking.why_no_feature,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "along_beta",
@@ -249,7 +249,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             shortcut="B",
             tip=tr("Orthographic view along the fold axis of the bedding."),
             why_not=directions.why_no_beta,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "face_plane",
@@ -258,7 +258,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             shortcut="Shift+P",
             tip=tr("Orthographic view perpendicular to the selected plane."),
             why_not=directions.why_no_plane,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "measure_thickness",

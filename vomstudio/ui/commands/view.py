@@ -85,17 +85,17 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             shortcut="Shift+L",
             tip=tr("Label all features, selected ones, or none."),
             why_not=view.why_not,
-            in_viewport=True,
-            text_now=labels_text,
+            is_viewport_key=True,
+            current_text=labels_text,
         ),
         Command(
             "home",
             tr("&Whole model"),
-            view.see_all,
+            view.frame_all,
             icon="home-outline",
             shortcut="Home",
             why_not=view.why_not,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "frame_selection",
@@ -105,7 +105,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             shortcut="F",
             tip=tr("Show the selected features."),
             why_not=why_no_selection,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "view_back",
@@ -115,7 +115,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             shortcut="Shift+Z",
             tip=tr("Back to the camera and the clipping box before their last change."),
             why_not=view.history.why_not_back,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "view_forward",
@@ -125,7 +125,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             shortcut="Shift+Y",
             tip=tr("Forward again, after going back."),
             why_not=view.history.why_not_forward,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "orthographic",
@@ -135,8 +135,8 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             shortcut="O",
             tip=tr("Without perspective: lengths perpendicular to the view are true."),
             why_not=view.why_not,
-            in_viewport=True,
-            checked=lambda: view.orthographic,
+            is_viewport_key=True,
+            is_checked=lambda: view.is_orthographic,
         ),
         Command(
             "trackball",
@@ -144,7 +144,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             toggle_trackball,
             tip=tr("Rotate about any axis. Otherwise Z stays up (turntable)."),
             why_not=view.why_not,
-            checked=lambda: not studio.settings.turntable,
+            is_checked=lambda: not studio.settings.turntable,
         ),
         Command(
             "only_outcrop",
@@ -161,12 +161,12 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             show_view(name),
             shortcut=key,
             why_not=view.why_not,
-            in_viewport=True,
+            is_viewport_key=True,
         )
         for name, text, key in _VIEWS
     ]
     table += [
-        Command(name, tr(text), set_notation(value), checked=is_notation(value))
+        Command(name, tr(text), set_notation(value), is_checked=is_notation(value))
         for name, text, value in _NOTATIONS
     ]
     return table + _theme_commands(studio)
@@ -185,6 +185,6 @@ def _theme_commands(studio: Studio) -> list[Command]:
         return lambda: studio.settings.theme == name
 
     return [
-        Command(f"theme_{name}", tr(text), set_theme(name), checked=is_theme(name))
+        Command(f"theme_{name}", tr(text), set_theme(name), is_checked=is_theme(name))
         for name, text in _THEMES
     ]

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.ui.base.actions import Actions, plain
+from vomstudio.ui.base.actions import Actions, strip_mnemonic
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.search import SearchEntry, rank, synonyms_of
 
@@ -66,7 +66,7 @@ class CommandPalette(QDialog):
         self._search.returnPressed.connect(self._accept_selection)
         self._commands = {command.name: command for command in actions.commands()}
         entries = (
-            SearchEntry(name, plain(each.text).rstrip("…"), synonyms_of(name), each.tip)
+            SearchEntry(name, strip_mnemonic(each.text).rstrip("…"), synonyms_of(name), each.tip)
             for name, each in self._commands.items()
         )
         self._entries = [*entries, *(each.entry for each in destinations)]

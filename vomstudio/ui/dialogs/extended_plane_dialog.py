@@ -24,7 +24,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.model_transform import transform_model
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.section.extend_options import ExtendOptions
@@ -36,7 +36,7 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.extended_plane_drawings import ExtendedLines
-from vomstudio.ui.widgets.axis_titles import axes_of, unit_of
+from vomstudio.ui.widgets.axis_titles import length_unit, project_axes
 from vomstudio.ui.widgets.options_form import OptionFields
 
 FIELD = "extended_plane_m"
@@ -56,7 +56,7 @@ class ExtendDialog(QDialog):
         self._model_id: str = plane.model_id  # type: ignore[attr-defined]
         self.extension: ExtendedPlane | None = None
         self.limits = OptionFields(ExtendOptions, "extend")
-        self.limits.show_unit(unit_of(axes_of(studio)))
+        self.limits.show_unit(length_unit(project_axes(studio)))
         form = QFormLayout()
         self.limits.add_rows(form)
         self.color_box = QCheckBox(tr("Colour the band by the distance from the plane"))
@@ -133,7 +133,7 @@ class ExtendDialog(QDialog):
         self.summary.setText(
             "\n".join(
                 [
-                    *_describe_extension(self.extension, metric=axes_of(self._studio).metric),
+                    *_describe_extension(self.extension, metric=project_axes(self._studio).metric),
                     *map(str, self.extension.warnings),
                 ]
             )
@@ -216,7 +216,7 @@ class ExtendDialog(QDialog):
 
 
 def _extend_plane(
-    data: Mesh | PointCloud, model: Model, fit: PlaneFit, options: ExtendOptions
+    data: Mesh | PointCloud, model: Model, fit: FittedPlane, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
     """Extend a plane through the model in World. Runs in a worker thread."""
     world = transform_model(data, model.to_world)

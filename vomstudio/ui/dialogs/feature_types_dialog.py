@@ -92,7 +92,7 @@ class TypesDialog(QDialog):
             button.setToolTip(f"{tr(name)} ({color})")
             button.setAccessibleName(tr(name))
             button.setCheckable(True)
-            theme.show_toggles(button)
+            theme.highlight_toggles(button)
             button.clicked.connect(partial(self._change_color, color))
             self.colors[color] = button
             row.addWidget(button)
@@ -102,7 +102,7 @@ class TypesDialog(QDialog):
             tr("The eight colours beside can be distinguished by colour-blind readers.")
         )
         self.other_color.setCheckable(True)
-        theme.show_toggles(self.other_color)
+        theme.highlight_toggles(self.other_color)
         self.other_color.clicked.connect(self._choose_color)
         row.addWidget(self.other_color)
         row.addStretch()

@@ -26,7 +26,7 @@ from vomstudio.project.records import Model
 from vomstudio.studio.model_loading import OpenModel
 from vomstudio.ui.base.controls import ComboBox, Label, allow
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.long_boxes import make_room_for_text
+from vomstudio.ui.base.long_boxes import fit_height_to_text
 from vomstudio.ui.widgets.crs_field import CrsField
 
 _UNITS = (
@@ -168,7 +168,7 @@ class FrameDialog(QDialog):
     def _show_message(self, text: str) -> None:
         self._crs_message.setText(text)
         if self.isVisible():
-            make_room_for_text(self)
+            fit_height_to_text(self)
 
     def accept(self) -> None:
         """Set `frame` to the entered frame, and close."""

@@ -39,19 +39,19 @@ from vomstudio.project.domains import domain_names
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoRequest, WrittenOrthophoto
-from vomstudio.ui.base.command_targets import current_model, may_replace, start_folder
+from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOutput, OrthophotoRequest
+from vomstudio.ui.base.command_targets import confirm_replacement, current_model, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.long_boxes import make_room_for_text
+from vomstudio.ui.base.long_boxes import fit_height_to_text
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.interpretation_box import InterpretationBox
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 from vomstudio.ui.widgets.copied_command import (
     CopyCommandButton,
     copy_command,
-    model_words,
-    numbers_text,
+    find_model_arguments,
+    format_numbers,
 )
 from vomstudio.ui.widgets.vertex_table import parse_number
 
@@ -74,7 +74,7 @@ class OrthoDialog(QDialog):
         self._direction = Line(wrap360(trend), plunge)
         centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
-        self._visible_region = planning.Region((x, y, z), width, height)
+        self._visible_region = planning.ViewRegion((x, y, z), width, height)
         self._direction_source, self._error_deg = directions.origin_of(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
@@ -226,7 +226,7 @@ class OrthoDialog(QDialog):
         self._error_effect.setText(effect.message)
         self._check()
         # The labels with several lines have their text only now.
-        make_room_for_text(self)
+        fit_height_to_text(self)
 
     def _check(self, *_: object) -> None:
         gsd = parse_number(self.gsd.text())
@@ -275,7 +275,7 @@ class OrthoDialog(QDialog):
 
     def copy_command(self) -> None:
         """Copy the command that creates the same orthophoto to the clipboard."""
-        model_arguments = model_words(self._studio, self._selected_model())
+        model_arguments = find_model_arguments(self._studio, self._selected_model())
         gsd = parse_number(self.gsd.text())
         if model_arguments is None or gsd is None:
             self._studio.warn(Finding("model.file-missing", model=self._selected_model().name))
@@ -295,7 +295,7 @@ class OrthoDialog(QDialog):
             draw=str(self._studio.project.folder) if parts or domain is not None else None,
             show=",".join(parts) if parts and parts != interpretation.PARTS else None,
             domain=domain,
-            around=numbers_text([*region.centre, region.width, region.height])
+            around=format_numbers([*region.centre, region.width, region.height])
             if self.visible_area.isChecked()
             else None,
         )
@@ -315,7 +315,7 @@ class OrthoDialog(QDialog):
             studio.warn(Finding("model.file-missing", model=model.name))
             return
         out = Path(self.target.text()).expanduser()
-        view = view_directions.View(
+        view = view_directions.ViewDirection(
             self._direction.trend_deg,
             self._direction.plunge_deg,
             view_directions.AS_GIVEN,
@@ -335,7 +335,7 @@ class OrthoDialog(QDialog):
             outputs += drawing_targets(out).values()
         domain = self.domain.currentData()
         existing = [p.name for p in (out, *outputs) if p.exists()]
-        if existing and not may_replace(self, existing):
+        if existing and not confirm_replacement(self, existing):
             return
         studio.jobs.submit(
             ORTHOPHOTO,
@@ -362,7 +362,7 @@ class OrthoDialog(QDialog):
         super().accept()
 
 
-def _show_result(studio: Studio, result: WrittenOrthophoto) -> None:
+def _show_result(studio: Studio, result: OrthophotoOutput) -> None:
     extra_files = [file for file in (result.sheet, *result.drawing) if file]
     findings = [*(Finding("export.written", file=file) for file in extra_files), *result.warnings]
     main_finding = Finding(

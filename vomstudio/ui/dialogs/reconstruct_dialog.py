@@ -45,7 +45,7 @@ from vomstudio.ui.base.controls import (
 )
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import gigabytes
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
 from vomstudio.ui.widgets.crs_field import CrsField
@@ -298,7 +298,7 @@ class ReconstructDialog(QDialog):
             note = self._survey.control_note
             return "" if note is None else html.escape(note.message)
         main_text = facts.problem or facts.summary
-        sentences = [as_sentence(str(text)) for text in (main_text, *facts.warnings)]
+        sentences = [format_sentence(str(text)) for text in (main_text, *facts.warnings)]
         return rich_lines(sentences, sentences[:1])
 
     def _missing_file(self) -> Finding | None:
@@ -337,7 +337,7 @@ class ReconstructDialog(QDialog):
 
     def _browse(self, title: str, field: QLineEdit) -> str:
         start = field.text() or self.control.text() or str(self._survey.folder or "")
-        return QFileDialog.getOpenFileName(self, title, start, file_filters.control())[0]
+        return QFileDialog.getOpenFileName(self, title, start, file_filters.ground_control())[0]
 
     def _reconstruct(self) -> None:
         self._apply()

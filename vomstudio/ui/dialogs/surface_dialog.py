@@ -40,7 +40,7 @@ from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.axis_titles import axes_of, unit_of
+from vomstudio.ui.widgets.axis_titles import length_unit, project_axes
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _PICTURE_SIZE = (760, 520)
@@ -61,7 +61,7 @@ class SurfaceDialog(QDialog):
         self.picture.setMinimumSize(*_PICTURE_SIZE)
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.limits = OptionFields(SurfaceOptions, "surface")
-        self.limits.show_unit(unit_of(axes_of(studio)))
+        self.limits.show_unit(length_unit(project_axes(studio)))
         self.limits.changed.connect(self.start)
         form = QFormLayout()
         self.limits.add_rows(form)
@@ -118,7 +118,7 @@ class SurfaceDialog(QDialog):
         self._part, self.figures, image = result
         self.picture.setPixmap(QPixmap.fromImage(image))
         self.summary.setText(
-            "\n".join(describe_figures(self.figures, metric=axes_of(self._studio).metric))
+            "\n".join(describe_figures(self.figures, metric=project_axes(self._studio).metric))
         )
         if self._analysed_options == SurfaceOptions():
             self.limits.show_automatic("noise_m", self.figures.noise_m)

@@ -20,17 +20,17 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.photogrammetry.survey.survey_options import FrameOptions
+from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, is_ours, verdict_of
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.survey_tasks import TAKE_FRAMES, FramesRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import start_folder
-from vomstudio.ui.base.controls import Label, allow, as_words, file_field, rich_label
+from vomstudio.ui.base.controls import Label, allow, escape_markup, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _MAX_SHOWN_GAPS = 6
@@ -59,7 +59,7 @@ class VideoDialog(QDialog):
         intro.setWordWrap(True)
         self.video, video_row = file_field("video_file", tr("Choose…"), self._browse_video)
         self.folder, folder_row = file_field("video_folder", tr("Choose…"), self._browse_folder)
-        self.options = OptionFields(FrameOptions, "video")
+        self.options = OptionFields(VideoFrameOptions, "video")
         form = QFormLayout()
         form.addRow(tr("Video"), video_row)
         self.options.add_rows(form)
@@ -135,7 +135,7 @@ class VideoDialog(QDialog):
                 tr("Folder is not empty"),
                 tr(
                     "{folder} contains other files. Write the frames into this folder?",
-                    folder=as_words(folder.name),
+                    folder=escape_markup(folder.name),
                 ),
             )
             if answer != QMessageBox.StandardButton.Yes:
@@ -208,6 +208,6 @@ def describe_report(result: FrameReport) -> str:
         if len(gaps) > _MAX_SHOWN_GAPS:
             times += " …"
         lines.append(tr("Gaps at {times}: frames may not overlap there.", times=times))
-    lines += [f"⚠ {escape(as_sentence(str(text)))}" for text in result.warnings]
-    lines.append(f"<b>{as_sentence(result.verdict)}</b>")
+    lines += [f"⚠ {escape(format_sentence(str(text)))}" for text in result.warnings]
+    lines.append(f"<b>{format_sentence(result.verdict)}</b>")
     return "<br>".join(lines)

@@ -1,4 +1,4 @@
-"""The cameras of a reconstructed model's photos, shown at their poses."""
+"""The cameras of a reconstructed model's photos, drawn at their poses."""
 
 from __future__ import annotations
 
@@ -22,33 +22,43 @@ from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 
 Rows = tuple[tuple[float, ...], ...]
-"""Of a 4 x 4 matrix."""
+"""Rows of a 4 x 4 matrix."""
 
 
 class CameraView(QObject):
-    """chosen : name of a photo whose camera was clicked. found : cameras were read."""
+    """Draws the cameras of the visible models.
 
-    chosen = Signal(str)
-    found = Signal()
+    Attributes
+    ----------
+    camera_selected : Signal
+        Emitted with the name of the photo whose camera was clicked.
+    cameras_loaded : Signal
+        Emitted when the cameras of a model were read.
+    """
+
+    camera_selected = Signal(str)
+    cameras_loaded = Signal()
 
     def __init__(self, studio: Studio, links: PhotoLinks) -> None:
         super().__init__()
         self._studio, self._links = studio, links
         self._cameras: PhotoCameras | None = None
         self._background = QtBackground(self)
-        # By model: the file, and what it holds as pyramids in the model's own frame.
+        # The file of each model, and the frusta of each file in the frame of the model.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
-        self._shown: list[tuple[Path, Rows]] = []
+        self._drawn_files: list[tuple[Path, Rows]] = []
         studio.project_opened.connect(self._clear)
         studio.model_loaded.connect(self._model_loaded)
         links.changed.connect(self._links_changed)
         studio.edited.connect(lambda _: self.refresh())
         studio.visibility_changed.connect(lambda _: self.refresh())
-        studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
+        studio.display.changed.connect(
+            lambda setting: self.refresh() if setting == "cameras" else None
+        )
 
     def watch(self, viewport: Viewport) -> None:
-        """Show cameras in this viewport from now on."""
+        """Draw the cameras in a viewport."""
         self._cameras = viewport.photos
         viewport.pointer.connect(self._pointer)
         for model_id in self._studio.models:
@@ -63,7 +73,7 @@ class CameraView(QObject):
         return None
 
     def folder(self) -> Path | None:
-        """Folder of the cameras file of an open model; None where there is none."""
+        """Return the folder of the cameras file of an open model; None without one."""
         for model_id in self._studio.models:
             path = self._files.get(model_id)
             if path in self._frusta:
@@ -85,66 +95,68 @@ class CameraView(QObject):
         self._files[model_id] = path
         middle = opened.data.bounds.mean(axis=0)
 
-        def arrived(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
+        def store(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
             self._frusta[path] = cameras
-            # The file may have been written anew.
-            self._shown = []
+            # The file may have changed.
+            self._drawn_files = []
             self.refresh()
-            self.found.emit()
+            self.cameras_loaded.emit()
 
-        def failed(error: VomError) -> None:
+        def warn(error: VomError) -> None:
             finding = Finding(
                 "cameras.not-shown", model=record.name, reason=error, reason_code=error.code
             )
             self._studio.warn(finding)
 
-        self._background.run(lambda: _read(path, middle), arrived, failed)
+        self._background.run(lambda: _read(path, middle), store, warn)
 
-    def _wanted(self) -> list[tuple[Path, Rows]]:
-        """Files with the frames in which they are to be shown: of the visible models, and of models
-        that share their photos only once."""
+    def _visible_files(self) -> list[tuple[Path, Rows]]:
+        """Return the files of the visible models, with the matrices from their frames to World.
+
+        Models that share their photos are listed once.
+        """
         studio = self._studio
         if not studio.display.cameras or not studio.visible("models"):
             return []
-        found: list[tuple[Path, Rows]] = []
+        files: list[tuple[Path, Rows]] = []
         for model_id, path in self._files.items():
             record = studio.records.get(model_id)
             if path not in self._frusta or not isinstance(record, Model):
                 continue
             if model_id in studio.models and studio.visible(model_id):
-                found.append((path, record.to_world))
-        return list(dict.fromkeys(found))
+                files.append((path, record.to_world))
+        return list(dict.fromkeys(files))
 
     def _links_changed(self, model_id: str) -> None:
-        """Cameras may have been chosen that do not lie beside the model."""
+        """Load a cameras file that the user selected outside the folder of the model."""
         if self._links.cameras_path(model_id) != self._files.get(model_id):
             self._model_loaded(model_id)
 
-    def shown(self) -> list[Frustum]:
-        """The cameras that are shown, in World."""
-        made = []
-        for path, to_world in self._wanted():
-            own, origin = self._frusta[path]
+    def visible_frusta(self) -> list[Frustum]:
+        """Return the frusta of the visible cameras, in World."""
+        result = []
+        for path, to_world in self._visible_files():
+            local, origin = self._frusta[path]
             matrix = transform.matrix(to_world)
-            made += [each.transform(matrix, origin) for each in own]
-        return made
+            result += [each.transform(matrix, origin) for each in local]
+        return result
 
     def refresh(self) -> None:
-        """Draw the cameras that are to be shown now."""
-        wanted = self._wanted()
-        # Every edit comes by here, and new cameras draw the whole outcrop anew.
-        if self._cameras is not None and wanted != self._shown:
-            self._shown = wanted
-            self._cameras.show(self.shown())
+        """Draw the visible cameras if they have changed."""
+        files = self._visible_files()
+        # This runs at every edit, and new cameras redraw the whole outcrop.
+        if self._cameras is not None and files != self._drawn_files:
+            self._drawn_files = files
+            self._cameras.show(self.visible_frusta())
 
-    def choose(self, names: set[str]) -> None:
-        """Emphasise these photos' cameras."""
+    def highlight(self, names: set[str]) -> None:
+        """Highlight the cameras of these photos."""
         if self._cameras is not None:
             self._cameras.choose(names)
 
-    def corners(self) -> FloatArray:
-        """(n, 3) World points around what is shown."""
-        points = [np.vstack([each.tip, each.corners]) for each in self.shown()]
+    def frusta_points(self) -> FloatArray:
+        """Return (n, 3) World points of the visible frusta."""
+        points = [np.vstack([each.tip, each.corners]) for each in self.visible_frusta()]
         return np.concatenate([np.zeros((0, 3)), *points])
 
     def _pointer(self, event: PointerEvent) -> None:
@@ -153,9 +165,9 @@ class CameraView(QObject):
             return
         name = self._cameras.at(event.x, event.y)
         if name is not None:
-            self.choose({name})
+            self.highlight({name})
             self._studio.info(Finding("camera.clicked", photo=name))
-            self.chosen.emit(name)
+            self.camera_selected.emit(name)
 
 
 def _read(path: Path, middle: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:

@@ -1,5 +1,7 @@
-"""A plane that is carried on through its model as it is drawn: its traces and the edges of its band
-as lines over the texture, so that it can be held against the beds that are seen there."""
+"""Draw an extended plane: its traces and the edges of its band as lines over the texture.
+
+The user compares them with the beds in the texture.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +19,20 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.proposed_trace_drawings import line_area, piece_area
 
 _COLORS = {"traces": "#e7298a", "edges": "#f0e442"}
-"""Unlike the colours that feature types begin with."""
+"""Not among the default colours of feature types."""
 
 
 @dataclass(frozen=True, eq=False)
 class ExtendedLines:
-    """World. traces : (n, 3) each, of the planes; edges : (k, 2, 3) pieces of those of their
-    bands"""
+    """Lines of an extended plane, in World.
+
+    Attributes
+    ----------
+    traces : sequence of (n, 3) arrays
+        Traces of the planes.
+    edges : (k, 2, 3) array
+        Segments of the edges of their bands.
+    """
 
     model_id: str
     traces: Sequence[FloatArray]
@@ -31,13 +40,12 @@ class ExtendedLines:
 
 
 class ExtendedPlaneDrawings:
-    """Keeps the viewport up to date with the plane that is shown. Nobody picks its lines as
-    features: they are none."""
+    """Keeps the viewport consistent with the extended plane, which cannot be picked."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
-        self._studio, self._drawn = studio, viewport.features
+        self._studio, self._layer = studio, viewport.features
         self._lines: ExtendedLines | None = None
-        self._shown: set[str] = set()
+        self._drawn_keys: set[str] = set()
         studio.extension_shown.connect(self._show)
         studio.project_opened.connect(lambda: self._show(None))
         studio.edited.connect(lambda _: self._redraw())
@@ -49,23 +57,23 @@ class ExtendedPlaneDrawings:
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
-        gone = self._shown - drawings.keys()
-        self._shown = set(drawings)
-        if gone or drawings:
-            self._drawn.change({**dict.fromkeys(gone), **drawings})
+        removed = self._drawn_keys - drawings.keys()
+        self._drawn_keys = set(drawings)
+        if removed or drawings:
+            self._layer.change({**dict.fromkeys(removed), **drawings})
 
     def _drawings(self) -> list[FeatureDrawing]:
         lines = self._lines
         if lines is None or not isinstance(self._studio.records.get(lines.model_id), Model):
             return []
         visible = self._studio.visible(lines.model_id)
-        made = []
+        drawings = []
         for key, area in (
             ("edges", piece_area(lines.edges)),
             ("traces", line_area(lines.traces)),
         ):
             if area is not None:
-                made.append(
+                drawings.append(
                     FeatureDrawing(
                         f"extended plane:{key}",
                         np.zeros((0, 3)),
@@ -77,4 +85,4 @@ class ExtendedPlaneDrawings:
                         area,
                     )
                 )
-        return made
+        return drawings

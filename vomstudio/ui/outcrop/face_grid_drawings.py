@@ -1,4 +1,4 @@
-"""Grids of cells as they are drawn: on the surface itself, in the colours of their marks."""
+"""Draw the cells of face grids on the surface, in the colours of their marks."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.studio import Studio
 
 COLORS = {DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
-"""Okabe and Ito's green and yellow, and black."""
+"""Green and yellow of Okabe and Ito, and black."""
 _LINES = "#ffffff"
-_MOST_FILLED = 150_000
-_DOTS = 20_000
+_MAX_FILLED = 150_000
+_MAX_DOTS = 20_000
 
 
 class FaceGridDrawings:
-    """Keeps the viewport up to date with the grids whose models are open."""
+    """Keeps the viewport consistent with the grids whose models are open."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
-        self._studio, self._drawn = studio, viewport.features
-        self._shown: dict[str, set[str]] = {}
+        self._studio, self._layer = studio, viewport.features
+        self._drawn_keys: dict[str, set[str]] = {}
         studio.project_opened.connect(self._rebuild)
         studio.edited.connect(self._edited)
         studio.visibility_changed.connect(self._visibility)
@@ -37,21 +37,21 @@ class FaceGridDrawings:
         self._rebuild()
 
     def _rebuild(self) -> None:
-        for grid_id in list(self._shown):
+        for grid_id in list(self._drawn_keys):
             self._remove(grid_id)
         if self._studio.has_project:
             for grid in self._studio.workspace.grids.all():
                 self._redraw(grid.id)
 
     def _edited(self, edit: Edit) -> None:
-        moved = {id_ for id_, r in edit.after.items() if isinstance(r, Model)}
+        model_ids = {id_ for id_, r in edit.after.items() if isinstance(r, Model)}
         for id_, record in edit.after.items():
             if isinstance(record, FaceGrid):
                 self._redraw(id_)
             elif isinstance(edit.before[id_], FaceGrid):
                 self._remove(id_)
-        for grid in self._studio.workspace.grids.all() if moved else ():
-            if grid.model_id in moved:
+        for grid in self._studio.workspace.grids.all() if model_ids else ():
+            if grid.model_id in model_ids:
                 self._redraw(grid.id)
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
@@ -60,9 +60,9 @@ class FaceGridDrawings:
                 self._redraw(grid.id)
 
     def _remove(self, grid_id: str) -> None:
-        keys = self._shown.pop(grid_id, set())
+        keys = self._drawn_keys.pop(grid_id, set())
         if keys:
-            self._drawn.change(dict.fromkeys(keys))
+            self._layer.change(dict.fromkeys(keys))
 
     def _redraw(self, grid_id: str) -> None:
         studio = self._studio
@@ -73,14 +73,14 @@ class FaceGridDrawings:
             self._remove(grid_id)
             return
         drawings = {drawing.id: drawing for drawing in self._drawings(grid, model, exposed)}
-        gone = self._shown.get(grid_id, set()) - drawings.keys()
-        self._shown[grid_id] = set(drawings)
-        self._drawn.change({**dict.fromkeys(gone), **drawings})
+        removed = self._drawn_keys.get(grid_id, set()) - drawings.keys()
+        self._drawn_keys[grid_id] = set(drawings)
+        self._layer.change({**dict.fromkeys(removed), **drawings})
 
     def _drawings(self, grid: FaceGrid, model: Model, exposed: ExposedArea) -> list[FeatureDrawing]:
         cells = world_grid(grid, model)
-        turn = cells.cell * np.stack([cells.right, cells.up, cells.normal])
-        none = np.zeros((0, 3, 3), np.float32)
+        axes = cells.cell * np.stack([cells.right, cells.up, cells.normal])
+        no_corners = np.zeros((0, 3, 3), np.float32)
         visible = self._studio.visible(grid.id) and self._studio.visible(grid.model_id)
 
         def drawing(key: str, color: str, area: Area) -> FeatureDrawing:
@@ -88,22 +88,24 @@ class FaceGridDrawings:
                 key, np.zeros((0, 3)), None, rgb(color), "", cells.origin, visible, area
             )
 
-        lines = (exposed.lines @ turn).astype(np.float32)
-        found = []
+        lines = (exposed.lines @ axes).astype(np.float32)
+        drawings = []
         if len(lines):
-            found.append(drawing(f"{grid.id}:lines", _LINES, Area(cells.origin, none, lines)))
+            drawings.append(
+                drawing(f"{grid.id}:lines", _LINES, Area(cells.origin, no_corners, lines))
+            )
         marks = np.array(list(marks_of(grid)))
         for mark, color in COLORS.items():
-            own = np.isin(exposed.cell, np.flatnonzero(marks == mark))
-            if own.any():
-                corners = _some(exposed.pieces[own]) @ turn
-                area = Area(cells.origin, corners.astype(np.float32), none[:, :2])
-                found.append(drawing(f"{grid.id}:{mark}", color, area))
-        return found
+            is_marked = np.isin(exposed.cell, np.flatnonzero(marks == mark))
+            if is_marked.any():
+                corners = _thin_out(exposed.pieces[is_marked]) @ axes
+                area = Area(cells.origin, corners.astype(np.float32), no_corners[:, :2])
+                drawings.append(drawing(f"{grid.id}:{mark}", color, area))
+        return drawings
 
 
-def _some(pieces: FloatArray) -> FloatArray:
-    """Of very many there are dots."""
-    if len(pieces) <= _MOST_FILLED:
+def _thin_out(pieces: FloatArray) -> FloatArray:
+    """Return the triangles, or centroids of a subset if there are too many."""
+    if len(pieces) <= _MAX_FILLED:
         return pieces
-    return np.asarray(pieces[:: max(1, len(pieces) // _DOTS)].mean(axis=1))
+    return np.asarray(pieces[:: max(1, len(pieces) // _MAX_DOTS)].mean(axis=1))

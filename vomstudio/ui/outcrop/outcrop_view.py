@@ -1,4 +1,4 @@
-"""The view of the outcrop, as menus, panels and tools of the window use it."""
+"""The view of the outcrop for menus, panels and tools of the window."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.camera_view import CameraView
 from vomstudio.ui.outcrop.extended_plane_drawings import ExtendedPlaneDrawings
@@ -21,15 +21,17 @@ from vomstudio.ui.outcrop.proposed_trace_drawings import ProposedTraceDrawings
 from vomstudio.ui.outcrop.scene_presenter import ScenePresenter
 from vomstudio.ui.outcrop.view_history import ViewHistory
 
-_KEEP_CAMERA_MS = 500
+_SAVE_CAMERA_DELAY_MS = 500
 _READING = "numbers.md#the-live-reading"
 
 
 class OutcropView(QObject):
-    """Connects the viewport with the studio. The window exists before its viewport: until `join`
-    is called, all other methods do nothing."""
+    """Connects the viewport with the studio.
 
-    turned = Signal(float, float, bool)
+    The window exists before its viewport: the methods do nothing before `attach_viewport`.
+    """
+
+    direction_changed = Signal(float, float, bool)
     """Trend and plunge of the view direction, in degrees, and whether it is orthographic."""
 
     def __init__(self, studio: Studio, cameras: CameraView) -> None:
@@ -38,14 +40,14 @@ class OutcropView(QObject):
         self.viewport: Viewport | None = None
         self._presenter: ScenePresenter | None = None
         self.history = ViewHistory(studio)
-        self.history.changed.connect(self._tell_direction)
+        self.history.changed.connect(self._emit_direction)
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
-        self._camera_timer.setInterval(_KEEP_CAMERA_MS)
-        self._camera_timer.timeout.connect(self.keep_camera)
+        self._camera_timer.setInterval(_SAVE_CAMERA_DELAY_MS)
+        self._camera_timer.timeout.connect(self.save_camera)
 
-    def join(self, viewport: Viewport) -> None:
-        """From now on the viewport shows what the studio holds."""
+    def attach_viewport(self, viewport: Viewport) -> None:
+        """Show the project of the studio in a viewport."""
         self.viewport = viewport
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
@@ -62,7 +64,7 @@ class OutcropView(QObject):
         explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
 
     def follow_camera(self) -> None:
-        """Send `turned` at every move of the camera from now on, and apply the settings."""
+        """Emit `direction_changed` at every move of the camera, and apply the settings."""
         if self.viewport is not None:
             settings = self._studio.settings
             self.viewport.camera_changed.connect(self._camera_changed)
@@ -80,7 +82,7 @@ class OutcropView(QObject):
 
     # --- directions --------------------------------------------------------------------------
     @property
-    def orthographic(self) -> bool:
+    def is_orthographic(self) -> bool:
         """Whether the view is orthographic."""
         return self.viewport is not None and self.viewport.moves.orthographic
 
@@ -89,33 +91,33 @@ class OutcropView(QObject):
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
 
-    def look(self, trend_deg: float, plunge_deg: float) -> None:
+    def look_along(self, trend_deg: float, plunge_deg: float) -> None:
         """Look along a direction, in degrees, orthographically."""
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(True)
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
-    def direction(self) -> tuple[float, float] | None:
-        """Trend and plunge of the way the viewer looks, degrees; None while there is no view."""
+    def view_direction(self) -> tuple[float, float] | None:
+        """Return trend and plunge of the view direction, in degrees; None without a view."""
         return None if self.viewport is None else self.viewport.moves.view_direction()
 
-    def now(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
-        """Camera and clipping box as `restore` takes them; None before anything is shown."""
+    def view_state(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
+        """Return camera and clipping box for `restore_view`; None without a model."""
         if self.viewport is None or not self._studio.models:
             return None
         box = self._studio.display.clip_shown
         return self.viewport.moves.camera_state(), None if box is None else box.to_dict()
 
-    def restore(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
-        """Look as before. Raises ValueError where these are no camera or no box."""
+    def restore_view(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
+        """Restore camera and clipping box. Raises ValueError if they are not valid."""
         if self.viewport is None:
             return
-        shown = None if box is None else ClipBox.from_dict(box)
+        clip_box = None if box is None else ClipBox.from_dict(box)
         try:
             self.viewport.moves.set_camera_state(camera)
         except (KeyError, TypeError) as error:
             raise ValueError(str(error)) from error
-        self._studio.display.set_clip(shown or self._studio.display.box, shown is not None)
+        self._studio.display.set_clip(clip_box or self._studio.display.box, clip_box is not None)
 
     def standard_view(self, name: str) -> None:
         """Look in one of the standard directions, such as "north"."""
@@ -128,68 +130,68 @@ class OutcropView(QObject):
             self.viewport.set_label_mode(mode)
 
     def set_turntable(self, on: bool) -> None:
-        """Whether Z stays up when the view is rotated."""
+        """Set whether Z stays up when the view is rotated."""
         if self.viewport is not None:
             self.viewport.gestures.set_turntable(on)
 
-    # --- what is in sight --------------------------------------------------------------------
-    def see_all(self) -> None:
+    # --- visible extent ----------------------------------------------------------------------
+    def frame_all(self) -> None:
         """Show all visible models and cameras."""
         if self._presenter is not None:
-            self._presenter.see_all(self._cameras.corners())
+            self._presenter.frame_all(self._cameras.frusta_points())
 
     def frame_selection(self) -> None:
         """Show the selected features."""
         measured = self._studio.measured(self._studio.selection.ids).values()
-        points = [p for m in measured if len(p := drawn_points(m))]
+        points = [p for m in measured if len(p := extent_points(m))]
         if self.viewport is not None and points:
             self.viewport.moves.frame(np.concatenate(points))
 
     def models_box(self) -> ClipBox | None:
-        """The box around all visible models; None where there are none."""
+        """Return the box around all visible models; None without one."""
         return None if self._presenter is None else self._presenter.models_box()
 
-    def clip_holds_something(self) -> bool:
-        """Whether the clipping box has a part of the visible models in it."""
+    def has_content_in_clip_box(self) -> bool:
+        """Return whether the clipping box intersects the visible models."""
         box, around = self._studio.display.box, self.models_box()
         return box is not None and around is not None and box.meets(around)
 
     # --- tools -------------------------------------------------------------------------------
-    def take_up(self, tool: str) -> None:
+    def apply_tool(self, tool: str) -> None:
         """Set cursor and mouse buttons for a tool."""
         if self.viewport is not None:
-            found = self._studio.tools.get(tool)
+            active = self._studio.tools.get(tool)
             arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
-            self.viewport.setCursor(arrow if found is None else cross)
-            paints = found is not None and found.paints
+            self.viewport.setCursor(arrow if active is None else cross)
+            paints = active is not None and active.paints
             self.viewport.gestures.orbit_button = (
                 Qt.MouseButton.RightButton if paints else Qt.MouseButton.LeftButton
             )
-            takes = {entry.name for entry in TOOLS if entry.takes_keys}
-            self.viewport.gestures.tool_takes_keys = tool in takes
+            key_tools = {entry.name for entry in TOOLS if entry.takes_keys}
+            self.viewport.gestures.tool_takes_keys = tool in key_tools
 
     # --- the camera --------------------------------------------------------------------------
     def _camera_changed(self) -> None:
-        self._tell_direction()
+        self._emit_direction()
         self._camera_timer.start()
 
-    def _tell_direction(self) -> None:
+    def _emit_direction(self) -> None:
         if self.viewport is not None:
             trend, plunge = self.viewport.moves.view_direction()
-            self.turned.emit(trend, plunge, self.viewport.moves.orthographic)
+            self.direction_changed.emit(trend, plunge, self.viewport.moves.orthographic)
 
-    def keep_camera(self) -> None:
-        """Keep the camera with the project, so that it opens as it was left."""
-        # Before a model is there the camera looks at nothing: no better than the one that is kept.
+    def save_camera(self) -> None:
+        """Save the camera in the project, so that it opens with the same view."""
+        # Without a model the camera shows nothing; the saved one is better.
         if self.viewport is not None and self._studio.models:
             self._studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
 
     def close(self) -> None:
-        """Stop drawing: the window is being closed."""
+        """Stop drawing before the window is closed."""
         self._camera_timer.stop()
         self.history.stop()
         if self.viewport is not None:
-            # First: what fails in an event of Qt's does not come back to whoever caused it.
+            # An error within an event of Qt would not be reported to the caller.
             try:
                 self.viewport.shutdown()
             finally:

@@ -1,4 +1,4 @@
-"""Proposed traces as they are drawn: lines on the surface, in the colour of how sure they are."""
+"""Draw proposed traces as lines on the surface, coloured by their certainty."""
 
 from __future__ import annotations
 
@@ -14,44 +14,43 @@ from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.studio import Studio
 
-SURE = 0.05
+MAX_DOUBT = 0.05
 _COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
-"""Okabe and Ito's orange and sky blue."""
+"""Orange and sky blue of Okabe and Ito."""
 
 
 class ProposedTraceDrawings:
-    """Keeps the viewport up to date with the lines that are to be decided upon. Nobody picks them
-    as features: they are none."""
+    """Keeps the viewport consistent with the proposed traces, which cannot be picked."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
-        self._studio, self._drawn = studio, viewport.features
-        self._shown: set[str] = set()
+        self._studio, self._layer = studio, viewport.features
+        self._drawn_keys: set[str] = set()
         studio.proposed_traces.changed.connect(self._redraw)
         studio.visibility_changed.connect(lambda _: self._redraw())
         self._redraw()
 
     def _redraw(self) -> None:
         drawings = {drawing.id: drawing for drawing in self._drawings()}
-        gone = self._shown - drawings.keys()
-        self._shown = set(drawings)
-        if gone or drawings:
-            self._drawn.change({**dict.fromkeys(gone), **drawings})
+        removed = self._drawn_keys - drawings.keys()
+        self._drawn_keys = set(drawings)
+        if removed or drawings:
+            self._layer.change({**dict.fromkeys(removed), **drawings})
 
     def _drawings(self) -> list[FeatureDrawing]:
         studio, traces = self._studio, self._studio.proposed_traces
-        proposals, left = traces.proposals, sorted(traces.open)
+        proposals, open_rows = traces.proposals, sorted(traces.open)
         if proposals is None or not isinstance(studio.records.get(proposals.model_id), Model):
             return []
-        made = []
+        drawings = []
         for key, color in _COLORS.items():
             lines = [
                 proposals.lines[row].points
-                for row in left
-                if (proposals.lines[row].doubt <= SURE) == (key == "sure")
+                for row in open_rows
+                if (proposals.lines[row].doubt <= MAX_DOUBT) == (key == "sure")
             ]
             area = line_area(lines)
             if area is not None:
-                made.append(
+                drawings.append(
                     FeatureDrawing(
                         f"proposed traces:{key}",
                         np.zeros((0, 3)),
@@ -63,19 +62,19 @@ class ProposedTraceDrawings:
                         area,
                     )
                 )
-        return made
+        return drawings
 
 
 def line_area(lines: Sequence[FloatArray]) -> Area | None:
-    """Lines (n, 3), World, as they are drawn on the outcrop; None where there are none."""
+    """Return lines (n, 3) in World as an area to draw; None without lines."""
     pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
     return piece_area(np.concatenate(pieces)) if pieces else None
 
 
 def piece_area(pieces: FloatArray) -> Area | None:
-    """The same of pieces of lines (k, 2, 3)."""
+    """Return line segments (k, 2, 3) in World as an area to draw; None without segments."""
     if not len(pieces):
         return None
     origin = np.floor(pieces[0, 0])
-    none = np.zeros((0, 3, 3), np.float32)
-    return Area(origin, none, (pieces - origin).astype(np.float32))
+    no_corners = np.zeros((0, 3, 3), np.float32)
+    return Area(origin, no_corners, (pieces - origin).astype(np.float32))

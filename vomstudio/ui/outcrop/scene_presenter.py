@@ -1,4 +1,4 @@
-"""Shows the project's records in the viewport, and turns its clicks into selection."""
+"""Draw the project's records in the viewport, and select features by clicks in it."""
 
 from __future__ import annotations
 
@@ -38,28 +38,28 @@ from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import line_symbol, plane_symbol, small_disc
 from vomstudio.studio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.studio.tools.polyline import rgb
-from vomstudio.ui.base.number_formatting import drawn_points, orientation_text
-from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.base.number_formatting import extent_points, orientation_text
+from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 
-_PORTION, _LARGE, _PIECE = 500, 20_000, 4_000
-"""Drawings, and points of painted pieces, that are prepared between one event and the next."""
+_STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 500, 20_000, 4_000
+"""Maximum number of drawings, and of points of painted pieces, per step between events."""
 
 
 class ScenePresenter:
-    """Keeps models, features and previews of the viewport up to date with the studio."""
+    """Keeps models, features and previews of the viewport consistent with the studio."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio = studio
         self._viewport = viewport
-        self._models, self._moves, self._drawn = viewport.models, viewport.moves, viewport.features
-        self._shown: set[str] = set()
+        self._models, self._moves, self._layer = viewport.models, viewport.moves, viewport.features
+        self._drawn_models: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
-        self._portions = Portions(viewport)
+        self._drawing_work = IncrementalWork(viewport)
         self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
-        self._seen_settings = self._settings()
+        self._drawn_settings = self._settings()
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
@@ -79,24 +79,26 @@ class ScenePresenter:
 
     def rebuild(self) -> None:
         """Show another project: remove everything and draw its models and features."""
-        self._portions.drop()
-        for model_id in self._shown:
+        self._drawing_work.cancel()
+        for model_id in self._drawn_models:
             self._models.remove(model_id)
-        self._shown.clear()
-        self._drawn.change(dict.fromkeys(self._features))
+        self._drawn_models.clear()
+        self._layer.change(dict.fromkeys(self._features))
         self._features.clear()
         self._pieces.clear()
-        self._placed = self._take_camera()
-        for what in ("mode", "lit", "point_size", "eye_dome", "clip"):
-            self._displayed(what)
+        self._placed = self._restore_camera()
+        for setting in ("mode", "lit", "point_size", "eye_dome", "clip"):
+            self._displayed(setting)
         for model_id in self._studio.models:
             self._model_loaded(model_id)
         self._all_features()
         self._frame()
 
-    def _take_camera(self) -> bool:
-        """Look at an opened project as it was last looked at; its features stand there even while
-        its model is read or missing."""
+    def _restore_camera(self) -> bool:
+        """Restore the saved camera of a project.
+
+        Without one, frame the features, which exist even if the model is missing.
+        """
         camera = self._studio.project.journal.view("camera")
         try:
             if camera is not None:
@@ -105,7 +107,7 @@ class ScenePresenter:
         except (ValueError, KeyError, TypeError):
             pass
         measured = self._studio.measured(f.id for f in self._studio.session.features())
-        points = [p for m in measured.values() if len(p := drawn_points(m))]
+        points = [p for m in measured.values() if len(p := extent_points(m))]
         if points:
             self._moves.frame(np.concatenate(points))
         return False
@@ -114,9 +116,9 @@ class ScenePresenter:
     def _model_loaded(self, model_id: str) -> None:
         record = self._studio.records.get(model_id)
         opened = self._studio.models.get(model_id)
-        if not isinstance(record, Model) or opened is None or model_id in self._shown:
+        if not isinstance(record, Model) or opened is None or model_id in self._drawn_models:
             return
-        first = not self._shown and not self._placed
+        first = not self._drawn_models and not self._placed
         if first:
             self._face(model_id)
         self._stages.pop(model_id, None)
@@ -124,7 +126,7 @@ class ScenePresenter:
             model_id, opened.data, transform.matrix(record.to_world), frame_camera=first
         )
         self._models.set_visible(model_id, self._model_visible(model_id))
-        self._shown.add(model_id)
+        self._drawn_models.add(model_id)
         self._show_field(model_id)
         self._frame()
         painted = [
@@ -137,33 +139,33 @@ class ScenePresenter:
             self._draw(painted)
 
     # --- display -----------------------------------------------------------------------------
-    def _displayed(self, what: str) -> None:
-        shown, viewport = self._studio.display, self._viewport
-        if what == "mode":
-            viewport.display.set_mode(shown.mode)
-        elif what == "lit":
-            for mode, lit in shown.lit.items():
+    def _displayed(self, setting: str) -> None:
+        display, viewport = self._studio.display, self._viewport
+        if setting == "mode":
+            viewport.display.set_mode(display.mode)
+        elif setting == "lit":
+            for mode, lit in display.lit.items():
                 viewport.display.set_lit(mode, lit)
-        elif what == "point_size":
-            viewport.display.set_point_size(shown.point_size)
-        elif what == "eye_dome":
-            viewport.display.set_eye_dome(shown.eye_dome)
-        elif what in ("clip", "box"):
-            viewport.clip.set_box(shown.clip_shown, handles=shown.handles)
-        elif what == "fields":
-            for model_id in self._shown:
+        elif setting == "point_size":
+            viewport.display.set_point_size(display.point_size)
+        elif setting == "eye_dome":
+            viewport.display.set_eye_dome(display.eye_dome)
+        elif setting in ("clip", "box"):
+            viewport.clip.set_box(display.clip_shown, handles=display.handles)
+        elif setting == "fields":
+            for model_id in self._drawn_models:
                 self._show_field(model_id)
 
     def _show_field(self, model_id: str) -> None:
         style, opened = self._studio.display.styles.get(model_id), self._studio.models[model_id]
         if style is not None and style.name not in field_names(opened.data):
-            # The file has changed since the field was chosen.
+            # The file has changed since the field was selected.
             style = None
         self._viewport.display.set_field(model_id, style, self._studio.records[model_id].name)
 
     def models_box(self) -> ClipBox | None:
-        """Around all visible models."""
-        ids = [i for i in self._shown if self._model_visible(i) and i in self._studio.models]
+        """Return the box around all visible models."""
+        ids = [i for i in self._drawn_models if self._model_visible(i) and i in self._studio.models]
         if not ids:
             return None
         return ClipBox.around(np.concatenate([self._corners(i) for i in ids]))
@@ -173,26 +175,26 @@ class ScenePresenter:
         record = self._studio.records.get(key)
         frame = record.to_world if isinstance(record, Model) else IDENTITY
         to_world = transform.matrix(frame)
-        first = not self._shown and not self._placed
+        first = not self._drawn_models and not self._placed
         if first:
             self._moves.look_along(*first_view(cloud, to_world))
-            # From here on the view is the user's.
+            # Later models must not move the camera.
             self._placed = True
         self._models.add(PREVIEW + key, cloud, to_world, frame_camera=first)
         self._previews.add(key)
 
     def _end_preview(self, key: str) -> None:
-        """The cloud is there, or never will be: in the first case it still has to be drawn."""
+        """Mark a preview for removal; a loaded cloud must be drawn first."""
         if key not in self._previews:
             return
         self._previews.discard(key)
         self._spent_previews.add(key)
-        if all("shown" in self._stages.get(i, set()) for i in self._shown):
+        if all("shown" in self._stages.get(i, set()) for i in self._drawn_models):
             self._drop_previews()
 
     def _stage(self, model_id: str, stage: str) -> None:
         self._stages.setdefault(model_id, set()).add(stage)
-        if model_id in self._shown and stage == "shown":
+        if model_id in self._drawn_models and stage == "shown":
             self._drop_previews()
 
     def _drop_previews(self) -> None:
@@ -200,17 +202,22 @@ class ScenePresenter:
             self._models.remove(PREVIEW + key)
         self._spent_previews.clear()
 
-    def see_all(self, besides: FloatArray | None = None) -> None:
-        """All visible models, from the exposed side of the first, and the World points `besides`
-        (n, 3)."""
+    def frame_all(self, besides: FloatArray | None = None) -> None:
+        """Frame all visible models, from the exposed side of the first.
+
+        Parameters
+        ----------
+        besides : (n, 3) array, optional
+            More World points to frame.
+        """
         ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
         ids = [i for i in ids if i in self._studio.models]
         if not ids:
             self._moves.home()
             return
         self._face(ids[0])
-        more = [] if besides is None else [besides]
-        self._moves.frame(np.concatenate([*(self._corners(i) for i in ids), *more]))
+        extra = [] if besides is None else [besides]
+        self._moves.frame(np.concatenate([*(self._corners(i) for i in ids), *extra]))
 
     def _face(self, model_id: str) -> None:
         model = self._studio.records[model_id]
@@ -220,25 +227,30 @@ class ScenePresenter:
         )
 
     def _corners(self, model_id: str) -> FloatArray:
-        """(8, 3) corners of a model's box, in World."""
+        """Return the (8, 3) corners of the box of a model, in World."""
         model = self._studio.records[model_id]
         assert isinstance(model, Model)
         bounds = self._studio.models[model_id].data.bounds
         return transform.apply(model.to_world, np.array(list(product(*bounds.T))))
 
-    def _find_far(self, model_id: str) -> None:
-        """Show a model that is opened far from the others, and warn."""
-        others = [i for i in self._shown if i != model_id and i in self._studio.models]
-        if model_id not in self._shown or not others:
+    def _warn_if_far(self, model_id: str) -> None:
+        """Show a newly opened model and warn if it is far from the others."""
+        others = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
+        if model_id not in self._drawn_models or not others:
             return
-        own, there = self._corners(model_id), np.concatenate([self._corners(i) for i in others])
-        gap = max(
-            float((own.min(axis=0) - there.max(axis=0)).max()),
-            float((there.min(axis=0) - own.max(axis=0)).max()),
+        corners, other_corners = (
+            self._corners(model_id),
+            np.concatenate([self._corners(i) for i in others]),
         )
-        if gap > max(float(np.ptp(own, axis=0).max()), float(np.ptp(there, axis=0).max())):
+        gap = max(
+            float((corners.min(axis=0) - other_corners.max(axis=0)).max()),
+            float((other_corners.min(axis=0) - corners.max(axis=0)).max()),
+        )
+        if gap > max(
+            float(np.ptp(corners, axis=0).max()), float(np.ptp(other_corners, axis=0).max())
+        ):
             self._face(model_id)
-            self._moves.frame(own)
+            self._moves.frame(corners)
             self._studio.warn(
                 Finding(
                     "model.far-away",
@@ -261,65 +273,65 @@ class ScenePresenter:
         for id_, record in edit.after.items():
             if isinstance(edit.before[id_], Model) and record is None:
                 self._models.remove(id_)
-                self._shown.discard(id_)
+                self._drawn_models.discard(id_)
             elif isinstance(record, Model):
-                if id_ in self._shown:
+                if id_ in self._drawn_models:
                     self._models.set_to_world(id_, transform.matrix(record.to_world))
-                    before = edit.before[id_]
-                    if isinstance(before, Model) and before.to_world != record.to_world:
-                        # Another unit or axis takes the model out of sight.
-                        self.see_all()
+                    previous = edit.before[id_]
+                    if isinstance(previous, Model) and previous.to_world != record.to_world:
+                        # Another unit or axis moves the model out of the view.
+                        self.frame_all()
                     self._frame()
                 else:
                     self._model_loaded(id_)
-                    self._find_far(id_)
+                    self._warn_if_far(id_)
         ids, records = self._studio.affected(edit), self._studio.records
-        if len(ids) > 1 and _painted(records, ids) > _LARGE:
-            self._portions.finish()
-            self._portions.begin(self._draw_portions(list(ids)))
+        if len(ids) > 1 and _count_painted(records, ids) > _LARGE_POINTS:
+            self._drawing_work.finish()
+            self._drawing_work.start(self._draw_in_steps(list(ids)))
         else:
             self._draw(ids)
 
     def _settings_changed(self) -> None:
-        if self._seen_settings != self._settings():
+        if self._drawn_settings != self._settings():
             self._all_features()
 
     def _settings(self) -> tuple[object, ...]:
-        """Those by which features are drawn."""
+        """Return the settings that affect the drawings of features."""
         settings = self._studio.settings
         return settings.notation, settings.planes_as
 
     def _all_features(self) -> None:
-        self._seen_settings = self._settings()
+        self._drawn_settings = self._settings()
         ids = [feature.id for feature in self._studio.session.features()]
-        self._portions.begin(self._draw_portions(ids))
+        self._drawing_work.start(self._draw_in_steps(ids))
 
     def _draw(self, ids: Iterable[str]) -> None:
-        """Draw these features as they are now, and those that are still waiting to be drawn."""
-        self._portions.finish()
+        """Draw these features and the pending ones."""
+        self._drawing_work.finish()
         self._change(self._drawings(list(ids)))
 
-    def _draw_portions(self, ids: list[str]) -> Iterator[None]:
-        """Thousands of features, or large pieces, are prepared by and by, and drawn together."""
+    def _draw_in_steps(self, ids: list[str]) -> Iterator[None]:
+        """Prepare the drawings of many features in steps, and draw them together."""
         changes: dict[str, FeatureDrawing | None] = {}
         records, size = self._studio.records, 0
-        if len(ids) > _PORTION or _painted(records, ids) > _LARGE:
-            # Everybody else is busy at the moment in which they come.
+        if len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _LARGE_POINTS:
+            # Many other parts update at the same event.
             yield
-        portion: list[str] = []
+        batch: list[str] = []
         for id_ in ids:
             patch = get(records, id_, Painted)
-            portion.append(id_)
+            batch.append(id_)
             size += 0 if patch is None else patch.n
-            if len(portion) >= _PORTION or size > _PIECE:
-                changes.update(self._drawings(portion))
-                portion, size = [], 0
+            if len(batch) >= _STEP_FEATURES or size > _STEP_POINTS:
+                changes.update(self._drawings(batch))
+                batch, size = [], 0
                 yield
-        changes.update(self._drawings(portion))
+        changes.update(self._drawings(batch))
         self._change(changes)
 
     def _drawings(self, ids: list[str]) -> dict[str, FeatureDrawing | None]:
-        """None for those that are gone or have no place in the outcrop."""
+        """Return the drawings by id; None for deleted features or those without a position."""
         records, measured = self._studio.records, self._studio.measured(ids)
         return {
             id_: self._drawing(feature, measured[id_])
@@ -332,47 +344,47 @@ class ScenePresenter:
         for id_, drawing in changes.items():
             if drawing is None:
                 self._features.discard(id_)
-                self._pieces.forget(id_)
+                self._pieces.remove(id_)
             else:
                 self._features.add(id_)
         if changes:
-            self._drawn.change(changes)
+            self._layer.change(changes)
 
     def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
-        """None where the feature has no place in the outcrop."""
+        """Return the drawing of a feature; None if it has no position on the outcrop."""
         studio, kind = self._studio, kind_of(feature)
         sketch = kind.sketch(
             studio.subject(feature, measured), lambda id_: studio.measured([id_]).get(id_)
         )
         if sketch is None:
             return None
-        piece = None if sketch.faces is None else self._pieces.painted(sketch.faces)
+        piece = None if sketch.faces is None else self._pieces.painted_area(sketch.faces)
         group = group_of(feature)
         text = sketch.label
         if text is None:
             text = orientation_text(measured, studio.settings.notation)
-        extent = extent_of(measured)
+        extent = feature_extent(measured)
         ring, symbol = None, None
         if studio.settings.planes_as == "symbols":
-            symbol = symbol_of(feature, measured, sketch.sign, extent)
+            symbol = feature_symbol(feature, measured, sketch.sign, extent)
             if symbol is not None:
-                # Its number stands beside the symbol.
+                # The symbol has its own number.
                 text = "–"
         elif studio.settings.planes_as == "discs" and piece is None:
-            ring, symbol = disc_of(measured)
+            ring, symbol = feature_disc(measured)
         if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
-            # A place without a direction is a dot.
+            # A position without a direction is drawn as a dot.
             symbol = small_disc(sketch.anchor, 0.0)
         area = piece
         if kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2:
-            area = self._pieces.enclosed(feature)
+            area = self._pieces.outlined_area(feature)
         return FeatureDrawing(
             id=feature.id,
             line=sketch.line if piece is None else np.zeros((0, 3)),
             disc=ring,
             color=rgb(color_of(feature, studio.records) or "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=sketch.anchor if piece is None else _middle(piece),
+            anchor=sketch.anchor if piece is None else _nearest_to_centroid(piece),
             visible=studio.visible(feature.id) and studio.visible(group),
             area=area,
             symbol=symbol,
@@ -380,12 +392,11 @@ class ScenePresenter:
         )
 
     def _patch_at(self, x: float, y: float) -> str | None:
-        """The smallest visible patch that has the face or point under a pixel, or outlined area
-        that encloses it."""
+        """Return the smallest visible patch or outlined area under a pixel."""
         hit = self._viewport.pick(x, y)
         if hit is None:
             return None
-        found = [
+        patches = [
             (patch.n, patch.id)
             for patch in self._studio.session.of(Painted)
             if patch.model_id == hit.model_id
@@ -394,11 +405,11 @@ class ScenePresenter:
             and self._studio.visible(patch.id)
             and self._studio.visible(group_of(patch))
         ]
-        if found:
-            return min(found)[1]
+        if patches:
+            return min(patches)[1]
         areas = [
             (float(getattr(feature, "area", None) or 0.0), id_)
-            for id_ in self._pieces.enclosing(self._viewport.world_of(hit))
+            for id_ in self._pieces.find_enclosing(self._viewport.world_of(hit))
             if (feature := get_feature(self._studio.records, id_)) is not None
             and self._studio.visible(id_)
             and self._studio.visible(group_of(feature))
@@ -406,24 +417,28 @@ class ScenePresenter:
         return min(areas)[1] if areas else None
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
-        self._portions.finish()
-        for model_id in self._shown:
+        self._drawing_work.finish()
+        for model_id in self._drawn_models:
             self._models.set_visible(model_id, self._model_visible(model_id))
-        own_groups = {group.id for group in GROUPS}
+        groups = {group.id for group in GROUPS}
         studio, records = self._studio, self._studio.records
-        wanted = set(ids)
-        if any(id_ in own_groups or get(records, id_, FeatureType) is not None for id_ in ids):
-            own = [f for f in studio.session.features() if group_of(f) in wanted or f.id in wanted]
+        changed_ids = set(ids)
+        if any(id_ in groups or get(records, id_, FeatureType) is not None for id_ in ids):
+            features = [
+                f
+                for f in studio.session.features()
+                if group_of(f) in changed_ids or f.id in changed_ids
+            ]
         else:
-            own = [f for id_ in ids if (f := get_feature(records, id_)) is not None]
+            features = [f for id_ in ids if (f := get_feature(records, id_)) is not None]
         changes: dict[str, FeatureDrawing | None] = {}
-        for feature in own:
-            drawing = self._drawn.drawings.get(feature.id)
+        for feature in features:
+            drawing = self._layer.drawings.get(feature.id)
             visible = studio.visible(feature.id) and studio.visible(group_of(feature))
             if drawing is not None and drawing.visible != visible:
                 changes[feature.id] = replace(drawing, visible=visible)
         if changes:
-            self._drawn.change(changes)
+            self._layer.change(changes)
 
     # --- tool and pointer --------------------------------------------------------------------
     def _preview(self, preview: Preview | None) -> None:
@@ -433,34 +448,38 @@ class ScenePresenter:
         if not self._studio.clicks_select:
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
-            found = (
-                self._drawn.at(event.x, event.y, discs=False)
+            feature_id = (
+                self._layer.at(event.x, event.y, discs=False)
                 or self._patch_at(event.x, event.y)
-                or self._drawn.at(event.x, event.y)
+                or self._layer.at(event.x, event.y)
             )
-            if found is not None and event.ctrl:
-                self._studio.selection.toggle(found)
+            if feature_id is not None and event.ctrl:
+                self._studio.selection.toggle(feature_id)
             elif not event.ctrl:
-                self._studio.selection.set([] if found is None else [found])
+                self._studio.selection.set([] if feature_id is None else [feature_id])
                 navigating = self._studio.tool is None
-                if found is None and navigating and (hit := self._viewport.pick(event.x, event.y)):
+                if (
+                    feature_id is None
+                    and navigating
+                    and (hit := self._viewport.pick(event.x, event.y))
+                ):
                     self._studio.surface_clicked.emit(hit)
 
 
-def _middle(area: Area) -> FloatArray:
-    """A point of the surface in the middle of an area."""
+def _nearest_to_centroid(area: Area) -> FloatArray:
+    """Return the vertex of an area that is nearest to its centroid."""
     points = area.corners.reshape(-1, 3)
-    off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
-    return np.asarray(area.origin + points[int(off.argmin())])
+    distances = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
+    return np.asarray(area.origin + points[int(distances.argmin())])
 
 
-def _painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
-    """Faces or points of all these that are pieces of the surface."""
+def _count_painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
+    """Count the faces or points of the painted pieces among these records."""
     return sum(r.n for id_ in ids if (r := get(records, id_, Painted)) is not None)
 
 
-def extent_of(measured: Measurement) -> float:
-    """Extent of a feature, m: its longest axis or the diagonal of its box; 0 for a point."""
+def feature_extent(measured: Measurement) -> float:
+    """Return the extent of a feature in m: longest axis or box diagonal, 0 for a point."""
     if measured.fit is not None and measured.fit.extent is not None:
         return float(measured.fit.extent)
     if not len(measured.points):
@@ -468,33 +487,35 @@ def extent_of(measured: Measurement) -> float:
     return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
 
 
-def disc_of(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
-    """(c, 3) the ring of a disc as wide as the feature, and what stands for it where it is small;
-    none for a plane of no extent, or one that may as well stand across."""
+def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
+    """Return the (c, 3) ring of a disc of the size of a feature, and its small symbol.
+
+    Both are None for a plane without extent or with an undefined dip.
+    """
     fit, ring = measured.fit, disc_of_fit(measured.fit)
     if fit is None or fit.extent is None or ring is None:
         return None, None
     return ring, small_disc(fit.centroid, fit.extent)
 
 
-def symbol_of(
+def feature_symbol(
     feature: Feature,
     measured: Measurement,
-    place: FloatArray | None,
+    position: FloatArray | None,
     extent: float,
 ) -> Symbol | None:
-    """Strike and dip, or trend and plunge, of a feature that has a place for it."""
-    if place is None:
+    """Return the map symbol of a plane or line; None without a position."""
+    if position is None:
         return None
     if measured.plane is not None:
         plane = measured.plane
         return plane_symbol(
             plane.dip_direction_deg,
             plane.dip_deg,
-            place,
+            position,
             extent,
             overturned=bool(getattr(feature, "overturned", False)),
         )
     if measured.line is not None:
-        return line_symbol(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
+        return line_symbol(measured.line.trend_deg, measured.line.plunge_deg, position, extent)
     return None

@@ -1,4 +1,4 @@
-"""The pieces of models' surfaces that features are, as they are drawn: each is made once."""
+"""Cache of the surface areas of painted and outlined features, for drawing."""
 
 from __future__ import annotations
 
@@ -19,66 +19,83 @@ from vomstudio.ui.base.studio import Studio
 
 
 @dataclass(frozen=True, eq=False)
-class _Kept:
-    """area : None where there is none, or where it is not known yet; outline : it is what an
-    outline encloses"""
+class _CachedArea:
+    """Area of a feature.
 
-    of: object
+    Attributes
+    ----------
+    source : object
+        The runs or vertices from which the area was computed.
+    area : Area or None
+        None if it is empty or not yet computed.
+    is_outline : bool
+        The area is enclosed by an outline.
+    """
+
+    source: object
     to_world: object
     area: Area | None
-    outline: bool
+    is_outline: bool
 
 
 class SurfacePieces:
-    """redraw : told the id of a feature whose piece has become known"""
+    """Computes each area once.
+
+    Parameters
+    ----------
+    redraw : callable
+        Called with the id of a feature whose area was computed.
+    """
 
     def __init__(self, studio: Studio, owner: QObject, redraw: Callable[[str], None]) -> None:
         self._studio, self._redraw = studio, redraw
         self._background = QtBackground(owner)
-        self._kept: dict[str, _Kept] = {}
+        self._cache: dict[str, _CachedArea] = {}
 
     def clear(self) -> None:
-        self._kept.clear()
+        self._cache.clear()
 
-    def forget(self, id_: str) -> None:
-        self._kept.pop(id_, None)
+    def remove(self, id_: str) -> None:
+        self._cache.pop(id_, None)
 
-    def painted(self, patch: Painted) -> Area | None:
-        """A painted piece of an open model."""
-        found = self._open(patch.model_id)
-        if found is None:
+    def painted_area(self, patch: Painted) -> Area | None:
+        """Return the area of a painted patch of an open model."""
+        opened = self._open(patch.model_id)
+        if opened is None:
             return None
-        model, surface = found
-        kept = self._kept_of(patch.id, patch.runs, model)
-        if kept is None:
+        model, surface = opened
+        cached = self._cached(patch.id, patch.runs, model)
+        if cached is None:
             area = patch_area(patch, model, surface)
-            kept = self._kept[patch.id] = _Kept(patch.runs, model.to_world, area, False)
-        return kept.area
+            cached = self._cache[patch.id] = _CachedArea(patch.runs, model.to_world, area, False)
+        return cached.area
 
-    def enclosed(self, feature: Picked) -> Area | None:
-        """What the outline of a feature encloses; it is looked for beside the window, and None
-        until then."""
-        found = self._open(feature.model_id)
-        if found is None:
+    def outlined_area(self, feature: Picked) -> Area | None:
+        """Return the area that the outline of a feature encloses.
+
+        It is computed in a worker thread; None until then.
+        """
+        opened = self._open(feature.model_id)
+        if opened is None:
             return None
-        model, surface = found
-        kept = self._kept_of(feature.id, feature.vertices, model)
-        if kept is None:
-            kept = _Kept(feature.vertices, model.to_world, None, True)
-            self._kept[feature.id] = kept
+        model, surface = opened
+        cached = self._cached(feature.id, feature.vertices, model)
+        if cached is None:
+            cached = _CachedArea(feature.vertices, model.to_world, None, True)
+            self._cache[feature.id] = cached
             ring = np.array(feature.vertices, np.float64)
             self._background.run(
-                partial(enclosed_area, ring, model, surface), partial(self._came, feature.id, kept)
+                partial(enclosed_area, ring, model, surface),
+                partial(self._store, feature.id, cached),
             )
-        return kept.area
+        return cached.area
 
-    def enclosing(self, point: FloatArray) -> list[str]:
-        """Ids of the features whose outline encloses a point of World on the surface, as far as
-        they are known."""
+    def find_enclosing(self, point: FloatArray) -> list[str]:
+        """Return the ids of features whose computed area contains a World point."""
         return [
             id_
-            for id_, kept in self._kept.items()
-            if kept.outline and kept.area is not None and _holds(kept.area, point)
+            for id_, cached in self._cache.items()
+            if cached.is_outline and cached.area is not None and _contains(cached.area, point)
         ]
 
     def _open(self, model_id: str) -> tuple[Model, PaintSurface] | None:
@@ -87,27 +104,31 @@ class SurfacePieces:
             return None
         return model, opened.surface
 
-    def _kept_of(self, id_: str, of: object, model: Model) -> _Kept | None:
-        kept = self._kept.get(id_)
-        return kept if kept and kept.of is of and kept.to_world == model.to_world else None
+    def _cached(self, id_: str, source: object, model: Model) -> _CachedArea | None:
+        cached = self._cache.get(id_)
+        return (
+            cached
+            if cached and cached.source is source and cached.to_world == model.to_world
+            else None
+        )
 
-    def _came(self, id_: str, asked: _Kept, area: object) -> None:
-        if self._kept.get(id_) is not asked or not isinstance(area, Area):
+    def _store(self, id_: str, request: _CachedArea, area: object) -> None:
+        if self._cache.get(id_) is not request or not isinstance(area, Area):
             return
-        self._kept[id_] = replace(asked, area=area)
+        self._cache[id_] = replace(request, area=area)
         self._redraw(id_)
 
 
-def _holds(area: Area, point: FloatArray) -> bool:
-    """Whether a point of World lies on one of the triangles, to a thousandth of their extent."""
+def _contains(area: Area, point: FloatArray) -> bool:
+    """Return whether a World point is on a triangle, within 0.1 % of the extent of the area."""
     corners = area.corners.astype(np.float64)
     a, b, c = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    off = point - area.origin - a
+    offset = point - area.origin - a
     normal = np.cross(b, c)
     size = np.einsum("ij,ij->i", normal, normal)
     with np.errstate(divide="ignore", invalid="ignore"):
-        s = np.einsum("ij,ij->i", np.cross(off, c), normal) / size
-        t = np.einsum("ij,ij->i", np.cross(b, off), normal) / size
-        away = np.abs(np.einsum("ij,ij->i", off, normal)) / np.sqrt(size)
-    near = 1e-3 * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
-    return bool(((s >= -1e-6) & (t >= -1e-6) & (s + t <= 1 + 1e-6) & (away <= near)).any())
+        s = np.einsum("ij,ij->i", np.cross(offset, c), normal) / size
+        t = np.einsum("ij,ij->i", np.cross(b, offset), normal) / size
+        distance = np.abs(np.einsum("ij,ij->i", offset, normal)) / np.sqrt(size)
+    tolerance = 1e-3 * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    return bool(((s >= -1e-6) & (t >= -1e-6) & (s + t <= 1 + 1e-6) & (distance <= tolerance)).any())

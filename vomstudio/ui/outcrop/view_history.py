@@ -1,5 +1,7 @@
-"""Back and forward through the views: camera, clipping box and what of the models is hidden, apart
-from the undo of the work."""
+"""History of views: camera, clipping box and hidden elements.
+
+It is separate from the undo of edits.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +18,18 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.ui.base.studio import Studio
 
-_REST_MS = 500
-_LONGEST = 100
+_SETTLE_DELAY_MS = 500
+_MAX_VIEWS = 100
 
 
 class _Hidden:
-    """masks : which faces or points of each model are hidden"""
+    """Hidden faces or points of each model.
+
+    Parameters
+    ----------
+    masks : mapping of str to bool array
+        Mask of the hidden elements, by the id of the model.
+    """
 
     def __init__(self, masks: Mapping[str, BoolArray]) -> None:
         self.masks = dict(masks)
@@ -36,7 +44,7 @@ class _Hidden:
 
 @dataclass(frozen=True)
 class _View:
-    """camera : as `Camera.to_dict` gives it"""
+    """State of a view; `camera` is the result of `Camera.to_dict`."""
 
     camera: dict[str, Any]
     box: ClipBox | None
@@ -45,8 +53,10 @@ class _View:
 
 
 class ViewHistory(QObject):
-    """A view counts once it has stood still for half a second, or when it is gone back from: a drag
-    is one step, however long."""
+    """Records a view after half a second without changes, or before going back.
+
+    A drag is therefore one step.
+    """
 
     changed = Signal()
 
@@ -54,88 +64,92 @@ class ViewHistory(QObject):
         super().__init__()
         self._studio = studio
         self._viewport: Viewport | None = None
-        self._now: _View | None = None
+        self._current: _View | None = None
         self._back: list[_View] = []
         self._forward: list[_View] = []
-        self._rest = QTimer(self)
-        self._rest.setSingleShot(True)
-        self._rest.setInterval(_REST_MS)
-        self._rest.timeout.connect(self._settle)
+        self._settle_timer = QTimer(self)
+        self._settle_timer.setSingleShot(True)
+        self._settle_timer.setInterval(_SETTLE_DELAY_MS)
+        self._settle_timer.timeout.connect(self._settle)
 
     def watch(self, viewport: Viewport) -> None:
-        """From now on the views of this viewport are kept."""
+        """Record the views of a viewport."""
         self._viewport = viewport
-        viewport.camera_changed.connect(self._rest.start)
+        viewport.camera_changed.connect(self._settle_timer.start)
         self._studio.display.changed.connect(self._displayed)
         self._studio.hidden_elements_changed.connect(self._hid)
-        self._studio.project_opened.connect(self._forget)
-        self._studio.model_loaded.connect(self._rest.start)
+        self._studio.project_opened.connect(self._clear)
+        self._studio.model_loaded.connect(self._settle_timer.start)
 
     def stop(self) -> None:
-        self._rest.stop()
+        self._settle_timer.stop()
 
-    def _forget(self) -> None:
-        """The views of another project are of another outcrop."""
-        self._now = None
+    def _clear(self) -> None:
+        """Clear the history, which belongs to another project."""
+        self._current = None
         self._back.clear()
         self._forward.clear()
-        self._rest.start()
+        self._settle_timer.start()
 
-    def _displayed(self, what: str) -> None:
-        if what in ("clip", "box"):
-            self._rest.start()
+    def _displayed(self, setting: str) -> None:
+        if setting in ("clip", "box"):
+            self._settle_timer.start()
 
     def _hid(self, _: str) -> None:
-        self._rest.start()
+        self._settle_timer.start()
 
     def _view(self) -> _View | None:
         if self._viewport is None or not self._studio.models:
             return None
-        shown = self._studio.display
+        display = self._studio.display
         hidden = _Hidden(self._studio.workspace.elements.all_hidden())
-        return _View(self._viewport.moves.camera_state(), shown.box, shown.clipping, hidden)
+        return _View(self._viewport.moves.camera_state(), display.box, display.clipping, hidden)
 
     def _settle(self) -> None:
-        self._rest.stop()
-        now = self._view()
-        if now is None or now == self._now:
+        self._settle_timer.stop()
+        view = self._view()
+        if view is None or view == self._current:
             return
-        if self._now is not None:
-            self._back = [*self._back[1 - _LONGEST :], self._now]
+        if self._current is not None:
+            self._back = [*self._back[1 - _MAX_VIEWS :], self._current]
             self._forward.clear()
-        self._now = now
+        self._current = view
         self.changed.emit()
 
     # --- back and forward --------------------------------------------------------------------
     def why_not_back(self) -> Finding | None:
-        """Why there is no earlier view; None where there is one."""
-        # What has moved a moment ago is a step already.
-        moving = self._rest.isActive() and self._now is not None and self._view() != self._now
+        """Return why there is no earlier view; None if there is one."""
+        # A move that is not yet recorded is a step as well.
+        moving = (
+            self._settle_timer.isActive()
+            and self._current is not None
+            and self._view() != self._current
+        )
         return None if self._back or moving else Finding("view.no-earlier")
 
     def why_not_forward(self) -> Finding | None:
-        """Why there is no later view; None where there is one."""
+        """Return why there is no later view; None if there is one."""
         return None if self._forward else Finding("view.no-later")
 
     def back(self) -> None:
-        """Look as before the last change of the view."""
+        """Restore the view before the last change."""
         self._settle()
         self._go(self._back, self._forward)
 
     def forward(self) -> None:
-        """Look again as before going back."""
+        """Restore the view that `back` left."""
         self._settle()
         self._go(self._forward, self._back)
 
     def _go(self, source: list[_View], target: list[_View]) -> None:
-        if self._viewport is None or self._now is None or not source:
+        if self._viewport is None or self._current is None or not source:
             return
         view = source.pop()
-        target.append(self._now)
+        target.append(self._current)
         self._studio.display.set_clip(view.box, view.clipping)
         self._viewport.moves.set_camera_state(view.camera)
         self._studio.workspace.elements.hide_all(view.hidden.masks)
-        # Axes that were made orthogonal again may differ in the last digit.
-        self._now = self._view()
-        self._rest.stop()
+        # Axes that were orthogonalised may differ in the last digit.
+        self._current = self._view()
+        self._settle_timer.stop()
         self.changed.emit()

@@ -114,10 +114,10 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         try:
             question = self._question()
         except VomError as error:
-            self._requests.drop()
+            self._requests.cancel()
             self._show_error(error)
         else:
-            self._requests.ask(partial(self._answer, question))
+            self._requests.request(partial(self._answer, question))
             self._refresh()
 
     def _list(self) -> None:

@@ -35,21 +35,21 @@ from vomstudio.project.kinds import has_plane
 from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
 from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import LowTable, allow, button_row, narrow_form
+from vomstudio.ui.base.controls import CompactTable, allow, button_row, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
-from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit, project_axes
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_with_file,
-    numbers_text,
+    format_numbers,
 )
 from vomstudio.ui.widgets.line_field import LineField
 from vomstudio.ui.widgets.options_form import OptionFields
-from vomstudio.ui.widgets.plane_choice import TakenPlane
+from vomstudio.ui.widgets.plane_choice import PlaneChoice
 from vomstudio.ui.widgets.vertex_table import parse_number
 
 if TYPE_CHECKING:
@@ -91,8 +91,8 @@ class DisplacementPanel(LazyPanel):
         explain(self, "window.md#fault-displacement")
         self.pairs: list[tuple[str, str]] = []
         self.result: DisplacementResult | None = None
-        self.fault = TakenPlane(studio, "displacement_fault", tr("select it and take it"))
-        self.bed = TakenPlane(studio, "displacement_bed", tr("fitted to the cut-offs"))
+        self.fault = PlaneChoice(studio, "displacement_fault", tr("select it and take it"))
+        self.bed = PlaneChoice(studio, "displacement_bed", tr("fitted to the cut-offs"))
         self.slip = LineField(studio, "displacement_slip", tr("unknown: separations only"))
         self.slip.line.setToolTip(
             tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
@@ -112,7 +112,7 @@ class DisplacementPanel(LazyPanel):
         self._arrange()
         self.options.changed.connect(self._soon)
         self.slip.changed.connect(self._soon)
-        self.slip.take.clicked.connect(lambda _=False: self._take_slip_error())
+        self.slip.take_button.clicked.connect(lambda _=False: self._take_slip_error())
         for field in (self.fault, self.bed):
             field.changed.connect(self._soon)
         self.add.clicked.connect(lambda _=False: self.add_pair())
@@ -270,8 +270,8 @@ class DisplacementPanel(LazyPanel):
         return rake_of(line, fault), line
 
     def _show_axes(self, axes: Axes) -> None:
-        _show_unit(self.table, unit_of(axes))
-        self.options.show_unit(unit_of(axes))
+        _show_unit(self.table, length_unit(axes))
+        self.options.show_unit(length_unit(axes))
 
     def _show(self, message: str) -> None:
         result = self.result
@@ -294,7 +294,7 @@ class DisplacementPanel(LazyPanel):
 
     def _result_text(self, result: DisplacementResult) -> str:
         displacements, notation = result.displacements, self._studio.settings.notation
-        unit = unit_of(axes_of(self._studio))
+        unit = length_unit(project_axes(self._studio))
         is_slip_known = result.rake_deg is not None
         lines = [
             tr("Net slip of the hanging wall, {unit}, with 95 % errors.", unit=unit)
@@ -365,7 +365,7 @@ class DisplacementPanel(LazyPanel):
             )
 
 
-def displacement_command(result: DisplacementResult, points: Path) -> Words:
+def displacement_command(result: DisplacementResult, points: Path) -> CommandArguments:
     """Return the command that gives the same result from a table of points."""
     return ["displacement", points, *option_words(result.options)]
 
@@ -381,7 +381,7 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
     out.writerow(["name", *sides])
     for name, cut in zip(result.names, result.cuts, strict=True):
         points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
-        out.writerow([escape_formula(name), *numbers_text(points).split(",")])
+        out.writerow([escape_formula(name), *format_numbers(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
@@ -448,7 +448,7 @@ def _table() -> QTableWidget:
         ("", tr("Along the strike; sinistral is positive.")),
         (tr("Slip rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
-    table = LowTable(0, len(columns))
+    table = CompactTable(0, len(columns))
     table.setObjectName("displacement_table")
     table.setAccessibleName(tr("Pairs of cut-offs"))
     for column, (title, tip) in enumerate(columns):

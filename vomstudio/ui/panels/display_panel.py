@@ -45,17 +45,17 @@ from vomstudio.ui.base.controls import (
     ComboBox,
     DoubleSpinBox,
     Label,
-    Scrolling,
+    PanelScrollArea,
     allow,
-    as_words,
+    escape_markup,
     narrow_form,
 )
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.axis_titles import axes_of
+from vomstudio.ui.widgets.axis_titles import project_axes
 
 if TYPE_CHECKING:
-    from vomstudio.rendering.qt.display import Display
+    from vomstudio.rendering.qt.display import ModelAppearance
     from vomstudio.rendering.qt.viewport import Viewport
 
 # Width of a field in the narrowest dock.
@@ -88,7 +88,7 @@ class DisplayPanel(QWidget):
         explain(self, "window.md#look-as-you-need")
         self._models_box: Callable[[], ClipBox | None] = lambda: None
         self._studio, self._display, self._current = studio, studio.display, current
-        self._view_display: Display | None = None
+        self._view_display: ModelAppearance | None = None
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 6, 6, 6)
@@ -98,7 +98,7 @@ class DisplayPanel(QWidget):
         layout.addStretch()
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(Scrolling(page))
+        outer.addWidget(PanelScrollArea(page))
         for signal in (
             self._display.changed,
             studio.model_loaded,
@@ -345,7 +345,7 @@ class DisplayPanel(QWidget):
             if reason is not None and models:
                 reasons.append(f"{tr(display.MODES[value])}: {reason}")
         self.mode.setCurrentIndex(self.mode.findData(mode))
-        self.mode.setToolTip(as_words("\n".join(reasons)))
+        self.mode.setToolTip(escape_markup("\n".join(reasons)))
         allow(self.mode, why_no_model(self._studio))
         with QSignalBlocker(self.point_size):
             self.point_size.setValue(settings.point_size or 0.0)
@@ -423,7 +423,7 @@ class DisplayPanel(QWidget):
         box: ClipBox | None = self._display.box
         self.clip.setChecked(self._display.clipping)
         allow(self.clip, why_no_model(self._studio))
-        for label, text in zip(self._axes, axes_of(self._studio).titles, strict=True):
+        for label, text in zip(self._axes, project_axes(self._studio).titles, strict=True):
             label.setText(text)
         self.handles.setChecked(self._display.handles)
         if box is None:

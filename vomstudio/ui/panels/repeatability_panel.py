@@ -20,14 +20,14 @@ from vomstudio.project.repeated_features import set_interpreter
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.controls import allow, button_row, narrow_form
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.tools.common import hint_label
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.results_page import FiguresPage
 from vomstudio.ui.widgets.vertex_table import parse_number
 
@@ -69,7 +69,9 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         form.addRow(tr("Share (%)"), self.share)
         first = button_row(self.begin, self.name)
         second = button_row(self.look, self.skip, self.stop)
-        FormBeside.fill(self, form, first, second, self.prompt, self.message, picture=self.figures)
+        FormWithPicture.fill(
+            self, form, first, second, self.prompt, self.message, picture=self.figures
+        )
 
     def _connect(self) -> None:
         studio = self._studio
@@ -107,7 +109,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
 
     def _name(self) -> None:
         studio = self._studio
-        ids, interpreter = chosen_features(studio), self.interpreter.text().strip()
+        ids, interpreter = selected_features(studio), self.interpreter.text().strip()
         studio.attempt(set_interpreter, ids, interpreter)
 
     def _offer(self) -> None:
@@ -140,7 +142,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         if id_ is None or viewport is None:
             return
         measured = self._studio.measured([id_])[id_]
-        points = drawn_points(measured)
+        points = extent_points(measured)
         middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
         radius = max(float(np.linalg.norm(points - middle, axis=1).max()) * 1.15, 1e-6)
         trend, plunge = viewport.moves.view_direction()
@@ -191,7 +193,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _show(self, result: TableRepeats | None, message: str) -> None:
         super()._show(result, "" if result is None else message)
         if result is None:
-            self.figures.say(message)
+            self.figures.show_reason(message)
         else:
             names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
             self.figures.setHtml(figures_html(result, names))
@@ -215,7 +217,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         # The picks that can be offered do not depend on the selection.
         if not self._studio.has_project:
             return
-        allow(self.name, why_none_chosen(self._studio))
+        allow(self.name, why_no_feature(self._studio))
 
 
 def figures_html(repeats: TableRepeats, names: dict[str, str]) -> str:

@@ -38,15 +38,15 @@ from vomstudio.project.measurement import pick_scatter_m
 from vomstudio.project.records import Feature, Picked, get, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_line, start_folder, why_no_model
-from vomstudio.ui.base.controls import LowTable, allow, narrow_form
+from vomstudio.ui.base.controls import CompactTable, allow, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes
-from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file, numbers_text
-from vomstudio.ui.widgets.error_fields import error_field, number_in
+from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file, format_numbers
+from vomstudio.ui.widgets.error_fields import error_field, read_number
 from vomstudio.ui.widgets.type_box import TypeBox
 from vomstudio.ui.widgets.vertex_table import parse_number
 
@@ -260,7 +260,7 @@ class ThreePointsPanel(LazyPanel):
         self.plane = self._points = None
         try:
             points = self._numbers()
-            self._sigma = number_in(self.sigma, "number.not-a-length") or 0.0
+            self._sigma = read_number(self.sigma, "number.not-a-length") or 0.0
             self.plane = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
             self._points = points
             message = self._plane_text(self.plane)
@@ -354,7 +354,7 @@ class ThreePointsPanel(LazyPanel):
             rows = [
                 WORLD_COMMENT.strip(),
                 "x,y,z",
-                *(numbers_text(point) for point in points.tolist()),
+                *(format_numbers(point) for point in points.tolist()),
             ]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
@@ -386,7 +386,7 @@ def _cell(text: str) -> QTableWidgetItem:
 
 
 def _table() -> QTableWidget:
-    table = LowTable(0, 3)
+    table = CompactTable(0, 3)
     table.setObjectName("three_points_table")
     table.setAccessibleName(tr("Points on the surface"))
     for column in range(3):

@@ -172,7 +172,7 @@ class CentralArea(QWidget):
             if widget is not None:
                 widget.setVisible(is_shown)
         if self._bar is not None:
-            self._bar.lie_below(self._photo_head if self.shows_photo else None)
+            self._bar.set_top_tools(self._photo_head if self.shows_photo else None)
 
     def show_purpose(self, text: str) -> None:
         """Show a line above the outcrop; an empty text removes it."""

@@ -66,7 +66,7 @@ class DockTitle(QWidget):
         button.setChecked(name == self._name)
         button.setAutoRaise(True)
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         button.clicked.connect(lambda: self._choose(name))
         return button
 

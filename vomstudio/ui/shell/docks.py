@@ -10,7 +10,7 @@ from PySide6.QtCore import QByteArray, QEvent, QObject, QSignalBlocker, Qt, QTim
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QWidget
 
-from vomstudio.ui.base.controls import Scrolling, ScrollingLater
+from vomstudio.ui.base.controls import LazyScrollArea, PanelScrollArea
 from vomstudio.ui.shell.dock_titles import DockTitle
 from vomstudio.ui.shell.layout import (
     REGIONS,
@@ -71,11 +71,11 @@ class WindowDocks(Mapping[str, QDockWidget]):
     # --- pages -------------------------------------------------------------------------------
     def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
         """Add a page; with `scrolls`, a long one is scrolled."""
-        self._add(name, title, Scrolling(widget) if scrolls else widget)
+        self._add(name, title, PanelScrollArea(widget) if scrolls else widget)
 
     def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
         """Add a page that scrolls and is created when it is first shown."""
-        self._add(name, title, ScrollingLater(make))
+        self._add(name, title, LazyScrollArea(make))
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)
@@ -198,7 +198,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def _make(self, name: str) -> None:
         """Create a page that is created late: callers may use it at once."""
-        if isinstance(place := self._widget(name), ScrollingLater):
+        if isinstance(place := self._widget(name), LazyScrollArea):
             place.widget()
 
     def _widget(self, name: str) -> QWidget | None:
@@ -210,7 +210,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self[name].hide()
         return widget
 
-    def make_room(self, name: str, height: int) -> None:
+    def ensure_height(self, name: str, height: int) -> None:
         """Give a docked page at least a height in pixels."""
         dock = self[name]
         if dock.height() < height and dock.isVisible() and not dock.isFloating():

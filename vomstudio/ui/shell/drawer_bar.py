@@ -22,7 +22,7 @@ class DrawerBar(QToolBar):
         self.setContentsMargins(2, 0, 2, 0)
         self.toggleViewAction().setVisible(False)
         self.setIconSize(QSize(14, 14))
-        theme.show_toggles(self)
+        theme.highlight_toggles(self)
         self._docks, self._workspaces = docks, workspaces
         names = [name for name, region in REGIONS.items() if region == "drawer"]
         self.buttons = {name: self._button(name) for name in names}
@@ -52,7 +52,7 @@ class DrawerBar(QToolBar):
         button.setAutoRaise(True)
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         button.clicked.connect(lambda on: self._docks.toggle(name, on))
         return button
 

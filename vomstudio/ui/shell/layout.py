@@ -42,7 +42,7 @@ INSPECTOR_TABS = ("project", "tool", "properties")
 
 
 @dataclass(frozen=True)
-class Workspace:
+class WorkspaceLayout:
     """A step of the work: which pages inspector and drawer offer.
 
     Attributes
@@ -70,8 +70,8 @@ class Workspace:
     tools: tuple[str, ...] = ()
 
 
-WORKSPACES: tuple[Workspace, ...] = (
-    Workspace(
+WORKSPACES: tuple[WorkspaceLayout, ...] = (
+    WorkspaceLayout(
         "model",
         to_translate("Model"),
         "cube-outline",
@@ -85,7 +85,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         center="photos",
         tools=("control", "known_line"),
     ),
-    Workspace(
+    WorkspaceLayout(
         "interpret",
         to_translate("Interpret"),
         "vector-polyline",
@@ -97,7 +97,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         inspector=("surface", "three_points", "view", "display"),
         drawer=("table", "in_photos", "statistics", "bed_log", "looked_at", "messages"),
     ),
-    Workspace(
+    WorkspaceLayout(
         "results",
         to_translate("Results"),
         "chart-scatter-plot",
@@ -141,7 +141,7 @@ INSPECTOR_WIDTH, NARROW_INSPECTOR_WIDTH = 300, 250
 DRAWER_SHARE, MIN_DRAWER_HEIGHT = 0.34, 190
 
 
-def workspace_of(name: str) -> Workspace:
+def workspace_of(name: str) -> WorkspaceLayout:
     """Return the workspace of a name, or the first one if there is none."""
     return _BY_NAME.get(name, _BY_NAME[FIRST])
 

@@ -31,7 +31,7 @@ from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
 from vomstudio.ui.shell.screens import restore_geometry
 from vomstudio.ui.shell.workspaces import Workspaces, stored_geometry
-from vomstudio.ui.widgets.failure_notices import close_all, may_close
+from vomstudio.ui.widgets.failure_notices import can_close, close_all
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
@@ -88,7 +88,7 @@ class MainWindow(QMainWindow):
         self.actions_table.refresh()
 
     @property
-    def filled(self) -> bool:
+    def is_filled(self) -> bool:
         """Whether the studio and the panels are there."""
         return self._filled
 
@@ -235,7 +235,7 @@ class MainWindow(QMainWindow):
         self.net_overlay = NetOverlay(self._place.room)
         self.net_overlay.restore(self._settings.window.get("net", ""))
         self.docks.set_hosts(self._place, self.net_overlay)
-        self.photo_tab.join(self._place, self.actions_table.of_viewport())
+        self.photo_tab.join(self._place, self.actions_table.viewport_actions())
         self.setCentralWidget(self._place)
         self._switching = WorkspaceSwitching(
             self.studio, self.survey, self.docks, self.workspaces, self._place
@@ -306,7 +306,7 @@ class MainWindow(QMainWindow):
     def _make_bars(self) -> None:
         from vomstudio.ui.shell.drawer_bar import DrawerBar
         from vomstudio.ui.shell.menus import fill_menus
-        from vomstudio.ui.shell.notices import Notices
+        from vomstudio.ui.shell.notices import NoticePresenter
         from vomstudio.ui.shell.status_line import StatusLine
         from vomstudio.ui.shell.tool_rail import ToolRail
         from vomstudio.ui.shell.top_bar import TopBar
@@ -320,7 +320,7 @@ class MainWindow(QMainWindow):
         self.addToolBar(Qt.ToolBarArea.BottomToolBarArea, self.drawer_bar)
         self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
-        self._notices = Notices(self.messages, bar, self.status_line, actions, self.docks)
+        self._notices = NoticePresenter(self.messages, bar, self.status_line, actions, self.docks)
 
     def _connect(self) -> None:
         studio = self.studio
@@ -336,16 +336,16 @@ class MainWindow(QMainWindow):
         studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
-        studio.tool_changed_signal.connect(self.message_bar.end_hint)
+        studio.tool_changed_signal.connect(self.message_bar.hide_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
-        studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
+        studio.frame_requested.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(
             lambda folders: self._notices.offer_recovery(folders, self.files.open_path)
         )
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
-        self.cameras.found.connect(self.actions_table.refresh)
-        self.photos_panel.selection_changed.connect(self.cameras.choose)
+        self.cameras.cameras_loaded.connect(self.actions_table.refresh)
+        self.photos_panel.selection_changed.connect(self.cameras.highlight)
         self.workspaces.changed.connect(self.actions_table.refresh)
         self.photo_tab.changed.connect(self.actions_table.refresh)
         self.photo_tab.hinted.connect(self.status_line.show_photo)
@@ -360,14 +360,14 @@ class MainWindow(QMainWindow):
 
         self.viewport = viewport = Viewport(self)
         viewport.setMinimumSize(200, 150)
-        self.actions_table.give_keys_to(viewport)
+        self.actions_table.assign_viewport_keys(viewport)
         self._place.set_outcrop(viewport)
         self.start_page.setParent(viewport)
         self.start_page.place_over(viewport)
-        self.view.join(viewport)
+        self.view.attach_viewport(viewport)
         self._join_panels(viewport)
-        self.view.turned.connect(self.view_panel.show_direction)
-        self.view.turned.connect(self.actions_table.refresh)
+        self.view.direction_changed.connect(self.view_panel.show_direction)
+        self.view.direction_changed.connect(self.actions_table.refresh)
         self.view.follow_camera()
         opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         center_widget = center_widget_of(self.photo_tab, viewport)
@@ -388,7 +388,7 @@ class MainWindow(QMainWindow):
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
-        self.cameras.chosen.connect(self.photos_panel.select_photo)
+        self.cameras.camera_selected.connect(self.photos_panel.select_photo)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
         overlay = self.net_overlay
@@ -403,7 +403,7 @@ class MainWindow(QMainWindow):
         self.in_photos.watch(viewport)
         self.in_photos.list_changed.connect(self.actions_table.refresh)
         self._photo_shown.pointer.connect(self.status_line.show_pointer)
-        self.actions_table.give_keys_to(self._photo_shown.canvas)
+        self.actions_table.assign_viewport_keys(self._photo_shown.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
 
     def _add_stereonet(self) -> None:
@@ -461,7 +461,7 @@ class MainWindow(QMainWindow):
     # --- state -------------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
         self._switching.tool_chosen(has_panel=name in self.tool_panel.panels)
-        self.view.take_up(name)
+        self.view.apply_tool(name)
         self._refresh()
 
     def _cover_net(self) -> None:
@@ -485,7 +485,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             return
-        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
+        if not can_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
             event.ignore()
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []
@@ -494,7 +494,7 @@ class MainWindow(QMainWindow):
             self,
             [
                 self._keep_arrangement,
-                self.view.keep_camera,
+                self.view.save_camera,
                 self._imports.stop,
                 self.view.close,
                 self._photo_shown.close,

@@ -19,7 +19,7 @@ from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
 _INFO_MS = 6000
 
 
-class Notices(QObject):
+class NoticePresenter(QObject):
     """Adds each notice to the list and shows it in the status line or the bar."""
 
     def __init__(
@@ -33,7 +33,7 @@ class Notices(QObject):
         super().__init__()
         self._messages, self._bar, self._status = messages, bar, status
         self._actions = actions
-        bar.show_earlier_by(lambda: docks.bring_forward("messages"))
+        bar.connect_history(lambda: docks.bring_forward("messages"))
 
     def show(self, notice: Notice) -> None:
         """Add it to the list, and show it where its level belongs, with a button for its action."""
@@ -42,9 +42,9 @@ class Notices(QObject):
             self._status.showMessage(notice.text, _INFO_MS)
         elif notice.action:
             action = self._actions[notice.action]
-            self._bar.say(notice, (action.text().replace("&", ""), action.trigger))
+            self._bar.show_notice(notice, (action.text().replace("&", ""), action.trigger))
         else:
-            self._bar.say(notice)
+            self._bar.show_notice(notice)
 
     def offer_recovery(self, folders: list[Path], restore: Callable[[Path], None]) -> None:
         """folders : projects that were not closed, the newest first; restore : opens one"""
@@ -57,4 +57,4 @@ class Notices(QObject):
         further = (Finding("project.older-unclosed", count=older),) if older else ()
         notice = Notice(finding, "warning", more=further)
         self._messages.add(notice)
-        self._bar.say(notice, (tr("Restore"), lambda: restore(newest)))
+        self._bar.show_notice(notice, (tr("Restore"), lambda: restore(newest)))

@@ -79,11 +79,11 @@ class PhotoTab(QObject):
         return [self._over(photo_command(command, self._table)) for command in commands]
 
     def _over(self, command: Command) -> Command:
-        checked = command.checked
+        checked = command.is_checked
         if command.name not in _TOOLS or checked is None:
             return command
         # The tool in use is that of the photo.
-        return replace(command, checked=lambda: checked() and self.visible_page is None)
+        return replace(command, is_checked=lambda: checked() and self.visible_page is None)
 
     def join(self, place: CentralArea, outcrop_actions: Iterable[QAction]) -> None:
         """outcrop_actions : what acts on the outcrop, which is looked at after them"""

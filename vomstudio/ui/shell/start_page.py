@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.files.regular import path_exists
 from vomstudio.core.words import tr
-from vomstudio.ui.base.controls import Label, Scrolling, as_words
+from vomstudio.ui.base.controls import Label, PanelScrollArea, escape_markup
 from vomstudio.ui.base.studio import Studio
 
 _BUTTON_WIDTH = 280
@@ -69,7 +69,7 @@ class StartPage(QFrame):
         self._buttons.append(self._tour)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
-        self._area = Scrolling(page)
+        self._area = PanelScrollArea(page)
         whole.addWidget(self._area)
         studio.recent_changed.connect(self._fill)
         self._fill()
@@ -87,7 +87,7 @@ class StartPage(QFrame):
             self._recent.addWidget(Label(tr("Recent")))
         for path in existing:
             button = QPushButton(path.name)
-            button.setToolTip(as_words(str(path)))
+            button.setToolTip(escape_markup(str(path)))
             button.setFlat(True)
             button.setStyleSheet("text-align: left; padding: 2px 6px;")
             button.clicked.connect(lambda _=False, p=path: self._open_path(p))

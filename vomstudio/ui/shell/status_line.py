@@ -19,7 +19,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.interaction_types import Pointer, PointerEvent
-from vomstudio.ui.base.controls import ElidedLabel, Label, as_words
+from vomstudio.ui.base.controls import ElidedLabel, Label, escape_markup
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 
@@ -137,7 +137,7 @@ class StatusLine(QStatusBar):
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
         lines = [*(each.known_text() for each in frames), *(each.message for each in poor), what]
-        self._badge.setToolTip(as_words("\n".join(lines)))
+        self._badge.setToolTip(escape_markup("\n".join(lines)))
         self._badge.setStyleSheet(
             "" if known and not poor else "background: #e69f00; color: black; padding: 1px 6px;"
         )
@@ -193,7 +193,7 @@ class StatusLine(QStatusBar):
         if path:
             self._layers_time = datetime.now()
             self._layers.setText("")
-            self._layers.setToolTip(as_words(path))
+            self._layers.setToolTip(escape_markup(path))
         elif self._layers_time:
             self._layers.setText(tr("GIS layers written at {time:%H:%M}", time=self._layers_time))
         else:

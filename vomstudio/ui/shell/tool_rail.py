@@ -69,7 +69,7 @@ class ToolRail(QToolBar):
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
         button.setIconSize(QSize(_ICON_PX, _ICON_PX))
         button.setAutoRaise(True)
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         return button
 
     def offered(self) -> list[str]:

@@ -36,7 +36,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             workspace.icon,
             f"Ctrl+{number}",
             tr(workspace.purpose),
-            checked=lambda: workspaces.shown is workspace,
+            is_checked=lambda: workspaces.shown is workspace,
         )
 
     def enlarge() -> None:
@@ -62,7 +62,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             None,
             (),
             tr("Show the stereonet in a dock instead of over the outcrop."),
-            checked=lambda: docks.net_docked,
+            is_checked=lambda: docks.net_docked,
         ),
         Command(
             "reset_panels",
@@ -113,7 +113,7 @@ class TopBar(QWidget):
         button.setIconSize(QSize(_ICON_PX, _ICON_PX))
         button.setAutoRaise(True)
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         return button
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802

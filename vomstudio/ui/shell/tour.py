@@ -26,7 +26,7 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.shell.tour_card import TourCard, TourFrame, card_place, frame_box
-from vomstudio.ui.shell.tour_steps import Step, steps
+from vomstudio.ui.shell.tour_steps import TourStep, steps
 
 _LOOK_MS = 150
 _END = to_translate(
@@ -38,7 +38,7 @@ _END = to_translate(
 class Tour(QObject):
     """step : the number of the step that is shown, from 0; None while no tour is on"""
 
-    def __init__(self, window: QWidget, studio: Studio, all_steps: list[Step]) -> None:
+    def __init__(self, window: QWidget, studio: Studio, all_steps: list[TourStep]) -> None:
         super().__init__(window)
         self._window, self._studio, self._steps = window, studio, all_steps
         self.step: int | None = None

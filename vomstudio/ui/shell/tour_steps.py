@@ -19,7 +19,7 @@ _TURNED_DEG = 8.0
 
 
 @dataclass(frozen=True)
-class Step:
+class TourStep:
     """text : noted for translation. target : the widget that is meant, None where it is not shown.
     now : a state of which `done` is told what it was when the step began. onward : whether the
     button says "Next": there is nothing to do but to look."""
@@ -50,7 +50,7 @@ def steps(
     actions: Mapping[str, QAction],
     view: OutcropView,
     docks: Mapping[str, QWidget],
-) -> list[Step]:
+) -> list[TourStep]:
     """Of a window with these parts."""
 
     def viewport() -> QWidget | None:
@@ -90,7 +90,7 @@ def steps(
         return None
 
     return [
-        Step(
+        TourStep(
             "open",
             to_translate(
                 "Open the sample outcrop: click the button, or choose it in the File menu."
@@ -99,7 +99,7 @@ def steps(
             nothing,
             lambda _: bool(studio.models),
         ),
-        Step(
+        TourStep(
             "turn",
             to_translate(
                 "Turn the outcrop: hold the left mouse button down and drag. The "
@@ -109,7 +109,7 @@ def steps(
             direction,
             turned,
         ),
-        Step(
+        TourStep(
             "trace",
             to_translate(
                 "Choose the trace tool, here or with the key T. It turns a line "
@@ -119,7 +119,7 @@ def steps(
             nothing,
             lambda _: studio.tool_name == "trace",
         ),
-        Step(
+        TourStep(
             "pick",
             to_translate(
                 "Click at least five times along one bed, round a bend of the "
@@ -129,7 +129,7 @@ def steps(
             nothing,
             lambda _: picked() >= 5,
         ),
-        Step(
+        TourStep(
             "finish",
             to_translate(
                 "Press Enter to keep the trace. Undo (Ctrl+Z) takes back any step, also this one."
@@ -138,7 +138,7 @@ def steps(
             traces,
             lambda before: traces() > before,
         ),
-        Step(
+        TourStep(
             "numbers",
             to_translate(
                 "The properties say how well the plane is known, and why. "
@@ -149,7 +149,7 @@ def steps(
             looked_at("properties"),
             onward=True,
         ),
-        Step(
+        TourStep(
             "net",
             to_translate(
                 "The stereonet shows the same plane. Click its pole: outcrop, "
@@ -160,7 +160,7 @@ def steps(
             looked_at("stereonet"),
             onward=True,
         ),
-        Step(
+        TourStep(
             "orthophoto",
             to_translate(
                 "Make a true-to-scale picture along this view: press "
@@ -170,7 +170,7 @@ def steps(
             dialogs.now,
             dialogs.grown,
         ),
-        Step(
+        TourStep(
             "save",
             to_translate(
                 "Save the project (Ctrl+S). Until then nothing is lost either: "

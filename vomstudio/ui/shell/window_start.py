@@ -60,13 +60,13 @@ def run_window(paths: Sequence[str]) -> int:
         from vomstudio.io.settings import read_settings
         from vomstudio.ui.base import qt_log as qt_messages
         from vomstudio.ui.base import theme
-        from vomstudio.ui.base.controls import as_words
+        from vomstudio.ui.base.controls import escape_markup
         from vomstudio.ui.shell.main_window import MainWindow
         from vomstudio.ui.widgets.failure_notices import FailureNotices
     except ImportError as error:
         return _say_missing(error)
 
-    theme.at_least_nine_points(application)
+    theme.enlarge_small_font(application)
     settings, problems = read_settings()
     theme.use(settings.theme)
     qt_messages.install()
@@ -85,7 +85,7 @@ def run_window(paths: Sequence[str]) -> int:
             gc.enable()
         except VomError as error:
             # Without a place for the project's journal no work could be kept.
-            QMessageBox.critical(window, "VOM Studio", as_words(str(error)))
+            QMessageBox.critical(window, "VOM Studio", escape_markup(str(error)))
             application.exit(error.exit_code)
             return
         except Exception as error:  # noqa: BLE001 - a window that is half there helps nobody

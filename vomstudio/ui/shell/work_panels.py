@@ -12,7 +12,7 @@ from vomstudio.core.words import to_translate
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.base.window_protocols import Docks, Workspaces
+from vomstudio.ui.base.window_protocols import Docks, WorkspaceSwitcher
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 Make = Callable[[Studio, OutcropView], QWidget]
@@ -73,7 +73,7 @@ def _nothing(_: OutcropView) -> tuple[object, ...]:
 
 
 def _direction(view: OutcropView) -> tuple[object, ...]:
-    return (view.direction,)
+    return (view.view_direction,)
 
 
 def _all(view: OutcropView) -> tuple[object, ...]:
@@ -94,7 +94,11 @@ def _made_at(where: str, needs: Needs = _nothing) -> Make:
 
 
 def work_commands(
-    studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
+    studio: Studio,
+    dialogs: OpenDialogs,
+    workspaces: WorkspaceSwitcher,
+    docks: Docks,
+    parent: QWidget,
 ) -> list[Command]:
     """parent : of the dialogs"""
     from vomstudio.ui.commands import fits as fit_commands

@@ -10,7 +10,14 @@ from PySide6.QtWidgets import QMainWindow
 
 from vomstudio.ui.shell import screens
 from vomstudio.ui.shell.docks import WindowDocks
-from vomstudio.ui.shell.layout import FIRST, REGIONS, WORKSPACES, Region, Workspace, workspace_of
+from vomstudio.ui.shell.layout import (
+    FIRST,
+    REGIONS,
+    WORKSPACES,
+    Region,
+    WorkspaceLayout,
+    workspace_of,
+)
 
 _GEOMETRY, _SHOWN, _DOCKS, _PAGES = "geometry", "workspace", "docks", "pages"
 # Long enough for a drag to end, short enough to lose little in a crash.
@@ -53,7 +60,7 @@ class Workspaces(QObject):
         self._timer.timeout.connect(self._settle)
 
     @property
-    def shown(self) -> Workspace:
+    def shown(self) -> WorkspaceLayout:
         """The workspace that is shown."""
         return self._shown
 
@@ -194,7 +201,7 @@ def _initial_pages() -> dict[Region, str]:
     return {"inspector": "project", "drawer": ""}
 
 
-def _read_pages(stored: Mapping[str, str], workspace: Workspace) -> dict[Region, str]:
+def _read_pages(stored: Mapping[str, str], workspace: WorkspaceLayout) -> dict[Region, str]:
     inspector, _, drawer = stored.get(f"{_PAGES} {workspace.name}", "project,").partition(",")
     pages = _initial_pages()
     if REGIONS.get(inspector) == "inspector":

@@ -1,4 +1,4 @@
-"""Titles of fields and columns that name the unit of lengths, which the project's models decide."""
+"""Titles of fields and columns with the unit of length of the project."""
 
 from __future__ import annotations
 
@@ -13,40 +13,42 @@ from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.studio import Studio
 
 
-def axes_of(studio: Studio) -> Axes:
-    """Of all models of the project together: metres and north where all have them. Without a model
-    points can only be those of World."""
+def project_axes(studio: Studio) -> Axes:
+    """Return the axes that all models of the project share.
+
+    They are metric or north-aligned only if all models are; World axes without a model.
+    """
     if not studio.has_project or not studio.session.of(Model):
         return Axes()
     return Axes(studio.metres_known(), studio.north_known())
 
 
-def unit_of(axes: Axes) -> str:
-    """As it stands behind a number or in a title."""
+def length_unit(axes: Axes) -> str:
+    """Return the unit of length for numbers and titles."""
     return "m" if axes.metric else tr("units")
 
 
 def follow_axes(studio: Studio, show: Callable[[Axes], object]) -> None:
-    """Call `show`, which lasts as long as the window, now and whenever the axes have changed."""
-    shown: list[Axes] = []
+    """Call `show` now and whenever the axes change, for the life of the window."""
+    current: list[Axes] = []
 
-    def look(*_: object) -> None:
-        axes = axes_of(studio)
-        if shown != [axes]:
-            shown[:] = [axes]
+    def refresh(*_: object) -> None:
+        axes = project_axes(studio)
+        if current != [axes]:
+            current[:] = [axes]
             show(axes)
 
-    studio.project_opened.connect(look)
-    studio.edited.connect(look)
-    look()
+    studio.project_opened.connect(refresh)
+    studio.edited.connect(refresh)
+    refresh()
 
 
 def add_length_row(
     form: QFormLayout, studio: Studio, title: Callable[[str], str], field: QWidget | QLayout
 ) -> None:
-    """A row whose title is made of the unit."""
+    """Add a row whose title contains the unit."""
     label = Label()
     if isinstance(field, QWidget):
         label.setBuddy(field)
     form.addRow(label, field)
-    follow_axes(studio, lambda axes: label.setText(title(unit_of(axes))))
+    follow_axes(studio, lambda axes: label.setText(title(length_unit(axes))))

@@ -1,4 +1,4 @@
-"""Rows of buttons that drop texts where there is no room for them."""
+"""Rows of buttons that hide their texts if the row is too narrow."""
 
 from __future__ import annotations
 
@@ -7,24 +7,37 @@ from collections.abc import Callable, Iterable
 from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt
 from PySide6.QtWidgets import QToolButton, QWidget
 
-_BESIDE = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
-_ICON = Qt.ToolButtonStyle.ToolButtonIconOnly
+_TEXT_BESIDE_ICON = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+_ICON_ONLY = Qt.ToolButtonStyle.ToolButtonIconOnly
 
 
-class FittingTexts(QObject):
-    """Buttons of a row show icon and text as far as there is room; the others one of both."""
+class CollapsingTexts(QObject):
+    """Shows icon and text of the buttons of a row as far as they fit, else one of both.
 
-    def __init__(self, row: QWidget, needed: Callable[[], int]) -> None:
-        """needed : the width in pixels that the row would need as it is"""
+    Parameters
+    ----------
+    required_width : callable
+        Returns the width in pixels that the row needs in its current state.
+    """
+
+    def __init__(self, row: QWidget, required_width: Callable[[], int]) -> None:
         super().__init__(row)
-        self._row, self._needed = row, needed
+        self._row, self._required_width = row, required_width
         self._groups: list[tuple[list[QToolButton], Qt.ToolButtonStyle]] = []
         self._widths: list[int] = []
         row.installEventFilter(self)
 
-    def drop(self, buttons: Iterable[QToolButton], instead: Qt.ToolButtonStyle = _ICON) -> None:
-        """These go next, all at once. instead : what they then show"""
-        self._groups.append((list(buttons), instead))
+    def add_group(
+        self, buttons: Iterable[QToolButton], style: Qt.ToolButtonStyle = _ICON_ONLY
+    ) -> None:
+        """Add a group of buttons that collapse together, after the earlier groups.
+
+        Parameters
+        ----------
+        style : Qt.ToolButtonStyle
+            Style of the collapsed buttons.
+        """
+        self._groups.append((list(buttons), style))
         self._widths = []
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
@@ -35,27 +48,27 @@ class FittingTexts(QObject):
             self.fit()
         return False
 
-    def again(self) -> None:
-        """Texts have changed, or buttons have come or gone."""
+    def refit(self) -> None:
+        """Measure the row again, after texts or buttons have changed."""
         self._widths = []
         self.fit()
 
     def fit(self) -> None:
-        """Show as many texts as the row has room for."""
+        """Show as many texts as fit."""
         if not self._widths:
-            for dropped in range(len(self._groups) + 1):
-                self._show(dropped)
-                self._widths.append(self._needed())
-        room = self._row.width()
-        fits = [dropped for dropped, width in enumerate(self._widths) if width <= room]
+            for collapsed in range(len(self._groups) + 1):
+                self._show(collapsed)
+                self._widths.append(self._required_width())
+        available = self._row.width()
+        fits = [collapsed for collapsed, width in enumerate(self._widths) if width <= available]
         self._show(fits[0] if fits else len(self._groups))
         layout = self._row.layout()
         if layout is not None:
-            # A button that lay behind the arrow at the end is hidden: such ones ask for nothing.
+            # Buttons behind the extension arrow are hidden and do not request a layout.
             layout.invalidate()
             QCoreApplication.postEvent(self._row, QEvent(QEvent.Type.LayoutRequest))
 
-    def _show(self, dropped: int) -> None:
-        for place, (buttons, instead) in enumerate(self._groups):
+    def _show(self, collapsed: int) -> None:
+        for number, (buttons, style) in enumerate(self._groups):
             for button in buttons:
-                button.setToolButtonStyle(instead if place < dropped else _BESIDE)
+                button.setToolButtonStyle(style if number < collapsed else _TEXT_BESIDE_ICON)

@@ -1,4 +1,4 @@
-"""A dialog or panel as a line for the shell that gives the same result."""
+"""Copy a dialog or panel as a shell command with the same result."""
 
 from __future__ import annotations
 
@@ -19,18 +19,23 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import ask_for_target
 from vomstudio.ui.base.studio import Studio
 
-Word = str | Path | float
-Words = Sequence[Word | tuple[str, Word]]
-"""Of a command; an option with its value is a pair."""
+CommandArgument = str | Path | float
+CommandArguments = Sequence[CommandArgument | tuple[str, CommandArgument]]
+"""Arguments of a command; an option with its value is a pair."""
 
 
 class CopyCommandButton(QToolButton):
-    """Says in its tooltip what it copies, or why it cannot now."""
+    """Button that copies a command; its tooltip describes it or why it is disabled.
 
-    def __init__(self, clicked: Callable[[], object], what: str) -> None:
-        """what : goes with the command, as a part of a sentence"""
+    Parameters
+    ----------
+    description : str
+        Description of the command, as part of a sentence.
+    """
+
+    def __init__(self, clicked: Callable[[], object], description: str) -> None:
         super().__init__()
-        self._what = what
+        self._description = description
         self.setIcon(theme.icon("console"))
         self.setText(tr("Copy as command"))
         self.setAccessibleName(tr("Copy as command"))
@@ -39,39 +44,47 @@ class CopyCommandButton(QToolButton):
         self.allow(None)
 
     def allow(self, why_not: Finding | None) -> None:
-        """why_not : None where it can be copied now"""
+        """Enable the button, or disable it with a reason."""
         self.setEnabled(why_not is None)
         self.setToolTip(
-            tr("{button}: {more}", button=tr("Copy as command"), more=why_not or self._what)
+            tr("{button}: {more}", button=tr("Copy as command"), more=why_not or self._description)
         )
 
 
-def shell_line(words: Words) -> str:
-    """A command with its arguments, quoted for the shell of this system. Numbers keep all their
-    digits."""
-    said: list[str] = []
-    for word in words:
-        if isinstance(word, tuple):
-            option, value = word[0], _text(word[1])
-            # A value that begins so would be taken for an option.
-            said += [f"{option}={value}"] if value.startswith("-") else [option, value]
+def format_command_line(arguments: CommandArguments) -> str:
+    """Return a command, quoted for the shell of this system.
+
+    Numbers have all their digits.
+    """
+    parts: list[str] = []
+    for argument in arguments:
+        if isinstance(argument, tuple):
+            option, value = argument[0], _text(argument[1])
+            # A value with a leading dash would be parsed as an option.
+            parts += [f"{option}={value}"] if value.startswith("-") else [option, value]
         else:
-            said.append(_text(word))
-    return subprocess.list2cmdline(said) if sys.platform == "win32" else shlex.join(said)
+            parts.append(_text(argument))
+    return subprocess.list2cmdline(parts) if sys.platform == "win32" else shlex.join(parts)
 
 
-def numbers_text(values: Iterable[float]) -> str:
-    """Numbers with all their digits, between commas."""
+def format_numbers(values: Iterable[float]) -> str:
+    """Return numbers with all their digits, separated by commas."""
     return ",".join(_text(float(value)) for value in values)
 
 
-def _text(word: Word) -> str:
-    return repr(word).removesuffix(".0") if isinstance(word, float) else str(word)
+def _text(argument: CommandArgument) -> str:
+    return repr(argument).removesuffix(".0") if isinstance(argument, float) else str(argument)
 
 
-def copy_command(studio: Studio, words: Words, file: Path | None = None) -> None:
-    """Put `vomstudio` and these words on the clipboard. file : what was written for it"""
-    QGuiApplication.clipboard().setText(shell_line(["vomstudio", *words]))
+def copy_command(studio: Studio, arguments: CommandArguments, file: Path | None = None) -> None:
+    """Copy a `vomstudio` command to the clipboard.
+
+    Parameters
+    ----------
+    file : Path, optional
+        The file that was written for the command.
+    """
+    QGuiApplication.clipboard().setText(format_command_line(["vomstudio", *arguments]))
     if file is None:
         studio.info(Finding("command.copied"))
     else:
@@ -83,11 +96,18 @@ def copy_with_file(
     studio: Studio,
     proposed: str,
     write: Callable[[Path], object],
-    words: Callable[[Path], Words],
+    arguments: Callable[[Path], CommandArguments],
 ) -> None:
-    """Ask where what the command reads shall be written, write it, and copy the command. proposed :
-    name of the file, whose ending it gets. write : may raise VomError; it replaces what is there,
-    as the dialog has asked"""
+    """Ask for the input file of a command, write it, and copy the command.
+
+    Parameters
+    ----------
+    proposed : str
+        Proposed file name, with its extension.
+    write : callable
+        Writes the file and may raise VomError. It replaces an existing file, which the dialog has
+        confirmed.
+    """
     ending = Path(proposed).suffix.removeprefix(".")
     formats = {ending: ending.upper()}
     path = ask_for_target(parent, studio, tr("File for the command"), proposed, formats)
@@ -98,11 +118,13 @@ def copy_with_file(
     except VomError as error:
         studio.fail(error)
         return
-    copy_command(studio, words(path), path)
+    copy_command(studio, arguments(path), path)
 
 
-def model_words(studio: Studio, model: Model) -> Words | None:
-    """The file of a model and the option by which it stands as it does in this project; None where
-    the file was not found."""
+def find_model_arguments(studio: Studio, model: Model) -> CommandArguments | None:
+    """Return the file of a model and the option for its placement in the project.
+
+    None if the file was not found.
+    """
     path = studio.project.find_model(model)
     return None if path is None else [path, ("--project", studio.project.folder)]

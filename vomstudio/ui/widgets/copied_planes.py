@@ -1,4 +1,4 @@
-"""Features as the table that a copied command reads."""
+"""Write features to the table that a copied command reads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.copied_command import Words, copy_with_file
+from vomstudio.ui.widgets.copied_command import CommandArguments, copy_with_file
 
 
 def copy_with_table(
@@ -16,21 +16,28 @@ def copy_with_table(
     studio: Studio,
     proposed: str,
     ids: Iterable[str],
-    words: Callable[[Path], Words],
+    arguments: Callable[[Path], CommandArguments],
 ) -> None:
-    """Ask where the orientation table of these features shall be written, write it, and copy the
-    command. proposed : its name, which ends in .csv"""
+    """Ask for a table, write the orientations of features to it, and copy the command.
+
+    Parameters
+    ----------
+    proposed : str
+        Proposed file name, which ends in .csv.
+    """
     from vomstudio.project.exports.export import write_csv
     from vomstudio.project.tables.project_table import project_table
 
-    only = set(ids)
+    selected_ids = set(ids)
 
     def write(path: Path) -> None:
-        write_csv(path, project_table(studio.records, studio.measurements, only), force=True)
+        write_csv(
+            path, project_table(studio.records, studio.measurements, selected_ids), force=True
+        )
 
-    copy_with_file(parent, studio, proposed, write, words)
+    copy_with_file(parent, studio, proposed, write, arguments)
 
 
-def beside(table: Path, ending: str) -> Path:
-    """A result of the command: NAME_result.ENDING beside its table."""
+def result_path(table: Path, ending: str) -> Path:
+    """Return the path of a result next to its table: NAME_result.ENDING."""
     return table.with_name(f"{table.stem}_result.{ending}")

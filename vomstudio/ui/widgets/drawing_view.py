@@ -1,5 +1,4 @@
-"""A drawing in a plane on the screen: to scale, in a frame with ticks and named ends; a drag marks
-a part of it."""
+"""Draw a plane to scale, with ticks and named ends; a drag marks a part of it."""
 
 from __future__ import annotations
 
@@ -22,14 +21,17 @@ _DIP_TICK = 14.0
 _INK = QColor("#141414")
 _PAPER = QColor("#ffffff")
 _MARK = QColor("#d55e00")
-_MOST_LABELS = 60
-"""More would hide what they name."""
+_MAX_LABELS = 60
+"""More labels would hide the drawing."""
 
 
 @dataclass(frozen=True, eq=False)
-class Mark:
-    """What is marked on a drawing: a line or ring through `points` (n, 2), or a circle about the
-    first of them through the second."""
+class DrawingMark:
+    """Mark on a drawing.
+
+    It is a line or ring through `points` (n, 2), or a circle around the first point through the
+    second.
+    """
 
     points: FloatArray
     closed: bool = False
@@ -37,148 +39,162 @@ class Mark:
 
 
 class DrawingView(QWidget):
-    """dragged : from where to where, (2, 2) in the drawing's plane, while marking is on
-    dragging : the same, before the button is let go"""
+    """Shows a drawing and reports drags on it while marking is enabled.
+
+    Parameters
+    ----------
+    empty : str
+        Text without a drawing.
+
+    Attributes
+    ----------
+    dragged : Signal
+        Emitted with the start and end of a drag, (2, 2), in the plane of the drawing.
+    dragging : Signal
+        Emitted with the same during the drag.
+    """
 
     dragged = Signal(object)
     dragging = Signal(object)
 
     def __init__(self, empty: str) -> None:
-        """empty : what is said while there is no drawing"""
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._empty = empty
-        self.shown: Drawing | None = None
-        self.mark: Mark | None = None
+        self.drawing: Drawing | None = None
+        self.mark: DrawingMark | None = None
         self._marking = False
-        self._from: QPointF | None = None
+        self._drag_start: QPointF | None = None
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(360, 220)
 
-    def show_drawing(self, drawing: Drawing | None, instead: str = "") -> None:
-        """instead : what is said where there is none"""
-        self.shown = drawing
-        self._said = instead or self._empty
+    def show_drawing(self, drawing: Drawing | None, message: str = "") -> None:
+        """Show a drawing, or a text if it is None."""
+        self.drawing = drawing
+        self._message = message or self._empty
         self.update()
 
-    def show_mark(self, mark: Mark | None) -> None:
+    def show_mark(self, mark: DrawingMark | None) -> None:
         self.mark = mark
         self.update()
 
-    def let_mark(self, on: bool) -> None:
-        self._marking = on
-        self.setCursor(Qt.CursorShape.CrossCursor if on else Qt.CursorShape.ArrowCursor)
+    def enable_marking(self, is_enabled: bool) -> None:
+        self._marking = is_enabled
+        self.setCursor(Qt.CursorShape.CrossCursor if is_enabled else Qt.CursorShape.ArrowCursor)
 
-    # --- places ------------------------------------------------------------------------------
-    def _room(self) -> QRectF:
-        """Of the frame on the widget."""
-        high = self.fontMetrics().height()
-        left = self.fontMetrics().horizontalAdvance("-00000.0") + high + 12
+    # --- geometry ----------------------------------------------------------------------------
+    def _frame_box(self) -> QRectF:
+        """Return the frame of the drawing in pixels."""
+        line_height = self.fontMetrics().height()
+        left_margin = self.fontMetrics().horizontalAdvance("-00000.0") + line_height + 12
         return QRectF(
-            left,
-            high + 8,
-            max(self.width() - left - 14, 20.0),
-            max(self.height() - 3 * high - 20, 20.0),
+            left_margin,
+            line_height + 8,
+            max(self.width() - left_margin - 14, 20.0),
+            max(self.height() - 3 * line_height - 20, 20.0),
         )
 
-    def _seen(self) -> tuple[FloatArray, FloatArray, float]:
-        """Lowest and highest corner of what the frame holds, with the drawing to scale in its
-        middle, and pixels for a metre."""
-        assert self.shown is not None
-        room = self._room()
-        low, high = self.shown.bounds
+    def _extent(self) -> tuple[FloatArray, FloatArray, float]:
+        """Return the lowest and highest corner of the frame, and pixels per metre."""
+        assert self.drawing is not None
+        box = self._frame_box()
+        low, high = self.drawing.bounds
         size = np.maximum(high - low, 1e-12)
-        frame = np.array([room.width(), room.height()])
+        frame = np.array([box.width(), box.height()])
         scale = float((frame / size).min())
         half = 0.5 * frame / scale
         middle = 0.5 * (low + high)
         return middle - half, middle + half, scale
 
-    def place_of(self, points: FloatArray) -> FloatArray:
-        """(n, 2) pixels of the widget of points (n, 2) of the drawing."""
-        room = self._room()
-        low, _, scale = self._seen()
+    def to_widget(self, points: FloatArray) -> FloatArray:
+        """Return (n, 2) pixels of points (n, 2) of the drawing."""
+        frame = self._frame_box()
+        low, _, scale = self._extent()
         return np.stack(
             [
-                room.left() + (points[:, 0] - low[0]) * scale,
-                room.bottom() - (points[:, 1] - low[1]) * scale,
+                frame.left() + (points[:, 0] - low[0]) * scale,
+                frame.bottom() - (points[:, 1] - low[1]) * scale,
             ],
             axis=1,
         )
 
-    def _to_plane(self, at: QPointF) -> FloatArray:
-        room = self._room()
-        low, _, scale = self._seen()
-        return low + np.array([at.x() - room.left(), room.bottom() - at.y()]) / scale
+    def _to_plane(self, position: QPointF) -> FloatArray:
+        frame = self._frame_box()
+        low, _, scale = self._extent()
+        return low + np.array([position.x() - frame.left(), frame.bottom() - position.y()]) / scale
 
     # --- marking -----------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self._marking and self.shown is not None and event.button() == Qt.MouseButton.LeftButton:
-            self._from = event.position()
+        if (
+            self._marking
+            and self.drawing is not None
+            and event.button() == Qt.MouseButton.LeftButton
+        ):
+            self._drag_start = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self._from is not None and self.shown is not None:
+        if self._drag_start is not None and self.drawing is not None:
             self.dragging.emit(
-                np.stack([self._to_plane(self._from), self._to_plane(event.position())])
+                np.stack([self._to_plane(self._drag_start), self._to_plane(event.position())])
             )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        begun, self._from = self._from, None
-        if begun is None or self.shown is None:
+        start, self._drag_start = self._drag_start, None
+        if start is None or self.drawing is None:
             return
-        step = event.position() - begun
+        step = event.position() - start
         if not is_click(step.x(), step.y()):
-            self.dragged.emit(np.stack([self._to_plane(begun), self._to_plane(event.position())]))
+            self.dragged.emit(np.stack([self._to_plane(start), self._to_plane(event.position())]))
 
     # --- drawing -----------------------------------------------------------------------------
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
-        if self.shown is None:
+        if self.drawing is None:
             painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
-            text = getattr(self, "_said", self._empty)
+            text = getattr(self, "_message", self._empty)
             painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, text)
             return
         painter.fillRect(self.rect(), _PAPER)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        room = self._room()
+        frame = self._frame_box()
         painter.save()
-        painter.setClipRect(room)
+        painter.setClipRect(frame)
         self._draw_shapes(painter)
         self._draw_mark(painter)
         painter.restore()
-        self._draw_frame(painter, room)
+        self._draw_frame(painter, frame)
 
     def _draw_shapes(self, painter: QPainter) -> None:
-        assert self.shown is not None
+        assert self.drawing is not None
         labels: list[tuple[QPointF, str, QColor]] = []
-        for shape in self.shown.shapes:
-            at = self.place_of(shape.points)
+        for shape in self.drawing.shapes:
+            vertices = self.to_widget(shape.points)
             color = QColor(shape.color)
             painter.setPen(QPen(color, 1.4))
-            if len(at) == 1:
-                centre = QPointF(*at[0].tolist())
-                for line in shape.marks(_DIP_TICK / self._seen()[2]):
-                    there = self.place_of(line).tolist()
-                    painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in there]))
+            if len(vertices) == 1:
+                centre = QPointF(*vertices[0].tolist())
+                for line in shape.marks(_DIP_TICK / self._extent()[2]):
+                    pixels = self.to_widget(line).tolist()
+                    painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in pixels]))
                 painter.setBrush(color)
                 painter.drawEllipse(centre, 2.4, 2.4)
                 painter.setBrush(Qt.BrushStyle.NoBrush)
             else:
-                polygon = QPolygonF([QPointF(x, y) for x, y in at.tolist()])
+                polygon = QPolygonF([QPointF(x, y) for x, y in vertices.tolist()])
                 draw = painter.drawPolygon if shape.closed else painter.drawPolyline
                 draw(polygon)
             if shape.label:
-                labels.append((QPointF(*at[len(at) // 2].tolist()), shape.label, color))
+                labels.append((QPointF(*vertices[len(vertices) // 2].tolist()), shape.label, color))
         self._draw_labels(painter, labels)
 
     def _draw_labels(self, painter: QPainter, labels: list[tuple[QPointF, str, QColor]]) -> None:
-        """Those that find room beside what they name; none over another."""
-        taken: list[QRectF] = []
+        """Draw the labels that do not overlap."""
+        boxes: list[QRectF] = []
         metrics = painter.fontMetrics()
-        for at, text, color in labels[:_MOST_LABELS]:
+        for anchor, text, color in labels[:_MAX_LABELS]:
             size = QSize(metrics.horizontalAdvance(text) + 4, metrics.height())
             for dx, dy in (
                 (5, -size.height() - 2),
@@ -186,9 +202,9 @@ class DrawingView(QWidget):
                 (-size.width() - 5, -size.height() - 2),
                 (-size.width() - 5, 3),
             ):
-                box = QRectF(at.x() + dx, at.y() + dy, size.width(), size.height())
-                if not any(box.intersects(other) for other in taken):
-                    taken.append(box)
+                box = QRectF(anchor.x() + dx, anchor.y() + dy, size.width(), size.height())
+                if not any(box.intersects(other) for other in boxes):
+                    boxes.append(box)
                     painter.fillRect(box, QColor(255, 255, 255, 190))
                     painter.setPen(color)
                     painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), text)
@@ -197,78 +213,82 @@ class DrawingView(QWidget):
     def _draw_mark(self, painter: QPainter) -> None:
         if self.mark is None or not len(self.mark.points):
             return
-        at = [QPointF(x, y) for x, y in self.place_of(self.mark.points).tolist()]
+        vertices = [QPointF(x, y) for x, y in self.to_widget(self.mark.points).tolist()]
         painter.setPen(QPen(_MARK, 2.0))
         if self.mark.circle:
-            step = at[1] - at[0]
-            reach = math.hypot(step.x(), step.y())
-            painter.drawEllipse(at[0], reach, reach)
+            offset = vertices[1] - vertices[0]
+            radius = math.hypot(offset.x(), offset.y())
+            painter.drawEllipse(vertices[0], radius, radius)
         elif self.mark.closed:
-            painter.drawPolygon(QPolygonF(at))
+            painter.drawPolygon(QPolygonF(vertices))
         else:
-            painter.drawPolyline(QPolygonF(at))
+            painter.drawPolyline(QPolygonF(vertices))
 
-    def _draw_frame(self, painter: QPainter, room: QRectF) -> None:
-        shown = self.shown
-        assert shown is not None
+    def _draw_frame(self, painter: QPainter, frame: QRectF) -> None:
+        drawing = self.drawing
+        assert drawing is not None
         painter.setPen(QPen(_INK, 1.0))
-        painter.drawRect(room)
+        painter.drawRect(frame)
         metrics = painter.fontMetrics()
-        high = metrics.height()
-        low, top, scale = self._seen()
-        wide = metrics.horizontalAdvance("-0000")
-        for value in spaced(choose_ticks(float(low[0]), float(top[0])), wide / scale):
-            x = room.left() + (value - float(low[0])) * scale
-            painter.drawLine(QPointF(x, room.bottom()), QPointF(x, room.bottom() + _TICK))
-            box = QRectF(x - 50, room.bottom() + _TICK, 100, high)
+        line_height = metrics.height()
+        low, top, scale = self._extent()
+        label_width = metrics.horizontalAdvance("-0000")
+        for value in thin_ticks(choose_ticks(float(low[0]), float(top[0])), label_width / scale):
+            x = frame.left() + (value - float(low[0])) * scale
+            painter.drawLine(QPointF(x, frame.bottom()), QPointF(x, frame.bottom() + _TICK))
+            box = QRectF(x - 50, frame.bottom() + _TICK, 100, line_height)
             painter.drawText(box, int(Qt.AlignmentFlag.AlignHCenter), f"{value:g}")
-        for value in spaced(choose_ticks(float(low[1]), float(top[1])), high / scale):
-            y = room.bottom() - (value - float(low[1])) * scale
-            painter.drawLine(QPointF(room.left() - _TICK, y), QPointF(room.left(), y))
-            box = QRectF(0, y - high / 2, room.left() - _TICK - 2, high)
+        for value in thin_ticks(choose_ticks(float(low[1]), float(top[1])), line_height / scale):
+            y = frame.bottom() - (value - float(low[1])) * scale
+            painter.drawLine(QPointF(frame.left() - _TICK, y), QPointF(frame.left(), y))
+            box = QRectF(0, y - line_height / 2, frame.left() - _TICK - 2, line_height)
             flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             painter.drawText(box, int(flags), f"{value:g}")
-        above = QRectF(room.left(), room.top() - high - 4, room.width(), high)
-        painter.drawText(above, int(Qt.AlignmentFlag.AlignLeft), shown.ends[0])
-        painter.drawText(above, int(Qt.AlignmentFlag.AlignRight), shown.ends[1])
-        self._draw_below(painter, room, scale)
+        title_box = QRectF(frame.left(), frame.top() - line_height - 4, frame.width(), line_height)
+        painter.drawText(title_box, int(Qt.AlignmentFlag.AlignLeft), drawing.ends[0])
+        painter.drawText(title_box, int(Qt.AlignmentFlag.AlignRight), drawing.ends[1])
+        self._draw_below(painter, frame, scale)
         painter.save()
-        # In a low dock the frame is lower than its title is long.
-        painter.translate(high * 0.2, self.height() / 2)
+        # In a low dock the title may be longer than the frame is high.
+        painter.translate(line_height * 0.2, self.height() / 2)
         painter.rotate(-90)
-        box = QRectF(-self.height() / 2, 0, self.height(), high)
-        title = metrics.elidedText(shown.axes[1], Qt.TextElideMode.ElideRight, self.height())
+        box = QRectF(-self.height() / 2, 0, self.height(), line_height)
+        title = metrics.elidedText(drawing.axes[1], Qt.TextElideMode.ElideRight, self.height())
         painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), title)
         painter.restore()
 
-    def _draw_below(self, painter: QPainter, room: QRectF, per_metre: float) -> None:
-        shown = self.shown
-        assert shown is not None
-        high = painter.fontMetrics().height()
+    def _draw_below(self, painter: QPainter, frame: QRectF, per_metre: float) -> None:
+        drawing = self.drawing
+        assert drawing is not None
+        line_height = painter.fontMetrics().height()
         metrics = painter.fontMetrics()
-        row = QRectF(room.left(), room.bottom() + _TICK + high + 2, room.width(), high)
-        length = round_length(0.2 * room.width() / per_metre)
-        bar = QRectF(room.left(), row.center().y(), length * per_metre, 4)
-        said = bar_text(length, metric=shown.metric)
-        free = room.right() - bar.right() - metrics.horizontalAdvance(shown.axes[0]) - 20
-        full = tr("{length}, true to scale", length=said)
-        painter.drawText(row, int(Qt.AlignmentFlag.AlignRight), shown.axes[0])
-        if metrics.horizontalAdvance(said) > free:
+        row = QRectF(
+            frame.left(), frame.bottom() + _TICK + line_height + 2, frame.width(), line_height
+        )
+        length = round_length(0.2 * frame.width() / per_metre)
+        bar = QRectF(frame.left(), row.center().y(), length * per_metre, 4)
+        text = bar_text(length, metric=drawing.metric)
+        available = frame.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
+        full = tr("{length}, true to scale", length=text)
+        painter.drawText(row, int(Qt.AlignmentFlag.AlignRight), drawing.axes[0])
+        if metrics.horizontalAdvance(text) > available:
             return
-        said = full if metrics.horizontalAdvance(full) <= free else said
+        text = full if metrics.horizontalAdvance(full) <= available else text
         painter.fillRect(bar, _INK)
         painter.drawText(
-            QRectF(bar.right() + 6, bar.center().y() - high / 2, free, high),
+            QRectF(bar.right() + 6, bar.center().y() - line_height / 2, available, line_height),
             int(Qt.AlignmentFlag.AlignVCenter),
-            said,
+            text,
         )
 
 
-def spaced(ticks: FloatArray, least: float) -> list[float]:
-    """Of equally spaced ticks as many as stand at least so far apart: every second, every third
-    and so on, counted from zero."""
+def thin_ticks(ticks: FloatArray, min_spacing: float) -> list[float]:
+    """Return every n-th tick, counted from zero.
+
+    The ticks are at least `min_spacing` apart.
+    """
     if len(ticks) < 2:
         return [float(tick) for tick in ticks]
     step = float(ticks[1] - ticks[0])
-    every = max(1, math.ceil(least / step))
+    every = max(1, math.ceil(min_spacing / step))
     return [float(tick) for tick in ticks if round(tick / step) % every == 0]

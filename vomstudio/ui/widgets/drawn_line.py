@@ -1,4 +1,4 @@
-"""Lines that the user draws on the outcrop for a panel; they remain features of the project."""
+"""Polylines that the user draws for a panel; they remain features of the project."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class DrawnLine(QObject):
         Emitted with the `Dimension` of the finished polyline.
     """
 
-    drawn = Signal(object)
+    finished = Signal(object)
 
     def __init__(self, parent: QObject, studio: Studio) -> None:
         super().__init__(parent)
@@ -50,4 +50,4 @@ class DrawnLine(QObject):
         drawn = [each for each in new if each is not None and each.kind == "polyline"]
         if drawn:
             self._is_waiting = False
-            self.drawn.emit(drawn[-1])
+            self.finished.emit(drawn[-1])

@@ -1,4 +1,4 @@
-"""Fields for the errors of points and directions, which may stay empty."""
+"""Optional fields for the errors of points and directions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,13 @@ from vomstudio.ui.widgets.vertex_table import parse_number
 
 
 def error_field(name: str, empty: str, tip: str) -> QLineEdit:
-    """empty : what it says while nothing was typed"""
+    """Create a field for an error.
+
+    Parameters
+    ----------
+    empty : str
+        Placeholder of the empty field.
+    """
     field = QLineEdit()
     field.setObjectName(name)
     field.setPlaceholderText(empty)
@@ -20,7 +26,7 @@ def error_field(name: str, empty: str, tip: str) -> QLineEdit:
     return field
 
 
-def number_in(field: QLineEdit, code: str) -> float | None:
+def read_number(field: QLineEdit, code: str) -> float | None:
     """Return the number in a field, None if the field is empty.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Program errors as the user sees them: a message above the viewport, and an error report."""
+"""Show program errors to the user: a message above the viewport, and an error report."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.notices import Notice
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 
-# This is there before the window is filled, and so before anything heavy.
+# This module is imported before the window is filled: no slow imports.
 if TYPE_CHECKING:
     from vomstudio.ui.base.actions import Actions
     from vomstudio.ui.base.studio import Studio
     from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
 
 _log = logging.getLogger(__name__)
-_ROWS = 50
+_REPORT_EDITS = 50
 _ACTION = "save_report"
-_SHOWN_MS = 60_000
-"""A window that is being closed, as by the end of the session, must not wait for nobody."""
+_MAX_DELAY_MS = 60_000
+"""Maximum time for which a message delays closing, for example at the end of the session."""
 
 
 class Host(Protocol):
-    """The window in which program errors are shown; its parts are there once it is filled."""
+    """The window that shows program errors; its parts exist once it is filled."""
 
     studio: Studio
     actions_table: Actions
@@ -42,7 +42,7 @@ class Host(Protocol):
     message_bar: MessageBar
 
     @property
-    def filled(self) -> bool: ...
+    def is_filled(self) -> bool: ...
 
 
 class FailureNotices(QObject):
@@ -53,19 +53,19 @@ class FailureNotices(QObject):
     def __init__(self, host: Host, parent: QWidget) -> None:
         super().__init__()
         self._host, self._parent = host, parent
-        self._waiting: list[Failure] = []
+        self._pending: list[Failure] = []
         self._arrived.connect(self._take, Qt.ConnectionType.QueuedConnection)
-        ERRORS.listen(self._hand_over)
+        ERRORS.listen(self._forward)
 
     def begin(self) -> None:
-        """The window is filled: show what has gone wrong so far, and a crash of the last run."""
+        """Show the errors before the window was filled, and a crash of the last run."""
         if crashes.has_new_crash():
-            self._say_crash()
-        waiting, self._waiting = self._waiting, []
-        for failure in waiting:
+            self._show_crash()
+        pending, self._pending = self._pending, []
+        for failure in pending:
             self._take(failure)
 
-    def _say_crash(self) -> None:
+    def _show_crash(self) -> None:
         notice = Notice(
             Finding("program.crashed"),
             "error",
@@ -73,19 +73,19 @@ class FailureNotices(QObject):
         )
         bar, action = self._host.message_bar, self._host.actions_table.all[_ACTION]
         if bar.isVisible():
-            # The work that it left open is offered there: that comes first.
+            # The bar offers unsaved work, which has priority.
             self._host.messages.add(notice)
-            bar.offer(action.text().replace("&", ""), action.trigger)
+            bar.add_button(action.text().replace("&", ""), action.trigger)
         else:
             self._host.studio.notice.emit(notice)
 
     def close(self) -> None:
-        """Stop showing errors: the window is gone."""
+        """Stop showing errors after the window was closed."""
         ERRORS.listen(None)
         self._arrived.disconnect(self._take)
 
     def show_fatal(self, error: BaseException) -> None:
-        """Show an error that keeps the window from being filled, and offer a report."""
+        """Show an error that prevents filling the window, and offer a report."""
         ERRORS.listen(None)
         ERRORS.report(error, "while the window was filled")
         box = QMessageBox(
@@ -94,7 +94,7 @@ class FailureNotices(QObject):
             tr(
                 "The program cannot start because of an internal error ({kind}: {error}).",
                 kind=type(error).__name__,
-                error=as_words(str(error)),
+                error=escape_markup(str(error)),
             ),
             QMessageBox.StandardButton.Close,
             self._parent,
@@ -104,18 +104,18 @@ class FailureNotices(QObject):
         if box.clickedButton() is button:
             save_report(self._host, self._parent)
 
-    def _hand_over(self, failure: Failure) -> None:
-        # The window may be gone, and Qt's side of this with it.
+    def _forward(self, failure: Failure) -> None:
+        # Qt may have deleted the window and this object.
         with contextlib.suppress(RuntimeError):
             self._arrived.emit(failure)
 
     def _take(self, failure: Failure) -> None:
-        if not self._host.filled:
-            self._waiting.append(failure)
+        if not self._host.is_filled:
+            self._pending.append(failure)
         else:
-            self._say(failure)
+            self._show(failure)
 
-    def _say(self, failure: Failure) -> None:
+    def _show(self, failure: Failure) -> None:
         notice = Notice(failure.finding, "error", _ACTION, failure.repetitions)
         try:
             self._host.studio.notice.emit(notice)
@@ -123,9 +123,11 @@ class FailureNotices(QObject):
             _log.exception("an error could not be shown: %s", notice.text)
 
 
-def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
-    """Whether the user lets the window close, asked one after the other. Where a question itself
-    fails they are told, and decide."""
+def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
+    """Ask the questions in turn and return whether the window may close.
+
+    If a question fails, the error is shown and the user decides.
+    """
     try:
         return all(question() for question in questions)
     except Exception as error:  # noqa: BLE001 - or Qt would close the window without a word
@@ -137,7 +139,7 @@ def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
                 "What to do with unsaved changes could not be asked because of an internal error "
                 "({kind}: {error}).",
                 kind=type(error).__name__,
-                error=as_words(str(error)),
+                error=escape_markup(str(error)),
             ),
         )
         leave = box.addButton(tr("Close all the same"), QMessageBox.ButtonRole.DestructiveRole)
@@ -147,8 +149,10 @@ def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
 
 
 def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]) -> None:
-    """Take every step of closing, whatever becomes of the others; what failed is told at the end.
-    Never raises."""
+    """Run all closing steps even if some fail, and show the errors at the end.
+
+    Never raises.
+    """
     failed: list[Exception] = []
     for step in steps:
         try:
@@ -165,19 +169,19 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
             "The window closes, but not all could be put in order because of an internal error "
             "({kind}: {error}).",
             kind=type(failed[0]).__name__,
-            error=as_words(str(failed[0])),
+            error=escape_markup(str(failed[0])),
         ),
     )
     box.addButton(QMessageBox.StandardButton.Close)
     unanswered = QTimer(box)
     unanswered.timeout.connect(box.reject)
-    unanswered.start(_SHOWN_MS)
+    unanswered.start(_MAX_DELAY_MS)
     _answer(box, host, parent)
     unanswered.stop()
 
 
 def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
-    """Says beside the sentence where the work is."""
+    """Create a message box that also states whether the work is saved."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Critical)
     box.setText(sentence)
@@ -187,13 +191,13 @@ def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
     box.setInformativeText(
         tr("All that was done is in the project's journal, and is there when it is opened again.")
         if failure is None
-        else as_words(failure.message)
+        else escape_markup(failure.message)
     )
     return box
 
 
 def _answer(box: QMessageBox, host: Host, parent: QWidget) -> None:
-    """Wait for an answer other than the report, which may be saved first."""
+    """Wait for an answer other than saving the report."""
     save = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
     box.exec()
     while box.clickedButton() is save:
@@ -206,25 +210,25 @@ def save_report(host: Host, parent: QWidget) -> None:
     from vomstudio.ui.base.command_targets import ask_for_file
 
     proposed = Path.home() / report.file_name()
-    asked = ask_for_file(parent, tr("Save report"), proposed, {tr("Text (*.txt)"): ".txt"})
-    if asked is None:
+    answer = ask_for_file(parent, tr("Save report"), proposed, {tr("Text (*.txt)"): ".txt"})
+    if answer is None:
         return
-    path = asked[0]
+    path = answer[0]
     try:
         write_bytes(path, compose_report(host).encode(), force=True)
     except VomError as error:
-        if host.filled:
+        if host.is_filled:
             host.studio.fail(error)
         else:
-            QMessageBox.critical(parent, "VOM Studio", as_words(str(error)))
+            QMessageBox.critical(parent, "VOM Studio", escape_markup(str(error)))
         return
-    if host.filled:
+    if host.is_filled:
         host.studio.info(Finding("program.report-written", file=path))
 
 
 def compose_report(host: Host) -> str:
-    """The text of the error report, with the last edits of the open project."""
-    if not host.filled:
+    """Return the text of the error report, with the last edits of the open project."""
+    if not host.is_filled:
         return report.compose()
     from vomstudio.project.journal.outline import outline
 
@@ -235,6 +239,6 @@ def compose_report(host: Host) -> str:
         names.append(studio.project.name)
     journal = studio.project.journal
     return report.compose(
-        [("Edits", lambda: outline(journal.last_rows(_ROWS)))],
+        [("Edits", lambda: outline(journal.last_rows(_REPORT_EDITS)))],
         private=names,
     )

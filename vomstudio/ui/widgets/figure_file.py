@@ -1,4 +1,4 @@
-"""The dialog that asks for the file of a figure."""
+"""Dialog for the file of a figure."""
 
 from __future__ import annotations
 
@@ -17,10 +17,15 @@ _FORMATS = {
 }
 
 
-def ask_for_picture(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
-    """A path that ends in .svg, .pdf or .png, or None. stem : proposed, behind the name of the
-    project"""
+def ask_for_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
+    """Return a path that ends in .svg, .pdf or .png, or None.
+
+    Parameters
+    ----------
+    stem : str
+        Proposed file name, after the name of the project.
+    """
     project = studio.project
     proposed = stem if project.untitled else f"{project.name}-{stem}"
-    formats = {ending: tr(said) for ending, said in _FORMATS.items()}
+    formats = {ending: tr(name) for ending, name in _FORMATS.items()}
     return ask_for_target(parent, studio, title, f"{proposed}.svg", formats)

@@ -1,4 +1,4 @@
-"""A plane with its errors and its verdict, as panels show it."""
+"""A plane with its errors and its verdict, for panels."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.kinds import kind_named
 from vomstudio.project.measurement import Measurement
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, as_words, lay_out_now
+from vomstudio.ui.base.controls import Label, escape_markup, lay_out_now
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import orientation_text
 
 
 @dataclass(frozen=True)
 class _Line:
-    """Two figures side by side. title, tip: noted for translation, not yet translated."""
+    """Two figures in one row; title and tip are translated when they are shown."""
 
     title: str
     tip: str
@@ -92,14 +92,17 @@ _LINES = (
     _SIZE,
 )
 
-_OF_LINES = (_ERROR, _CONFIDENCE, _SIZE)
-"""What is known of a line."""
+_LINE_ROWS = (_ERROR, _CONFIDENCE, _SIZE)
+"""Rows that apply to lines."""
 
 
 class FitView(QWidget):
     """The orientation, errors, indices and verdict of one measurement.
 
-    reasons_shown: how many reasons and notes of the verdict are shown; the tooltip has all.
+    Parameters
+    ----------
+    reasons_shown : int, optional
+        Maximum number of reasons and notes; the tooltip has all of them.
     """
 
     def __init__(self, reasons_shown: int | None = None) -> None:
@@ -113,12 +116,12 @@ class FitView(QWidget):
         font.setBold(True)
         self._plane.setFont(font)
         self._plane.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._word = Label()
+        self._verdict = Label()
         head = QHBoxLayout()
         head.addWidget(self._plane)
         head.addStretch()
         head.addWidget(self._badge)
-        head.addWidget(self._word)
+        head.addWidget(self._verdict)
         grid = QGridLayout()
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(1, 1)
@@ -137,14 +140,14 @@ class FitView(QWidget):
             grid.addWidget(value, row, 1)
             self._values.append(value)
             self._titles.append(label)
-        self._more = Label()
-        self._more.setWordWrap(True)
-        self._more.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._details = Label()
+        self._details.setWordWrap(True)
+        self._details.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._reasons = Label()
         self._reasons.setWordWrap(True)
         explain(self._plane, "numbers.md#orientation")
         explain(self._badge, catalogue.QUALITY)
-        explain(self._word, catalogue.QUALITY)
+        explain(self._verdict, catalogue.QUALITY)
         explain(self._reasons, catalogue.REASONS)
         explain(self, "numbers.md")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
@@ -153,11 +156,19 @@ class FitView(QWidget):
         layout.setSpacing(3)
         layout.addLayout(head)
         layout.addLayout(grid)
-        layout.addWidget(self._more)
+        layout.addWidget(self._details)
         layout.addWidget(self._reasons)
 
     def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
-        """None shows dashes. notation: of the house; local: the model has no known frame."""
+        """Show a measurement, or dashes for None.
+
+        Parameters
+        ----------
+        notation : str
+            Notation of attitudes.
+        local : bool
+            The model has no known frame.
+        """
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
         self._plane.setText(orientation_text(measured, notation) if measured else "–")
@@ -168,51 +179,55 @@ class FitView(QWidget):
         )
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
-        self._word.setText(quality or "")
-        for label in (self._badge, self._word):
+        self._verdict.setText(quality or "")
+        for label in (self._badge, self._verdict):
             label.setToolTip(verdict.limits.description if verdict else "")
         texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
         for value, title, text in zip(self._values, self._titles, texts, strict=True):
             value.setText(text)
-            # What has no fit has no indices; an unfinished trace keeps its rows: nothing jumps.
+            # An unfinished trace keeps its rows, so that the layout does not jump.
             for widget in (value, title):
                 widget.setVisible(measured is None or fit is not None or text != "–")
         kind = kind_named(measured.kind) if measured else None
-        self._more.setText("\n".join(kind.words(measured)) if kind and measured else "")
-        self._more.setVisible(bool(self._more.text()))
+        self._details.setText("\n".join(kind.words(measured)) if kind and measured else "")
+        self._details.setVisible(bool(self._details.text()))
         reasons = [str(reason) for reason in verdict.reasons] if verdict else []
         if not reasons and measured is not None and measured.problem:
             reasons = [str(measured.problem)]
         lines = [f"• {reason}" for reason in reasons]
-        # Notes do not lower the verdict, and look so.
+        # Notes do not lower the verdict and have another bullet.
         lines += [f"◦ {note.message}" for note in (verdict.notes if verdict else ())]
-        shown = lines[: self._reasons_shown]
-        if len(shown) < len(lines):
-            shown[-1] += f"  (+{len(lines) - len(shown)})"
-        self._reasons.setText("\n".join(shown))
-        self._reasons.setToolTip(as_words("\n".join(lines)))
+        visible_lines = lines[: self._reasons_shown]
+        if len(visible_lines) < len(lines):
+            visible_lines[-1] += f"  (+{len(lines) - len(visible_lines)})"
+        self._reasons.setText("\n".join(visible_lines))
+        self._reasons.setToolTip(escape_markup("\n".join(lines)))
         self._reasons.setVisible(bool(lines))
-        rows = (self._more.text(), self._reasons.text(), [w.isHidden() for w in self._values])
+        rows = (self._details.text(), self._reasons.text(), [w.isHidden() for w in self._values])
         if rows != self._rows:
             self._rows = rows
             lay_out_now(self)
 
 
-def _figure_at(value: Label, line: _Line, at: QPoint) -> Figure:
-    """Which of the two figures of a line lies under a place; the text is on the right."""
-    wide = value.fontMetrics().horizontalAdvance
-    _, between, second = value.text().partition(line.between)
-    return line.second if at.x() > value.width() - wide(second) and between else line.first
+def _figure_at(value: Label, line: _Line, position: QPoint) -> Figure:
+    """Return the figure of a row at a position; the text is right-aligned."""
+    text_width = value.fontMetrics().horizontalAdvance
+    _, separator, second = value.text().partition(line.between)
+    return (
+        line.second
+        if position.x() > value.width() - text_width(second) and separator
+        else line.first
+    )
 
 
 def _text(line: _Line, measured: Measurement) -> str:
-    """Both figures; of a line there are only its error and its size."""
+    """Return both figures of a row; lines have only errors and size."""
     subject = Subject(None, measured)
     first, second = line.first.text(subject), line.second.text(subject)
     if measured.fit is None:
-        if line not in _OF_LINES or line.first.value(subject) is None:
+        if line not in _LINE_ROWS or line.first.value(subject) is None:
             return "–"
-        # Without an axis it is a round cone.
+        # Without an axis the region is a circular cone.
         if line is _CONFIDENCE and measured.confidence_axis is None:
             return first
     size = f"   (n {catalogue.N_POINTS.value(subject)})" if line is _SIZE else ""

@@ -1,4 +1,4 @@
-"""Two lists that choose the planes of the fold axis."""
+"""Lists that filter the planes of the fold axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class FoldBox(QWidget):
-    """Two lists, for the quality and the set of the planes of the fold axis."""
+    """Lists for the quality and the set of the planes of the fold axis."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -27,7 +27,7 @@ class FoldBox(QWidget):
             box.setAccessibleName(tip)
             box.keep_narrow()
             box.setMinimumContentsLength(6)
-            box.activated.connect(lambda _: self._chosen())
+            box.activated.connect(lambda _: self._apply())
         self.quality.addItem(tr("Any quality"), None)
         self.quality.addItem(tr("Good, doubtful"), "doubtful")
         self.quality.addItem(tr("Good only"), "good")
@@ -42,21 +42,21 @@ class FoldBox(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the choice, and the sets that there are."""
+        """Show the current filter and the existing sets."""
         fold = self._studio.fold
         names = fold.sets() if self._studio.has_project else []
-        chosen = fold.which.set_name
-        if chosen is not None and chosen not in names:
-            names.append(chosen)
+        set_name = fold.which.set_name
+        if set_name is not None and set_name not in names:
+            names.append(set_name)
         with QSignalBlocker(self.set):
             self.set.clear()
             self.set.addItem(tr("All sets"), None)
             for name in names:
                 self.set.addItem(name, name)
-            self.set.setCurrentIndex(self.set.findData(chosen) if chosen is not None else 0)
+            self.set.setCurrentIndex(self.set.findData(set_name) if set_name is not None else 0)
         self.quality.setCurrentIndex(max(0, self.quality.findData(fold.which.min_quality)))
 
-    def _chosen(self) -> None:
+    def _apply(self) -> None:
         fold = self._studio.fold
-        which = FoldFilter(self.quality.currentData(), self.set.currentData())
-        fold.choose(which, selected=fold.selected)
+        fold_filter = FoldFilter(self.quality.currentData(), self.set.currentData())
+        fold.choose(fold_filter, selected=fold.selected)

@@ -1,4 +1,4 @@
-"""A combo box of what a line follows between clicks."""
+"""Combo box for the property that a line follows between clicks."""
 
 from __future__ import annotations
 
@@ -25,35 +25,35 @@ COSTS = (
 
 
 class FollowBox(ComboBox):
-    """`currentData` is a cost, None for none; the fields of the open models stand below."""
+    """List of costs, then the fields of the open models; `currentData` is None for no cost."""
 
     def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()
         self.setObjectName(f"{tool.name}_follow")
         self._studio, self._tool = studio, tool
-        self._shown: tuple[str, ...] | None = None
+        self._fields: tuple[str, ...] | None = None
         self.setToolTip(tr("What the line follows over the surface from click to click (Shift+T)."))
         self.refresh()
         self.currentIndexChanged.connect(lambda _: self._tool.follow(self.currentData()))
 
     def refresh(self) -> None:
-        """Show what the tool follows now."""
+        """Show the current cost of the tool."""
         fields = tuple(
-            sorted({name for one in self._studio.models.values() for name in one.data.fields})
+            sorted({name for model in self._studio.models.values() for name in model.data.fields})
         )
         with QSignalBlocker(self):
-            if fields != self._shown:
-                self._shown = fields
+            if fields != self._fields:
+                self._fields = fields
                 self.clear()
-                for cost, words in COSTS:
-                    self.addItem(tr(words), cost)
+                for cost, title in COSTS:
+                    self.addItem(tr(title), cost)
                 for name in fields:
                     self.addItem(tr("low values of {field}", field=name), name)
-            called = dict(COSTS)
-            now = self._tool.followed_by if self._tool.cost == AUTO else None
-            best = tr(called[AUTO])
-            if now is not None and now in called:
-                best = tr("the best of all: {cost}", cost=tr(called[now]))
+            titles = dict(COSTS)
+            cost_in_use = self._tool.followed_by if self._tool.cost == AUTO else None
+            best = tr(titles[AUTO])
+            if cost_in_use is not None and cost_in_use in titles:
+                best = tr("the best of all: {cost}", cost=tr(titles[cost_in_use]))
             self.setItemText(self.findData(AUTO), best)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
         allow(self, Finding("follow.continued") if self._tool.continued else None)

@@ -1,4 +1,4 @@
-"""A form with a picture beside it where there is room, else below it."""
+"""A form with a picture beside it, or below it if the panel is narrow."""
 
 from __future__ import annotations
 
@@ -6,16 +6,22 @@ from PySide6.QtCore import QEvent, QObject, QSize
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QLayout, QVBoxLayout, QWidget
 
-from vomstudio.ui.base.controls import Scrolling
+from vomstudio.ui.base.controls import PanelScrollArea
 
-_BESIDE_FROM = 620
-_FORM_WIDTH, _FORM_SHARE = 330, 0.44
-_LEAST_PICTURE = 120
+_MIN_WIDTH_BESIDE = 620
+_FORM_WIDTH, _FORM_FRACTION = 330, 0.44
+_MIN_PICTURE_HEIGHT = 120
 _NO_LIMIT = 16_777_215
 
 
-class FormBeside(QWidget):
-    """It fills a panel. column : of the form, which scrolls by itself beside the picture"""
+class FormWithPicture(QWidget):
+    """Fills a panel.
+
+    Attributes
+    ----------
+    column : QVBoxLayout
+        Layout of the form, which scrolls independently beside the picture.
+    """
 
     def __init__(self, panel: QWidget) -> None:
         super().__init__()
@@ -29,27 +35,27 @@ class FormBeside(QWidget):
         self.column = QVBoxLayout(self._form)
         self.column.setContentsMargins(0, 0, 0, 0)
         self.column.setSpacing(4)
-        self._scrolls = Scrolling(self._form)
+        self._scroll_area = PanelScrollArea(self._form)
         self._form.installEventFilter(self)
-        self._beside = False
+        self._is_beside = False
 
     @classmethod
-    def fill(cls, panel: QWidget, *parts: QWidget | QLayout, picture: QWidget) -> FormBeside:
-        """Fill a panel with a column of parts and a picture, table or text beside it."""
+    def fill(cls, panel: QWidget, *parts: QWidget | QLayout, picture: QWidget) -> FormWithPicture:
+        """Fill a panel with a column of parts and a picture, table or text."""
         body = cls(panel)
         for part in parts:
             if isinstance(part, QLayout):
                 body.column.addLayout(part)
             else:
                 body.column.addWidget(part)
-        body.put_beside(picture)
+        body.add_picture(picture)
         return body
 
-    def put_beside(self, picture: QWidget) -> None:
-        """Once the column of the form is full."""
+    def add_picture(self, picture: QWidget) -> None:
+        """Add the picture after all parts of the form."""
         self.column.addStretch()
-        picture.setMinimumHeight(_LEAST_PICTURE)
-        self._sides.addWidget(self._scrolls)
+        picture.setMinimumHeight(_MIN_PICTURE_HEIGHT)
+        self._sides.addWidget(self._scroll_area)
         self._sides.addWidget(picture, 1)
         self._fit()
 
@@ -60,19 +66,19 @@ class FormBeside(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        beside = self.width() >= _BESIDE_FROM
-        ways = QBoxLayout.Direction
-        self._sides.setDirection(ways.LeftToRight if beside else ways.TopToBottom)
-        self._beside = beside
-        self._scrolls.setMaximumWidth(_FORM_WIDTH if beside else _NO_LIMIT)
-        # The hints of empty fields are read to their end where there is room.
-        least = min(_FORM_WIDTH, round(_FORM_SHARE * self.width()))
-        self._scrolls.setMinimumWidth(least if beside else 0)
+        is_beside = self.width() >= _MIN_WIDTH_BESIDE
+        directions = QBoxLayout.Direction
+        self._sides.setDirection(directions.LeftToRight if is_beside else directions.TopToBottom)
+        self._is_beside = is_beside
+        self._scroll_area.setMaximumWidth(_FORM_WIDTH if is_beside else _NO_LIMIT)
+        # Placeholders of fields must not be cut if there is space.
+        minimum = min(_FORM_WIDTH, round(_FORM_FRACTION * self.width()))
+        self._scroll_area.setMinimumWidth(minimum if is_beside else 0)
         self._fit()
 
     def _fit(self) -> None:
-        """Above the picture all of the form is in sight, and the panel scrolls as a whole."""
+        """Set the minimum height of the form: above the picture, all of it is visible."""
         size = self._form.sizeHint()
-        height = self._form.heightForWidth(max(self._scrolls.width(), size.width()))
+        height = self._form.heightForWidth(max(self._scroll_area.width(), size.width()))
         needed = QSize(size.width(), max(size.height(), height))
-        self._scrolls.setMinimumHeight(0 if self._beside else needed.height())
+        self._scroll_area.setMinimumHeight(0 if self._is_beside else needed.height())

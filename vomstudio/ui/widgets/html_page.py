@@ -1,4 +1,4 @@
-"""A page that the program wrote, in the user's browser or, where none is, in a window."""
+"""Show an HTML page of the program in the user's browser, or in a window without one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,13 @@ from vomstudio.ui.base.long_boxes import fit_to_screen
 
 
 def open_page(parent: QWidget, path: Path) -> None:
-    """parent : of the window that takes the place of a browser"""
+    """Open a page in the browser, or in a dialog if there is none.
+
+    Parameters
+    ----------
+    parent : QWidget
+        Parent of the dialog.
+    """
     if QDesktopServices.openUrl(QUrl.fromLocalFile(str(path))):
         return
     page = HtmlPage(parent, path)
@@ -24,18 +30,18 @@ def open_page(parent: QWidget, path: Path) -> None:
 
 
 class HtmlPage(QDialog):
-    """The page as far as Qt's own text view can show it; the file is named for other programs."""
+    """Shows the page as far as Qt's text browser supports it, with the path of the file."""
 
     def __init__(self, parent: QWidget, path: Path) -> None:
         super().__init__(parent)
         self.setWindowTitle(path.name)
         self.resize(900, 700)
-        where = Label(tr("No browser was found, so the page is shown here: {file}", file=path))
-        where.setWordWrap(True)
-        where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        location = Label(tr("No browser was found, so the page is shown here: {file}", file=path))
+        location.setWordWrap(True)
+        location.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.text = QTextBrowser()
         self.text.setObjectName("html_page")
         self.text.setSource(QUrl.fromLocalFile(str(path)))
         column = QVBoxLayout(self)
-        column.addWidget(where)
+        column.addWidget(location)
         column.addWidget(self.text, 1)

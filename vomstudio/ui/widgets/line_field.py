@@ -1,4 +1,4 @@
-"""A field for the trend and plunge of a line, typed or taken from the selected one."""
+"""Field for the trend and plunge of a line, typed or taken from the selected one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,18 @@ from vomstudio.ui.base.studio import Studio
 
 
 class LineField(QWidget):
-    """changed : something else stands there. empty : what an empty field says"""
+    """Field for a line.
+
+    Parameters
+    ----------
+    empty : str
+        Placeholder of the empty field.
+
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when the text changes.
+    """
 
     changed = Signal()
 
@@ -27,34 +38,34 @@ class LineField(QWidget):
         self.line.setObjectName(name)
         self.line.setPlaceholderText(empty)
         self.line.textChanged.connect(lambda _: self.changed.emit())
-        self.take = QToolButton()
-        self.take.setToolTip(tr("Trend and plunge of the selected line."))
-        self.take.setIcon(theme.icon("cursor-default-click-outline"))
-        self.take.setAccessibleName(tr("Take selected"))
-        self.take.clicked.connect(lambda _=False: self._take_selected())
+        self.take_button = QToolButton()
+        self.take_button.setToolTip(tr("Trend and plunge of the selected line."))
+        self.take_button.setIcon(theme.icon("cursor-default-click-outline"))
+        self.take_button.setAccessibleName(tr("Take selected"))
+        self.take_button.clicked.connect(lambda _=False: self._take_selected())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
         row.addWidget(self.line, 1)
-        row.addWidget(self.take)
+        row.addWidget(self.take_button)
         studio.selection_changed.connect(lambda _: self._refresh())
-        # What is typed belongs to the rock of a project.
+        # The text refers to the rock of one project.
         studio.project_opened.connect(self.line.clear)
         studio.project_opened.connect(self._refresh)
         self._refresh()
 
     def direction(self) -> Line | None:
-        """None where it is empty. Raises InputError for what is no line."""
+        """Return the line, None if empty. Raises InputError if the text is not a line."""
         text = self.line.text().strip()
         return parse_line(text) if text else None
 
     def selected(self) -> Line | None:
-        """Of the selected lineation, intersection or axis."""
+        """Return the line of the selected feature."""
         measured = current_measurement(self._studio)
         return None if measured is None else measured.line
 
     def _refresh(self) -> None:
-        allow(self.take, Finding("selection.no-line") if self.selected() is None else None)
+        allow(self.take_button, Finding("selection.no-line") if self.selected() is None else None)
 
     def _take_selected(self) -> None:
         if (line := self.selected()) is not None:

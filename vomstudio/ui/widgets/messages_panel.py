@@ -1,4 +1,4 @@
-"""What the program has said, and the bar that says the newest of it above the viewport."""
+"""List of all messages, and a bar above the viewport with the newest one."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _HINT_MS = 6000
 
 
 class MessagesPanel(QListWidget):
-    """All notices since the start, each with its time."""
+    """All notices since the start of the program, with their times."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,7 +42,7 @@ class MessagesPanel(QListWidget):
         self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
 
     def add(self, notice: Notice) -> None:
-        """Add a notice below the others, and scroll to it."""
+        """Append a notice and scroll to it."""
         item = QListWidgetItem(
             theme.icon(_ICONS[notice.level]), f"{datetime.now():%H:%M:%S}  {notice.text}"
         )
@@ -54,9 +54,11 @@ class MessagesPanel(QListWidget):
 
 
 class MessageBar(QFrame):
-    """One sentence over the top of the viewport, which keeps its size: a message must not move the
-    outcrop under the cursor. Hints go by themselves; what needs the user stays, and is counted
-    where something newer takes its place. `notice` is the one that is shown, or was shown last."""
+    """Message at the top of the viewport, which keeps its size under it.
+
+    Hints disappear after some seconds. Other notices stay, and are counted when a newer one
+    replaces them. `notice` is the current or last notice.
+    """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -76,12 +78,12 @@ class MessageBar(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._buttons = QHBoxLayout()
-        self._unread, self._counts = 0, False
+        self._unread, self._has_history = 0, False
         self.notice: Notice | None = None
-        self._earlier = QToolButton()
-        self._earlier.setAutoRaise(True)
-        self._earlier.setToolTip(tr("Show all messages."))
-        self._earlier.hide()
+        self._earlier_button = QToolButton()
+        self._earlier_button.setAutoRaise(True)
+        self._earlier_button.setToolTip(tr("Show all messages."))
+        self._earlier_button.hide()
         close = QToolButton()
         close.setIcon(theme.icon("close"))
         close.setAutoRaise(True)
@@ -92,7 +94,7 @@ class MessageBar(QFrame):
         layout.addWidget(self._icon)
         layout.addWidget(self._text, 1)
         layout.addLayout(self._buttons)
-        layout.addWidget(self._earlier)
+        layout.addWidget(self._earlier_button)
         layout.addWidget(close)
         self.hide()
 
@@ -100,12 +102,18 @@ class MessageBar(QFrame):
     def text(self) -> str:
         return self._text.text()
 
-    def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
-        """Show a notice. buttons: (text, callable) each; a press also closes the bar."""
+    def show_notice(self, notice: Notice, *buttons: tuple[str, object]) -> None:
+        """Show a notice.
+
+        Parameters
+        ----------
+        *buttons : tuple of (str, callable)
+            Text and action of buttons, which also close the bar.
+        """
         unread = not self.isHidden() and not self._hint_timer.isActive()
         if notice.level == "hint":
             if self.isVisible() and unread:
-                # What needs the user stays; the hint is among the messages.
+                # An unread notice stays; the hint is only listed.
                 return
             self._hint_timer.start()
         else:
@@ -114,48 +122,48 @@ class MessageBar(QFrame):
             self._unread = 0
         elif notice.text != self.text:
             self._unread += 1
-        self._earlier.setText(
+        self._earlier_button.setText(
             tr_n("{count} earlier message", "{count} earlier messages", self._unread)
         )
-        self._earlier.setVisible(self._counts and self._unread > 0)
+        self._earlier_button.setVisible(self._has_history and self._unread > 0)
         while (item := self._buttons.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.hide()
                 old.deleteLater()
         for text, call in buttons:
-            self.offer(text, call)
+            self.add_button(text, call)
         self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
         self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
         self.notice = notice
         self._text.setText(notice.text)
         self.show()
-        self._place()
+        self._update_geometry()
 
-    def show_earlier_by(self, call: Callable[[], None]) -> None:
-        """call : shows the list that holds all that this bar has said"""
-        self._counts = True
-        self._earlier.clicked.connect(lambda: call())
+    def connect_history(self, call: Callable[[], None]) -> None:
+        """Call a function, which shows all messages, for the count of earlier ones."""
+        self._has_history = True
+        self._earlier_button.clicked.connect(lambda: call())
 
-    def offer(self, text: str, call: object) -> None:
-        """One more button beside what is said."""
+    def add_button(self, text: str, call: object) -> None:
+        """Add a button that also closes the bar."""
         button = QPushButton(text)
         button.clicked.connect(self.hide)
         button.clicked.connect(call)
         self._buttons.addWidget(button)
 
-    def end_hint(self) -> None:
-        """The user has gone on."""
+    def hide_hint(self) -> None:
+        """Hide a hint when the user continues."""
         if self._hint_timer.isActive():
             self._hint_timer.stop()
             self.hide()
 
-    def lie_below(self, tools: QWidget | None) -> None:
-        """Leave free what has tools at the top of the parent; None for nothing."""
+    def set_top_tools(self, tools: QWidget | None) -> None:
+        """Place the bar below tools at the top of the parent; None places it at the top."""
         self._tools = tools
-        self._place()
+        self._update_geometry()
 
-    def _place(self) -> None:
-        """Across the top of the parent, as high as the words need."""
+    def _update_geometry(self) -> None:
+        """Place the bar across the top of the parent, as high as its text needs."""
         parent, tools = self.parentWidget(), self._tools
         if parent is not None and not self.isHidden():
             width = parent.width()
@@ -166,5 +174,5 @@ class MessageBar(QFrame):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.Resize:
-            self._place()
+            self._update_geometry()
         return False

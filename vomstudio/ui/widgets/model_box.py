@@ -1,4 +1,4 @@
-"""A choice among the models of the project whose files are open."""
+"""List of the models of the project whose files are open."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class ModelBox(ComboBox):
-    """What was chosen stays chosen while it is there."""
+    """List of open models; keeps the selected one while it is open."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -19,24 +19,24 @@ class ModelBox(ComboBox):
         self.keep_narrow()
 
     def list_models(self) -> None:
-        """Those that there are now; at first the current one is chosen."""
+        """List the open models; at first the current one is selected."""
         studio = self._studio
-        there = [(m.name, m.id) for m in studio.session.of(Model) if m.id in studio.models]
-        if [(self.itemText(i), self.itemData(i)) for i in range(self.count())] == there:
+        entries = [(m.name, m.id) for m in studio.session.of(Model) if m.id in studio.models]
+        if [(self.itemText(i), self.itemData(i)) for i in range(self.count())] == entries:
             return
-        kept = self.currentData()
+        previous = self.currentData()
         with QSignalBlocker(self):
             self.clear()
-            for name, id_ in there:
+            for name, id_ in entries:
                 self.addItem(name, id_)
             current = current_model(studio)
-            at = self.findData(kept)
-            if at < 0 and current is not None:
-                at = self.findData(current.id)
-            self.setCurrentIndex(max(at, 0) if there else -1)
+            index = self.findData(previous)
+            if index < 0 and current is not None:
+                index = self.findData(current.id)
+            self.setCurrentIndex(max(index, 0) if entries else -1)
 
-    def chosen_model(self) -> Model | None:
-        """The chosen one, None where there is none."""
+    def selected_model(self) -> Model | None:
+        """Return the selected model, or None."""
         record = self._studio.records.get(str(self.currentData() or ""))
-        open_one = isinstance(record, Model) and record.id in self._studio.models
-        return record if isinstance(record, Model) and open_one else None
+        is_open = isinstance(record, Model) and record.id in self._studio.models
+        return record if isinstance(record, Model) and is_open else None

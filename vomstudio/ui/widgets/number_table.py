@@ -1,4 +1,4 @@
-"""A table of many numbers that sorts by them."""
+"""Table of many numbers, sortable by column."""
 
 from __future__ import annotations
 
@@ -18,17 +18,27 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import as_words
-from vomstudio.ui.base.number_formatting import natural
+from vomstudio.ui.base.controls import escape_markup
+from vomstudio.ui.base.number_formatting import natural_sort_key
 
 _Index = QModelIndex | QPersistentModelIndex
 
 
 @dataclass(frozen=True)
 class Column:
-    """title, tip : translated. text : how a value is written; None is written as a dash.
-    number : the column is aligned to the right. icon : of a value, in place of the flag of a row
-    that has a note"""
+    """Column of a table.
+
+    Attributes
+    ----------
+    title, tip : str
+        Translated texts.
+    text : callable
+        Formats a value; None is shown as a dash.
+    number : bool
+        Align the column to the right.
+    icon : callable, optional
+        Returns the icon of a value, instead of the flag of a row with a note.
+    """
 
     title: str
     text: Callable[[Any], str] = str
@@ -38,7 +48,7 @@ class Column:
 
 
 class NumberModel(QAbstractTableModel):
-    """rows: values by column, and a note that flags the row or an empty string."""
+    """Rows of values by column, each with a note that flags the row, or an empty string."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -75,7 +85,7 @@ class NumberModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole and column.number:
             return int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return as_words(note) or None
+            return escape_markup(note) or None
         if role == Qt.ItemDataRole.DecorationRole and column.icon is not None:
             return column.icon(value)
         if role == Qt.ItemDataRole.DecorationRole and note and index.column() == 0:
@@ -83,29 +93,34 @@ class NumberModel(QAbstractTableModel):
         return None
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
-        """By the values of a column; rows without a value come last in both orders."""
+        """Sort by a column; rows without a value come last in both orders."""
         self.layoutAboutToBeChanged.emit()
-        held = self.persistentIndexList()
-        rows = [self.rows[index.row()] for index in held]
+        persistent = self.persistentIndexList()
+        rows = [self.rows[index.row()] for index in persistent]
 
         def key(row: tuple[tuple[Any, ...], str]) -> Any:
             value = row[0][column]
-            return natural(value) if isinstance(value, str) else value
+            return natural_sort_key(value) if isinstance(value, str) else value
 
-        # What has no value comes last either way.
-        known = [row for row in self.rows if row[0][column] is not None]
-        known.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
-        self.rows = known + [row for row in self.rows if row[0][column] is None]
+        rows_with_value = [row for row in self.rows if row[0][column] is not None]
+        rows_with_value.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
+        self.rows = rows_with_value + [row for row in self.rows if row[0][column] is None]
         places = {id(row): number for number, row in enumerate(self.rows)}
-        for index, row in zip(held, rows, strict=True):
+        for index, row in zip(persistent, rows, strict=True):
             self.changePersistentIndex(index, self.index(places[id(row)], index.column()))
         self.layoutChanged.emit()
 
 
 class NumberTable(QTableView):
-    """chosen : the values of the row that was chosen."""
+    """Table of numbers.
 
-    chosen = Signal(object)
+    Attributes
+    ----------
+    row_selected : Signal
+        Emitted with the values of the row that becomes current.
+    """
+
+    row_selected = Signal(object)
 
     def __init__(
         self, columns: Sequence[Column], sort_by: int, *, descending: bool = False
@@ -129,7 +144,7 @@ class NumberTable(QTableView):
         self.selectionModel().currentRowChanged.connect(self._current)
 
     def sizeHint(self) -> QSize:  # noqa: N802
-        """Where a least height is set it asks for no more, and takes what is left."""
+        """Return the minimum height if one is set, so that widgets below stay visible."""
         hint = super().sizeHint()
         return QSize(hint.width(), self.minimumHeight() or hint.height())
 
@@ -137,8 +152,8 @@ class NumberTable(QTableView):
         self.numbers.fill(rows)
         self.sortByColumn(*self._order)
 
-    def change(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
-        """Give one cell of the first row whose values fit another value."""
+    def set_value(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
+        """Set one cell of the first row whose values match."""
         for number, (values, note) in enumerate(self.numbers.rows):
             if match(values):
                 changed = (*values[:column], value, *values[column + 1 :])
@@ -147,8 +162,8 @@ class NumberTable(QTableView):
                 self.numbers.dataChanged.emit(index, index)
                 return
 
-    def choose(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
-        """Make the first row current whose values fit."""
+    def select_row(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
+        """Make the first row current whose values match."""
         for number, (values, _) in enumerate(self.numbers.rows):
             if match(values):
                 self.setCurrentIndex(self.numbers.index(number, 0))
@@ -161,4 +176,4 @@ class NumberTable(QTableView):
 
     def _current(self, index: QModelIndex, _: QModelIndex) -> None:
         if index.isValid():
-            self.chosen.emit(self.numbers.rows[index.row()][0])
+            self.row_selected.emit(self.numbers.rows[index.row()][0])

@@ -1,4 +1,4 @@
-"""The choice of another model of the same rock: one of the project, or one of a file."""
+"""Choice of another model of the same rock, from the project or from a file."""
 
 from __future__ import annotations
 
@@ -30,8 +30,13 @@ from vomstudio.ui.base.studio import Studio
 
 @dataclass(frozen=True, eq=False)
 class OtherModel:
-    """A model with its data in its file's frame, and what is known of that. id : of its record,
-    empty for that of a file"""
+    """A model with its data in the frame of its file.
+
+    Attributes
+    ----------
+    id : str
+        Id of its record; empty for a model of a file.
+    """
 
     name: str
     path: Path
@@ -46,14 +51,20 @@ class OtherModel:
         """The registration, else the frame."""
         return self.registration or self.frame
 
-    def standing(self, cache: Path) -> PlacedModel:
-        """For a job. cache : of the project"""
+    def to_placed_model(self, cache: Path) -> PlacedModel:
+        """Return the model as input of a job.
+
+        Parameters
+        ----------
+        cache : Path
+            Cache folder of the project.
+        """
         crs = world_crs(self.frame.crs, self.frame.unit_m) if self.frame.crs else None
         return PlacedModel(self.name, self.path, cache, self.to_world, crs, self.registration)
 
 
-def of_project(studio: Studio, model: Model) -> OtherModel | None:
-    """A model of the project; None where its file is not open."""
+def project_model(studio: Studio, model: Model) -> OtherModel | None:
+    """Return a model of the project; None if its file is not open."""
     opened, path = studio.models.get(model.id), studio.project.find_model(model)
     if opened is None or path is None:
         return None
@@ -63,15 +74,27 @@ def of_project(studio: Studio, model: Model) -> OtherModel | None:
 
 
 class OtherModelBox(QWidget):
-    """chosen : an OtherModel, or None while there is none; said : what is being done"""
+    """List of other models, with a button to read one from a file.
 
-    chosen = Signal(object)
-    said = Signal(str)
+    Parameters
+    ----------
+    excluded_id : str
+        Id of the model that is not listed.
 
-    def __init__(self, studio: Studio, besides: str) -> None:
-        """besides : the id of the model that is not offered"""
+    Attributes
+    ----------
+    model_changed : Signal
+        Emitted with the selected `OtherModel`, or None.
+    status_changed : Signal
+        Emitted with the text of the current operation or error.
+    """
+
+    model_changed = Signal(object)
+    status_changed = Signal(str)
+
+    def __init__(self, studio: Studio, excluded_id: str) -> None:
         super().__init__()
-        self._studio, self._besides = studio, besides
+        self._studio, self._excluded_id = studio, excluded_id
         self._background = QtBackground(self)
         self._job: RunningJob | None = None
         self._files: dict[str, OtherModel] = {}
@@ -79,7 +102,7 @@ class OtherModelBox(QWidget):
         self.models.setObjectName("other_model")
         self.browse = QPushButton(tr("File…"))
         self.browse.setToolTip(tr("A model or point cloud that is not part of the project."))
-        self.browse.clicked.connect(self._ask)
+        self.browse.clicked.connect(self._browse)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.models, 1)
@@ -88,49 +111,51 @@ class OtherModelBox(QWidget):
         self.models.currentIndexChanged.connect(self._changed)
 
     def current(self) -> OtherModel | None:
-        """What is chosen now."""
+        """Return the selected model, or None."""
         key = str(self.models.currentData() or "")
         if key in self._files:
             return self._files[key]
         record = self._studio.records.get(key)
-        return of_project(self._studio, record) if isinstance(record, Model) else None
+        return project_model(self._studio, record) if isinstance(record, Model) else None
 
     def close_reading(self) -> None:
-        """Nothing is handed over any more."""
+        """Stop reading, and deliver no further models."""
         self._background.stop()
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
 
-    def offer_besides(self, besides: str) -> None:
-        """The models of the project, but for this one, and the files that were read. What was
-        chosen stays chosen where it can."""
-        before = self.models.currentData()
-        offered = {m.id for m in self._studio.session.of(Model) if m.id in self._studio.models}
-        listed = {self.models.itemData(row) for row in range(self.models.count())} - {""}
-        if listed == (offered - {besides}) | set(self._files):
+    def list_models_except(self, excluded_id: str) -> None:
+        """List the models of the project except one, and those of files.
+
+        The selected model stays selected if possible.
+        """
+        previous = self.models.currentData()
+        open_ids = {m.id for m in self._studio.session.of(Model) if m.id in self._studio.models}
+        listed_ids = {self.models.itemData(row) for row in range(self.models.count())} - {""}
+        if listed_ids == (open_ids - {excluded_id}) | set(self._files):
             return
-        self._besides = besides
+        self._excluded_id = excluded_id
         with QSignalBlocker(self.models):
             self.models.clear()
             self._list()
-            found = self.models.findData(before) if before else -1
-            self.models.setCurrentIndex(max(found, 0))
-        if self.models.currentData() != before:
+            index = self.models.findData(previous) if previous else -1
+            self.models.setCurrentIndex(max(index, 0))
+        if self.models.currentData() != previous:
             self._changed()
 
     def _list(self) -> None:
         for model in self._studio.session.of(Model):
-            if model.id != self._besides and model.id in self._studio.models:
+            if model.id != self._excluded_id and model.id in self._studio.models:
                 self.models.addItem(model.name, model.id)
-        for key, made in self._files.items():
-            self.models.addItem(made.name, key)
+        for key, other in self._files.items():
+            self.models.addItem(other.name, key)
         if not self.models.count():
             self.models.addItem(tr("Choose a file"), "")
 
     def _changed(self, *_: object) -> None:
-        self.chosen.emit(self.current())
+        self.model_changed.emit(self.current())
 
-    def _ask(self) -> None:
+    def _browse(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
             self,
             tr("Another model of the same rock"),
@@ -138,13 +163,13 @@ class OtherModelBox(QWidget):
             file_filters.models(),
         )
         if name:
-            self.take(Path(name))
+            self.load_file(Path(name))
 
-    def take(self, path: Path) -> None:
-        """Read the model of a file, and choose it."""
+    def load_file(self, path: Path) -> None:
+        """Read the model of a file and select it."""
         studio = self._studio
         self.browse.setEnabled(False)
-        self.said.emit(tr("Reading {file}…", file=path.name))
+        self.status_changed.emit(tr("Reading {file}…", file=path.name))
 
         def read(cached: CachedModel) -> None:
             self._background.run(
@@ -156,10 +181,10 @@ class OtherModelBox(QWidget):
             self.browse.setEnabled(True)
             self._add(other)
 
-        def refuse(why: str) -> None:
+        def refuse(reason: str) -> None:
             self._job = None
             self.browse.setEnabled(True)
-            self.said.emit(why)
+            self.status_changed.emit(reason)
 
         def failed(event: Failed) -> None:
             refuse(str(Finding("job.stopped")) if event.cancelled else event.message)
@@ -172,17 +197,17 @@ class OtherModelBox(QWidget):
             on_failed=self._background.guard(failed),
         )
 
-    def _add(self, made: OtherModel) -> None:
-        key = str(made.path)
-        known = key in self._files
-        self._files[key] = made
+    def _add(self, other: OtherModel) -> None:
+        key = str(other.path)
+        is_listed = key in self._files
+        self._files[key] = other
         if not self.models.currentData() and self.models.count() == 1:
-            self.models.setItemText(0, made.name)
+            self.models.setItemText(0, other.name)
             self.models.setItemData(0, key)
             self._changed()
             return
-        if not known:
-            self.models.addItem(made.name, key)
+        if not is_listed:
+            self.models.addItem(other.name, key)
         self.models.setCurrentIndex(self.models.findData(key))
 
 

@@ -1,4 +1,4 @@
-"""What is drawn over the panes of photos: dots, and vectors with the length of a pixel beside."""
+"""Painters of overlays on photos: dots, and vectors with a scale bar in pixels."""
 
 from __future__ import annotations
 
@@ -13,104 +13,113 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.qt.painting import PANEL, TEXT, system_font
 
 Painter = Callable[[QPainter, QRectF, Callable[[FloatArray], FloatArray], float], None]
-"""Draws over a pane: painter, the pane, its pixels to screen, screen pixels for one of them."""
+"""Draws on a pane. Arguments: painter, box of the pane, transform to the screen, zoom."""
 
 
-def inside(box: QRectF, at: FloatArray) -> BoolArray:
-    """Which points (n, 2) of the screen lie in a box."""
-    x, y = at[:, 0], at[:, 1]
-    across, down = (x >= box.left()) & (x <= box.right()), (y >= box.top()) & (y <= box.bottom())
-    return np.asarray(across & down)
+def mask_inside(box: QRectF, points: FloatArray) -> BoolArray:
+    """Return which points (n, 2) of the widget are inside a box."""
+    x, y = points[:, 0], points[:, 1]
+    is_in_x, is_in_y = (
+        (x >= box.left()) & (x <= box.right()),
+        (y >= box.top()) & (y <= box.bottom()),
+    )
+    return np.asarray(is_in_x & is_in_y)
 
 
-def nothing(
+def paint_nothing(
     painter: QPainter, box: QRectF, place: Callable[[FloatArray], FloatArray], zoom: float
 ) -> None:
     return
 
 
 def _premultiplied(color: QColor) -> int:
-    """As a pixel of Format_ARGB32_Premultiplied."""
+    """Return a colour as a pixel of Format_ARGB32_Premultiplied."""
     alpha = color.alpha()
     red, green, blue = (round(v * alpha / 255) for v in (color.red(), color.green(), color.blue()))
     return alpha << 24 | red << 16 | green << 8 | blue
 
 
-def dots(places: FloatArray, color: QColor, size: float) -> Painter:
-    """Marks at places (n, 2) of a picture."""
+def dot_painter(places: FloatArray, color: QColor, size: float) -> Painter:
+    """Return a painter of dots at positions (n, 2) of a picture."""
 
     def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[FloatArray], FloatArray], zoom: float
+        painter: QPainter, box: QRectF, to_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
-        at = on_screen(places)
-        at = (at[inside(box, at)] - [box.left(), box.top()]) * ratio
-        wide, high = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
-        # Thousands of marks: written into a picture, since drawing them takes half a second.
-        marks = np.zeros((high, wide), np.uint32)
-        reach = max(1, round(size * ratio / 2))
-        columns, rows = at.astype(np.intp).T
-        for ring, tint in ((reach + 1, QColor(0, 0, 0, 120)), (reach, color)):
+        pixels = to_screen(places)
+        pixels = (pixels[mask_inside(box, pixels)] - [box.left(), box.top()]) * ratio
+        width, height = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
+        # Written to an image: drawing thousands of dots takes half a second.
+        marks = np.zeros((height, width), np.uint32)
+        radius = max(1, round(size * ratio / 2))
+        columns, rows = pixels.astype(np.intp).T
+        for ring, tint in ((radius + 1, QColor(0, 0, 0, 120)), (radius, color)):
             value = _premultiplied(tint)
             for dx in range(-ring, ring + 1):
                 for dy in range(-ring, ring + 1):
                     if dx * dx + dy * dy <= ring * ring:
-                        x, y = (columns + dx).clip(0, wide - 1), (rows + dy).clip(0, high - 1)
+                        x, y = (columns + dx).clip(0, width - 1), (rows + dy).clip(0, height - 1)
                         marks[y, x] = value
-        shown = QImage(marks.data, wide, high, 4 * wide, QImage.Format.Format_ARGB32_Premultiplied)
-        shown.setDevicePixelRatio(ratio)
-        painter.drawImage(box.topLeft(), shown)
+        image = QImage(
+            marks.data, width, height, 4 * width, QImage.Format.Format_ARGB32_Premultiplied
+        )
+        image.setDevicePixelRatio(ratio)
+        painter.drawImage(box.topLeft(), image)
 
     return paint
 
 
-def both(*painters: Painter) -> Painter:
-    """One after the other."""
+def combined_painter(*painters: Painter) -> Painter:
+    """Return a painter that runs painters in turn."""
 
     def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[FloatArray], FloatArray], zoom: float
+        painter: QPainter, box: QRectF, to_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
         for each in painters:
-            each(painter, box, on_screen, zoom)
+            each(painter, box, to_screen, zoom)
 
     return paint
 
 
-def vectors(places: FloatArray, offsets: FloatArray, factor: float, color: QColor) -> Painter:
-    """Lines from places (n, 2) along `offsets` (n, 2) times `factor`, each with a dot at its begin,
-    and the length of a pixel at the bottom left."""
+def vector_painter(
+    places: FloatArray, offsets: FloatArray, factor: float, color: QColor
+) -> Painter:
+    """Return a painter of vectors with a scale bar.
+
+    The lines start at `places` (n, 2) with a dot and run along `offsets` (n, 2) times `factor`.
+    """
 
     def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[FloatArray], FloatArray], zoom: float
+        painter: QPainter, box: QRectF, to_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
-        ends = np.hstack([on_screen(places), on_screen(places + factor * offsets)])
+        ends = np.hstack([to_screen(places), to_screen(places + factor * offsets)])
         lines = [QLineF(*row) for row in ends.tolist()]
-        for tint, wide in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
-            painter.setPen(QPen(tint, wide))
+        for tint, width in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
+            painter.setPen(QPen(tint, width))
             painter.drawLines(lines)
-        dots(places, color, 2.0)(painter, box, on_screen, zoom)
-        _key(painter, box, factor * zoom)
+        dot_painter(places, color, 2.0)(painter, box, to_screen, zoom)
+        _draw_scale_bar(painter, box, factor * zoom)
 
     return paint
 
 
-def _key(painter: QPainter, box: QRectF, per_pixel: float) -> None:
-    """The length at which an error of a round number of pixels is drawn."""
+def _draw_scale_bar(painter: QPainter, box: QRectF, per_pixel: float) -> None:
+    """Draw a scale bar for a round number of pixels."""
     power = 10.0 ** math.floor(math.log10(110.0 / per_pixel))
     error = max(step * power for step in (1, 2, 5) if step * power * per_pixel <= 111.0)
     font = system_font()
     metrics = QFontMetricsF(font)
     text = f"{error:g} px"
-    long = error * per_pixel
-    wide = max(long, 20.0) + metrics.horizontalAdvance(text) + 26.0
-    ground = QRectF(
-        box.left() + 6, box.bottom() - metrics.height() - 16, wide, metrics.height() + 10
+    length = error * per_pixel
+    width = max(length, 20.0) + metrics.horizontalAdvance(text) + 26.0
+    background = QRectF(
+        box.left() + 6, box.bottom() - metrics.height() - 16, width, metrics.height() + 10
     )
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(PANEL)
-    painter.drawRoundedRect(ground, 4, 4)
-    y = ground.center().y()
+    painter.drawRoundedRect(background, 4, 4)
+    y = background.center().y()
     painter.setPen(QPen(TEXT, 2.0))
-    painter.drawLine(QPointF(ground.left() + 8, y), QPointF(ground.left() + 8 + long, y))
+    painter.drawLine(QPointF(background.left() + 8, y), QPointF(background.left() + 8 + length, y))
     painter.setFont(font)
-    painter.drawText(QPointF(ground.left() + 16 + long, y + metrics.ascent() / 2 - 1), text)
+    painter.drawText(QPointF(background.left() + 16 + length, y + metrics.ascent() / 2 - 1), text)

@@ -1,4 +1,4 @@
-"""A photo that can be moved about and looked into, with the model's features drawn over it."""
+"""A photo with pan and zoom, and the features of the model drawn on it."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
 from vomstudio.rendering.view.readout_position import ReadingPosition
 from vomstudio.studio.tools.interaction_types import Button, Pointer, Preview, is_click
-from vomstudio.ui.base.photo_images import Picture
+from vomstudio.ui.base.photo_images import PhotoPyramid
 
 HANDLE_PIXELS = 9.0
 LINE_PIXELS = 7.0
-_PER_NOTCH = 1.2
+_ZOOM_PER_NOTCH = 1.2
 _HOVER_MS = 30
-_STROKE_PIXELS, _MOST_STEPS = 6.0, 40
-_CLOSEST = 24.0  # screen pixels of one of the photo
+_STROKE_PIXELS, _MAX_STEPS = 6.0, 40
+_MAX_ZOOM = 24.0  # screen pixels per photo pixel
 _BUTTONS = {
     Qt.MouseButton.LeftButton: Button.LEFT,
     Qt.MouseButton.MiddleButton: Button.MIDDLE,
@@ -44,23 +44,32 @@ _BUTTONS = {
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A feature over the photo: its course, pixels (k, 2) of the photo, and which are seen (k,);
-    the anchor (2,) of its label, None where that is hidden; pairs: no course, but edges, each of
-    two pixels.
+    """A feature in the photo.
+
+    Attributes
+    ----------
+    pixels : (k, 2) array
+        Vertices in pixels of the photo.
+    is_visible : (k,) bool array
+        Whether each vertex is visible in the photo.
+    anchor : (2,) array or None
+        Anchor of the label; None if it is hidden.
+    is_edge_list : bool
+        `pixels` are the ends of edges, two rows each, not a polyline.
     """
 
     id: str
     pixels: FloatArray
-    seen: BoolArray
+    is_visible: BoolArray
     color: tuple[float, float, float]
     label: str
     anchor: FloatArray | None
-    pairs: bool = False
+    is_edge_list: bool = False
 
 
 @dataclass(frozen=True)
 class PhotoPointer:
-    """A gesture at a pixel (x, y) of the stored photo, (0.5, 0.5) the centre of its first one."""
+    """Gesture at a pixel (x, y) of the stored photo; (0.5, 0.5) is the centre of the first."""
 
     kind: Pointer
     x: float
@@ -69,14 +78,19 @@ class PhotoPointer:
     shift: bool = False
     ctrl: bool = False
     handle: int | None = None
-    more: bool = False
-    """Another one of the same drag follows at once."""
+    is_continued: bool = False
+    """The next event of the same drag follows immediately."""
 
 
 class PhotoCanvas(QWidget):
-    """A drag moves the photo, the wheel zooms about the cursor; clicks and moves are `pointed`.
+    """Pans on drags, zooms at the cursor on wheel events, and emits other gestures.
 
-    `look_through` gives pixels (n, 2) of World points and which of them the photo shows (n,).
+    `projection` returns the pixels (n, 2) of World points and whether the photo shows them (n,).
+
+    Attributes
+    ----------
+    pointed : Signal
+        Emitted with a `PhotoPointer`.
     """
 
     pointed = Signal(object)
@@ -88,14 +102,14 @@ class PhotoCanvas(QWidget):
         self.setMinimumSize(160, 110)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setObjectName("photo_canvas")
-        self.left_paints = False
-        """The left button belongs to a brush; the others move the photo."""
-        self.look_through: Callable[[FloatArray], tuple[FloatArray, BoolArray]] | None = None
+        self.is_left_button_painting = False
+        """The left button paints; the others pan."""
+        self.projection: Callable[[FloatArray], tuple[FloatArray, BoolArray]] | None = None
         self.direction: FloatArray = np.array([0.0, 0.0, 1.0])
-        """In World, of the photo's axis."""
+        """Axis of the photo, in World."""
         self.message = ""
         self._size = (1, 1)
-        self._picture: Picture | None = None
+        self._picture: PhotoPyramid | None = None
         self._turn = QTransform()
         self._upright = QSize(1, 1)
         self._scale, self._offset = 1.0, QPointF()
@@ -113,34 +127,34 @@ class PhotoCanvas(QWidget):
         self._action: str | None = None
         self._handle: int | None = None
         self._doubled = False
-        # Tools fit planes as the cursor moves.
+        # Tools fit planes at each move of the cursor, which must be throttled.
         self._hover_event: PhotoPointer | None = None
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
         self._hover.setInterval(_HOVER_MS)
         self._hover.timeout.connect(self._hovered)
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- content -----------------------------------------------------------------------------
     def set_photo(self, width: int, height: int) -> None:
-        """Another photo, of so many pixels; its picture comes later."""
+        """Set the size of another photo, in pixels, and remove the previous picture."""
         self._size, self._picture = (width, height), None
         self._drawn, self._cross = (), None
         self._set_turn(QTransform())
         self.fit()
 
-    def set_picture(self, picture: Picture | None) -> None:
-        """Draw this picture of the photo that was set."""
-        before = self._upright
+    def set_picture(self, picture: PhotoPyramid | None) -> None:
+        """Draw a picture of the current photo."""
+        previous = self._upright
         self._picture = picture
         if picture is not None:
-            # The cameras may have been found on photos of another size.
-            turn, (w, h) = picture.turn, self._size
+            # The cameras may refer to photos of another size.
+            turn, (w, h) = picture.to_upright, self._size
             shrink = QTransform.fromScale(picture.width / w, picture.height / h)
             grow = QTransform.fromScale(w / picture.width, h / picture.height)
             if abs(turn.m11()) < 0.5:
                 grow = QTransform.fromScale(h / picture.height, w / picture.width)
             self._set_turn(shrink * turn * grow)
-            if self._upright != before:
+            if self._upright != previous:
                 self.fit()
         self.update()
 
@@ -149,7 +163,7 @@ class PhotoCanvas(QWidget):
         box = turn.mapRect(QRectF(0, 0, *self._size))
         self._upright = QSize(round(box.width()), round(box.height()))
 
-    def set_drawn(self, drawn: Sequence[Drawn], selected: frozenset[str]) -> None:
+    def set_features(self, drawn: Sequence[Drawn], selected: frozenset[str]) -> None:
         self._drawn, self._selected = drawn, selected
         self.update()
 
@@ -158,30 +172,30 @@ class PhotoCanvas(QWidget):
         self.update()
 
     def set_cross(self, pixel: FloatArray | None) -> None:
-        """Where the cursor over the outcrop is in this photo."""
+        """Mark the position of the cursor over the outcrop."""
         if pixel is not None or self._cross is not None:
             self._cross = pixel
             self.update()
 
-    def set_spot(self, pixel: FloatArray | None) -> None:
-        """The place that was asked for."""
+    def set_marker(self, pixel: FloatArray | None) -> None:
+        """Mark the target position."""
         self._spot = pixel
         self.update()
 
-    # --- where one looks ---------------------------------------------------------------------
+    # --- view --------------------------------------------------------------------------------
     @property
     def to_screen(self) -> QTransform:
-        """From pixels of the stored photo to those of the widget."""
+        """The transform from pixels of the stored photo to pixels of the widget."""
         x, y = self._offset.x(), self._offset.y()
         return self._turn * QTransform(self._scale, 0, 0, self._scale, x, y)
 
-    def pixel_at(self, at: QPointF | QPoint) -> tuple[float, float]:
+    def pixel_at(self, position: QPointF | QPoint) -> tuple[float, float]:
         inverse, _ = self.to_screen.inverted()
-        there = inverse.map(QPointF(at))
-        return there.x(), there.y()
+        pixel = inverse.map(QPointF(position))
+        return pixel.x(), pixel.y()
 
-    def screen_of(self, pixels: npt.ArrayLike) -> FloatArray:
-        """(n, 2) of pixels (n, 2) of the stored photo."""
+    def to_widget(self, pixels: npt.ArrayLike) -> FloatArray:
+        """Return the widget pixels (n, 2) of pixels (n, 2) of the stored photo."""
         m = self.to_screen
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
         return np.column_stack(
@@ -189,52 +203,53 @@ class PhotoCanvas(QWidget):
         )
 
     def fit(self) -> None:
-        """The whole photo."""
+        """Show the whole photo."""
         self._fitted = True
-        room = self.size()
+        size = self.size()
         self._scale = min(
-            room.width() / self._upright.width(), room.height() / self._upright.height()
+            size.width() / self._upright.width(), size.height() / self._upright.height()
         )
         self._centre(QPointF(self._upright.width() / 2, self._upright.height() / 2))
 
     def look_at(self, pixels: FloatArray) -> None:
-        """Bring pixels (n, 2) of the stored photo into sight, with room around them, no larger than
-        one to one."""
+        """Show pixels (n, 2) of the stored photo with a margin, at most at 1:1."""
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
         if not len(pixels):
             self.fit()
             return
-        there = [self._turn.map(QPointF(*p)) for p in pixels.tolist()]
-        x, y = np.array([[p.x(), p.y()] for p in there]).T
-        wide, high = float(np.ptp(x)) * 1.6 + 120.0, float(np.ptp(y)) * 1.6 + 120.0
+        upright = [self._turn.map(QPointF(*p)) for p in pixels.tolist()]
+        x, y = np.array([[p.x(), p.y()] for p in upright]).T
+        width, height = float(np.ptp(x)) * 1.6 + 120.0, float(np.ptp(y)) * 1.6 + 120.0
         self.fit()
-        least, ratio = self._scale, self.devicePixelRatioF()
-        wanted = min(self.width() / wide, self.height() / high, 1.0 / ratio)
-        if wanted > 1.2 * least:
+        fitted_scale, ratio = self._scale, self.devicePixelRatioF()
+        scale = min(self.width() / width, self.height() / height, 1.0 / ratio)
+        if scale > 1.2 * fitted_scale:
             self._fitted = False
-            self._scale = wanted
+            self._scale = scale
             self._centre(QPointF((x.min() + x.max()) / 2, (y.min() + y.max()) / 2))
 
-    def sees(self, pixels: FloatArray) -> bool:
-        """All of these pixels are within the widget."""
-        on = self.screen_of(pixels)
+    def contains_pixels(self, pixels: FloatArray) -> bool:
+        """Return whether all these pixels are inside the widget."""
+        widget_pixels = self.to_widget(pixels)
         return bool(
-            (on > 0).all() and (on[:, 0] < self.width()).all() and (on[:, 1] < self.height()).all()
+            (widget_pixels > 0).all()
+            and (widget_pixels[:, 0] < self.width()).all()
+            and (widget_pixels[:, 1] < self.height()).all()
         )
 
     def zoom(self, factor: float, about: QPointF | None = None) -> None:
-        """Enlarge by a factor about a point of the widget, by default its middle."""
+        """Enlarge by a factor about a point of the widget, by default its centre."""
         about = about or QPointF(self.width() / 2, self.height() / 2)
-        least = 0.5 * min(
+        min_scale = 0.5 * min(
             self.width() / self._upright.width(), self.height() / self._upright.height()
         )
-        scale = min(max(self._scale * factor, least), _CLOSEST)
+        scale = min(max(self._scale * factor, min_scale), _MAX_ZOOM)
         self._offset = about + (self._offset - about) * (scale / self._scale)
         self._scale, self._fitted = scale, False
         self.update()
 
-    def _centre(self, there: QPointF) -> None:
-        self._offset = QPointF(self.width() / 2, self.height() / 2) - there * self._scale
+    def _centre(self, upright: QPointF) -> None:
+        self._offset = QPointF(self.width() / 2, self.height() / 2) - upright * self._scale
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
@@ -257,88 +272,90 @@ class PhotoCanvas(QWidget):
         self._paint_labels(painter)
         if self._spot is not None:
             self._paint_cross(painter, self._spot, 11.0, QColor("#56b4e9"))
-        if self._preview is not None and self.look_through is not None:
+        if self._preview is not None and self.projection is not None:
             extent = float(self.width()), float(self.height())
             eye = PreviewPainter(painter, _Eye(self), extent, self._project, self._reading_place)
-            shown = self._cursor if self.underMouse() else None
-            hot = self._handle_at(shown) if shown is not None else None
-            eye.paint(self._preview, shown, hot)
+            cursor = self._cursor if self.underMouse() else None
+            handle = self._handle_at(cursor) if cursor is not None else None
+            eye.paint(self._preview, cursor, handle)
         if self._cross is not None:
             self._paint_cross(painter, self._cross, 7.0, QColor(255, 255, 255))
         if self.message:
             painter.setPen(QColor(235, 235, 235))
             painter.setFont(painting.system_font())
-            room = self.rect().adjusted(16, 12, -16, -12)
+            box = self.rect().adjusted(16, 12, -16, -12)
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(room, int(flags), self.message)
+            painter.drawText(box, int(flags), self.message)
 
-    def _paint_picture(self, painter: QPainter, picture: Picture) -> None:
+    def _paint_picture(self, painter: QPainter, picture: PhotoPyramid) -> None:
         painter.save()
         painter.setTransform(self.to_screen, True)
-        near = self._scale * self.devicePixelRatioF()
+        pixel_ratio = self._scale * self.devicePixelRatioF()
         whole = QRectF(0, 0, *self._size)
-        # The smallest that is still as fine as the screen.
-        fine = [i for i in picture.levels if i.width() >= 0.98 * near * self._size[0]]
+        # The smallest level that has the resolution of the screen.
+        fine = [i for i in picture.levels if i.width() >= 0.98 * pixel_ratio * self._size[0]]
         level = fine[-1] if fine else picture.levels[0]
         hint = QPainter.RenderHint.SmoothPixmapTransform
-        painter.setRenderHint(hint, near < 4.0 or not picture.whole)
+        painter.setRenderHint(hint, pixel_ratio < 4.0 or not picture.is_complete)
         painter.drawImage(whole, level)
         painter.restore()
 
     def _paint_feature(self, painter: QPainter, drawn: Drawn) -> None:
         color = painting.to_color(drawn.color)
-        chosen = drawn.id in self._selected
-        pixels = self.screen_of(drawn.pixels)
-        if drawn.pairs:
-            edges = pixels.reshape(-1, 4)[drawn.seen.reshape(-1, 2).all(axis=1)]
+        is_selected = drawn.id in self._selected
+        pixels = self.to_widget(drawn.pixels)
+        if drawn.is_edge_list:
+            edges = pixels.reshape(-1, 4)[drawn.is_visible.reshape(-1, 2).all(axis=1)]
             lines = [QLineF(*edge) for edge in edges.tolist()]
-            wide = 3.0 if chosen else 1.8
-            for pen in (QPen(QColor(20, 20, 22, 200), wide + 2.4), QPen(color, wide)):
+            width = 3.0 if is_selected else 1.8
+            for pen in (QPen(QColor(20, 20, 22, 200), width + 2.4), QPen(color, width)):
                 painter.setPen(pen)
                 painter.drawLines(lines)
         else:
-            painting.draw_runs(painter, pixels, drawn.seen, color, 3.4 if chosen else 2.0)
+            painting.draw_runs(
+                painter, pixels, drawn.is_visible, color, 3.4 if is_selected else 2.0
+            )
 
     def _paint_labels(self, painter: QPainter) -> None:
-        """Those of the selected features first; what finds no room is left out."""
-        taken: list[QRectF] = []
+        """Draw the labels that do not overlap, those of selected features first."""
+        boxes: list[QRectF] = []
         for drawn in sorted(self._drawn, key=lambda d: d.id not in self._selected):
             if drawn.anchor is None or not drawn.label:
                 continue
             font = painting.system_font(bold=drawn.id in self._selected)
             metrics = QFontMetricsF(font)
-            x, y = self.screen_of(drawn.anchor)[0] + (8.0, -7.0)
-            wide, high = metrics.horizontalAdvance(drawn.label), metrics.height()
-            x = min(x, self.width() - wide - 4.0)
-            box = QRectF(x, y - metrics.ascent(), wide, high)
-            if self.rect().toRectF().contains(box) and not any(box.intersects(b) for b in taken):
-                taken.append(box)
+            x, y = self.to_widget(drawn.anchor)[0] + (8.0, -7.0)
+            width, height = metrics.horizontalAdvance(drawn.label), metrics.height()
+            x = min(x, self.width() - width - 4.0)
+            box = QRectF(x, y - metrics.ascent(), width, height)
+            if self.rect().toRectF().contains(box) and not any(box.intersects(b) for b in boxes):
+                boxes.append(box)
                 painting.outlined_text(painter, x, y, drawn.label, font)
 
     def _paint_cross(
         self, painter: QPainter, pixel: FloatArray, size: float, color: QColor
     ) -> None:
-        x, y = self.screen_of(pixel)[0]
+        x, y = self.to_widget(pixel)[0]
         if not (np.isfinite(x) and np.isfinite(y)):
             return
-        at = QPointF(x, y)
+        centre = QPointF(x, y)
         for tint, width in ((QColor(20, 20, 22), 3.6), (color, 1.6)):
             painter.setPen(QPen(tint, width))
             for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-                way = QPointF(dx, dy)
-                painter.drawLine(at + way * 3.0, at + way * size)
+                direction = QPointF(dx, dy)
+                painter.drawLine(centre + direction * 3.0, centre + direction * size)
 
     def _project(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
-        assert self.look_through is not None
-        pixels, seen = self.look_through(points)
-        return self.screen_of(pixels), seen
+        assert self.projection is not None
+        pixels, is_visible = self.projection(points)
+        return self.to_widget(pixels), is_visible
 
     # --- gestures ----------------------------------------------------------------------------
-    def _emit(
-        self, kind: Pointer, at: QPointF, button: Qt.MouseButton, event: QMouseEvent
+    def _create_pointer(
+        self, kind: Pointer, position: QPointF, button: Qt.MouseButton, event: QMouseEvent
     ) -> PhotoPointer:
         modifiers = event.modifiers()
-        x, y = self.pixel_at(at)
+        x, y = self.pixel_at(position)
         return PhotoPointer(
             kind,
             x,
@@ -346,69 +363,74 @@ class PhotoCanvas(QWidget):
             _BUTTONS.get(button, Button.NONE),
             bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
             bool(modifiers & Qt.KeyboardModifier.ControlModifier),
-            self._handle_at(at),
+            self._handle_at(position),
         )
 
-    def _handle_at(self, at: QPointF) -> int | None:
-        if self._preview is None or self.look_through is None or not len(self._preview.line):
+    def _handle_at(self, position: QPointF) -> int | None:
+        if self._preview is None or self.projection is None or not len(self._preview.line):
             return None
-        pixels, seen = self._project(np.asarray(self._preview.line, np.float64))
-        off = np.hypot(pixels[:, 0] - at.x(), pixels[:, 1] - at.y())
-        off = np.where(seen & np.isfinite(off), off, np.inf)
-        return int(off.argmin()) if off.min() <= HANDLE_PIXELS else None
+        pixels, is_visible = self._project(np.asarray(self._preview.line, np.float64))
+        distances = np.hypot(pixels[:, 0] - position.x(), pixels[:, 1] - position.y())
+        distances = np.where(is_visible & np.isfinite(distances), distances, np.inf)
+        return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
     def feature_at(self, x: float, y: float) -> str | None:
-        """The feature drawn at a pixel of the photo."""
-        at = self.screen_of([x, y])[0]
-        best, found = LINE_PIXELS, None
+        """Return the feature at a pixel of the photo."""
+        position = self.to_widget([x, y])[0]
+        best, feature_id = LINE_PIXELS, None
         for drawn in self._drawn:
-            seen = drawn.seen[:-1] & drawn.seen[1:]
-            on = self.screen_of(drawn.pixels)
-            if drawn.pairs:
-                off = np.hypot(*(on[drawn.seen] - at).T)
+            is_segment_visible = drawn.is_visible[:-1] & drawn.is_visible[1:]
+            widget_pixels = self.to_widget(drawn.pixels)
+            if drawn.is_edge_list:
+                distances = np.hypot(*(widget_pixels[drawn.is_visible] - position).T)
             else:
-                a, ab = on[:-1][seen], np.diff(on, axis=0)[seen]
+                a, ab = (
+                    widget_pixels[:-1][is_segment_visible],
+                    np.diff(widget_pixels, axis=0)[is_segment_visible],
+                )
                 square = np.maximum((ab**2).sum(axis=1), 1e-12)
-                t = np.clip(((at - a) * ab).sum(axis=1) / square, 0.0, 1.0)
-                off = np.hypot(*(a + t[:, None] * ab - at).T)
-            if len(off) and off.min() < best:
-                best, found = float(off.min()), drawn.id
-        return found
+                t = np.clip(((position - a) * ab).sum(axis=1) / square, 0.0, 1.0)
+                distances = np.hypot(*(a + t[:, None] * ab - position).T)
+            if len(distances) and distances.min() < best:
+                best, feature_id = float(distances.min()), drawn.id
+        return feature_id
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._press is not None:
             return
         self._press = self._last = event.position()
         self._button, self._action = event.button(), None
-        left = event.button() == Qt.MouseButton.LeftButton
-        self._handle = self._handle_at(event.position()) if left else None
+        is_left = event.button() == Qt.MouseButton.LeftButton
+        self._handle = self._handle_at(event.position()) if is_left else None
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        at = self._cursor = event.position()
+        cursor = self._cursor = event.position()
         if self._press is None:
-            self._hover_event = self._emit(Pointer.MOVE, at, Qt.MouseButton.NoButton, event)
+            self._hover_event = self._create_pointer(
+                Pointer.MOVE, cursor, Qt.MouseButton.NoButton, event
+            )
             if not self._hover.isActive():
                 self._hover.start()
             self.update()
             return
         if self._action is None:
-            if is_click(at.x() - self._press.x(), at.y() - self._press.y()):
+            if is_click(cursor.x() - self._press.x(), cursor.y() - self._press.y()):
                 return
             self._action = self._begin(event)
             self._last = self._press
         if self._action == "pan":
-            self._offset += at - self._last
+            self._offset += cursor - self._last
             self._fitted = False
         else:
-            way = at - self._last
+            motion = cursor - self._last
             # A brush leaves no gaps.
-            length = way.manhattanLength() if self._handle is None else 0.0
-            steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MOST_STEPS)
+            length = motion.manhattanLength() if self._handle is None else 0.0
+            steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MAX_STEPS)
             for step in range(1, steps + 1):
-                there = self._last + way * (step / steps)
-                self._drag(Pointer.DRAG_MOVE, there, event, more=step < steps)
-        self._last = at
+                position = self._last + motion * (step / steps)
+                self._drag(Pointer.DRAG_MOVE, position, event, is_continued=step < steps)
+        self._last = cursor
         self.update()
 
     def _hovered(self) -> None:
@@ -417,15 +439,17 @@ class PhotoCanvas(QWidget):
 
     def _begin(self, event: QMouseEvent) -> str:
         assert self._press is not None
-        left = self._button == Qt.MouseButton.LeftButton
-        if self._handle is None and not (left and self.left_paints):
+        is_left = self._button == Qt.MouseButton.LeftButton
+        if self._handle is None and not (is_left and self.is_left_button_painting):
             return "pan"
         self._drag(Pointer.DRAG_START, self._press, event)
         return "tool"
 
-    def _drag(self, kind: Pointer, at: QPointF, event: QMouseEvent, *, more: bool = False) -> None:
-        made = self._emit(kind, at, self._button, event)
-        self.pointed.emit(replace(made, handle=self._handle, more=more))
+    def _drag(
+        self, kind: Pointer, position: QPointF, event: QMouseEvent, *, is_continued: bool = False
+    ) -> None:
+        pointer = self._create_pointer(kind, position, self._button, event)
+        self.pointed.emit(replace(pointer, handle=self._handle, is_continued=is_continued))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._press is None or event.button() != self._button:
@@ -434,19 +458,21 @@ class PhotoCanvas(QWidget):
         if self._action == "tool":
             self._drag(Pointer.DRAG_END, event.position(), event)
         elif self._action is None and not self._doubled:
-            self.pointed.emit(self._emit(Pointer.CLICK, press, event.button(), event))
+            self.pointed.emit(self._create_pointer(Pointer.CLICK, press, event.button(), event))
         self._action, self._handle, self._doubled = None, None, False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        if self.left_paints:
+        if self.is_left_button_painting:
             self.mousePressEvent(event)
             return
         self._press = self._last = event.position()
         self._button, self._action, self._doubled = event.button(), None, True
-        self.pointed.emit(self._emit(Pointer.DOUBLE_CLICK, event.position(), event.button(), event))
+        self.pointed.emit(
+            self._create_pointer(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
+        )
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
-        self.zoom(_PER_NOTCH ** (event.angleDelta().y() / 120.0), event.position())
+        self.zoom(_ZOOM_PER_NOTCH ** (event.angleDelta().y() / 120.0), event.position())
         event.accept()
 
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802
@@ -456,7 +482,7 @@ class PhotoCanvas(QWidget):
 
 
 class _Eye:
-    """The photo as the painter of previews wants it."""
+    """Camera interface of the photo for the painter of previews."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:
         self._canvas = canvas
@@ -468,7 +494,7 @@ class _Eye:
     def project(
         self, points: FloatArray, size: tuple[float, float]
     ) -> tuple[FloatArray, FloatArray]:
-        look = self._canvas.look_through
+        look = self._canvas.projection
         assert look is not None
         pixels, _ = look(points)
-        return self._canvas.screen_of(pixels), np.ones(len(pixels))
+        return self._canvas.to_widget(pixels), np.ones(len(pixels))

@@ -1,4 +1,4 @@
-"""Photos side by side, each to be zoomed and moved, with marks on them and lines between them."""
+"""Photos side by side with pan and zoom, overlays, and lines between them."""
 
 from __future__ import annotations
 
@@ -25,22 +25,31 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.core.arrays import ByteArray, FloatArray, IndexArray, IntArray
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
-from vomstudio.ui.widgets.pane_painters import Painter, inside, nothing
+from vomstudio.ui.widgets.pane_painters import Painter, mask_inside, paint_nothing
 
-GROUND = QColor(46, 48, 52)
-GAP = 6.0
+BACKGROUND = QColor(46, 48, 52)
+GAP_PIXELS = 6.0
 ZOOM_PER_NOTCH = 0.8
-DEEPEST = 24.0
-"""Screen pixels for a pixel of a photo, at most."""
-REACH = 10.0
-_FEW = 300
-"""Lines up to which each is drawn as finely as can be."""
+MAX_ZOOM = 24.0
+"""Maximum number of screen pixels per photo pixel."""
+PICK_RADIUS_PIXELS = 10.0
+_MAX_SMOOTH_LINES = 300
+"""Maximum number of antialiased lines."""
 
 
 @dataclass(eq=False)
 class Picture:
-    """image : upright, maybe reduced; size : of the whole picture in its own pixels, in which all
-    marks are given; problem : why there is no image, in words"""
+    """Picture of a pane.
+
+    Attributes
+    ----------
+    image : QImage or None
+        Upright image, possibly reduced.
+    size : tuple of float
+        Size of the whole picture in its own pixels, in which all marks are given.
+    problem : str
+        Reason why there is no image.
+    """
 
     title: str
     image: QImage | None
@@ -50,8 +59,7 @@ class Picture:
 
 @dataclass(eq=False)
 class _PaneView:
-    """What a pane shows: the middle in pixels of its picture, and screen pixels for one of them;
-    None for all of it."""
+    """Centre in pixels of the picture, None for the whole picture, and zoom."""
 
     centre: FloatArray | None = None
     zoom: float = 1.0
@@ -59,37 +67,58 @@ class _PaneView:
 
 @dataclass(eq=False)
 class Links:
-    """Lines from pane 0 to pane 1: places (m, 2) in either picture, a colour (m, 3) uint8 for each,
-    and which of them are drawn; `faint` ones, in red, are drawn below."""
+    """Lines from pane 0 to pane 1.
+
+    Attributes
+    ----------
+    left, right : (m, 2) array
+        Ends in the pictures.
+    colors : (m, 3) uint8 array
+    visible_rows : int array
+        Rows that are drawn.
+    faint : tuple of arrays, optional
+        Ends of lines that are drawn in red, below the others.
+    """
 
     left: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     right: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     colors: ByteArray = field(default_factory=lambda: np.zeros((0, 3), np.uint8))
-    drawn: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    visible_rows: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     faint: tuple[FloatArray, FloatArray] | None = None
 
 
 class PicturePanes(QWidget):
-    """Wheel zooms to the cursor, dragging moves, a double click on a link brings both its ends
-    near, elsewhere it shows all again; + - 0 by key. `hovered` gives pane and place (x, y) in the
-    picture under the cursor, or None."""
+    """The wheel zooms at the cursor and a drag pans; + - 0 by key.
+
+    A double click on a link zooms to both its ends, elsewhere it shows all.
+
+    Parameters
+    ----------
+    is_linked : bool
+        All panes show the same part.
+    reserve : float
+        Free width at the right of each pane at first, in pixels.
+
+    Attributes
+    ----------
+    hovered : Signal
+        Emitted with pane, x and y in the picture under the cursor, or None.
+    """
 
     hovered = Signal(object)
 
-    def __init__(self, count: int, *, together: bool = False, reserve: float = 0.0) -> None:
-        """together : all panes show the same part. reserve : pixels at the right of each pane that
-        pictures leave free at first."""
+    def __init__(self, count: int, *, is_linked: bool = False, reserve: float = 0.0) -> None:
         super().__init__()
         self._pictures: list[Picture | None] = [None] * count
         self._views = [_PaneView() for _ in range(count)]
-        if together:
+        if is_linked:
             self._views = [self._views[0]] * count
-        self._together, self._reserve = together, reserve
-        self._over: list[Painter] = []
+        self._is_linked, self._reserve = is_linked, reserve
+        self._overlays: list[Painter] = []
         self._links = Links()
-        self._hot: int | None = None
-        self._held: tuple[int, QPointF] | None = None
-        self._words = ""
+        self._hovered_link: int | None = None
+        self._drag: tuple[int, QPointF] | None = None
+        self._message = ""
         self._base: QPixmap | None = None
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -101,80 +130,82 @@ class PicturePanes(QWidget):
 
     # --- content -----------------------------------------------------------------------------
     def show_pictures(self, pictures: Sequence[Picture | None], *, keep_view: bool = False) -> None:
-        """One picture for each pane; with `keep_view` the zoom stays where sizes are the same."""
-        before = [None if p is None else p.size for p in self._pictures]
+        """Show one picture per pane; `keep_view` keeps the zoom if the sizes are the same."""
+        previous = [None if p is None else p.size for p in self._pictures]
         self._pictures = list(pictures)
-        if not keep_view or before != [None if p is None else p.size for p in pictures]:
+        if not keep_view or previous != [None if p is None else p.size for p in pictures]:
             for view in self._views:
                 view.centre = None
         self._renew()
 
-    def say(self, words: str) -> None:
-        """In place of pictures."""
-        self._words = words
+    def show_message(self, text: str) -> None:
+        """Show a text instead of pictures."""
+        self._message = text
         self._renew()
 
     def show_links(self, links: Links) -> None:
-        self._links, self._hot = links, None
+        self._links, self._hovered_link = links, None
         self._renew()
 
-    def draw_over(self, painters: Sequence[Painter | None]) -> None:
-        """What is drawn over each pane."""
-        self._over = [each or nothing for each in painters]
+    def set_overlays(self, painters: Sequence[Painter | None]) -> None:
+        """Set the painters of the panes."""
+        self._overlays = [each or paint_nothing for each in painters]
         self._renew()
 
     # --- geometry ----------------------------------------------------------------------------
     def box(self, pane: int) -> QRectF:
         count = len(self._pictures)
-        wide = (self.width() - GAP * (count - 1)) / count
-        return QRectF(pane * (wide + GAP), 0.0, wide, float(self.height()))
+        width = (self.width() - GAP_PIXELS * (count - 1)) / count
+        return QRectF(pane * (width + GAP_PIXELS), 0.0, width, float(self.height()))
 
     def middle(self, pane: int) -> QPointF:
-        """Where on the screen what is looked at lies."""
+        """Return the position on the screen at which the centre of the view is drawn."""
         return self.box(pane).center() - QPointF(self._reserve / 2, 0.0)
 
     def _fit(self, pane: int) -> tuple[FloatArray, float]:
         picture, box = self._pictures[pane], self.box(pane)
-        wide, high = (1.0, 1.0) if picture is None else picture.size
+        width, height = (1.0, 1.0) if picture is None else picture.size
         title = QFontMetricsF(system_font()).height() + 14.0
-        across = max(box.width() - self._reserve, 20.0)
-        zoom = min(across / max(wide, 1.0), max(box.height() - 2 * title, 20) / max(high, 1.0))
-        return np.array([wide / 2, high / 2]), zoom
+        available = max(box.width() - self._reserve, 20.0)
+        zoom = min(
+            available / max(width, 1.0), max(box.height() - 2 * title, 20) / max(height, 1.0)
+        )
+        return np.array([width / 2, height / 2]), zoom
 
     def _view(self, pane: int) -> tuple[FloatArray, float]:
         view = self._views[pane]
         return self._fit(pane) if view.centre is None else (view.centre, view.zoom)
 
     def to_screen(self, pane: int, places: npt.ArrayLike) -> FloatArray:
-        """(n, 2) of places (n, 2) in a picture."""
+        """Return (n, 2) widget pixels of positions (n, 2) in a picture."""
         centre, zoom = self._view(pane)
         middle = self.middle(pane)
         points = np.asarray(places, np.float64).reshape(-1, 2)
         return (points - centre) * zoom + [middle.x(), middle.y()]
 
-    def to_picture(self, pane: int, at: QPointF) -> FloatArray:
+    def to_picture(self, pane: int, position: QPointF) -> FloatArray:
         centre, zoom = self._view(pane)
         middle = self.middle(pane)
-        return centre + np.array([at.x() - middle.x(), at.y() - middle.y()]) / zoom
+        return centre + np.array([position.x() - middle.x(), position.y() - middle.y()]) / zoom
 
-    def pane_at(self, at: QPointF) -> int | None:
-        """The pane at a point of the widget; None between panes or without a picture."""
+    def pane_at(self, position: QPointF) -> int | None:
+        """Return the pane at a point of the widget; None between panes or without a picture."""
         for pane, picture in enumerate(self._pictures):
-            if picture is not None and self.box(pane).contains(at):
+            if picture is not None and self.box(pane).contains(position):
                 return pane
         return None
 
-    def zoom(self, factor: float, at: QPointF) -> None:
+    def zoom(self, factor: float, position: QPointF) -> None:
         """Enlarge by a factor about a point of the widget."""
-        pane = self.pane_at(at)
+        pane = self.pane_at(position)
         if pane is None:
             return
-        about = self.to_picture(pane, at)
+        about = self.to_picture(pane, position)
         centre, zoom = self._view(pane)
-        least = 0.5 * self._fit(pane)[1]
-        now = min(max(zoom * factor, least), DEEPEST)
+        min_zoom = 0.5 * self._fit(pane)[1]
+        new_zoom = min(max(zoom * factor, min_zoom), MAX_ZOOM)
         view = self._views[pane]
-        view.centre, view.zoom = about + (centre - about) * (zoom / now), now
+        view.centre, view.zoom = about + (centre - about) * (zoom / new_zoom), new_zoom
         self._renew()
 
     def look_at(self, pane: int, place: npt.ArrayLike, zoom: float) -> None:
@@ -192,7 +223,7 @@ class PicturePanes(QWidget):
         ratio = self.devicePixelRatioF()
         size = self.size() * ratio
         if self._base is None or self._base.size() != size:
-            # Thousands of marks are drawn once, not whenever the cursor passes one of them.
+            # Thousands of marks are drawn once, not at every move of the cursor.
             self._base = QPixmap(size)
             self._base.setDevicePixelRatio(ratio)
             base = QPainter(self._base)
@@ -201,8 +232,8 @@ class PicturePanes(QWidget):
         painter = QPainter(self)
         painter.drawPixmap(0, 0, self._base)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if not self._words:
-            self._paint_hot(painter)
+        if not self._message:
+            self._paint_hovered_link(painter)
 
     def _renew(self) -> None:
         self._base = None
@@ -210,13 +241,13 @@ class PicturePanes(QWidget):
 
     def _paint_all(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().window())
-        if self._words or all(p is None for p in self._pictures):
-            painter.fillRect(self.rect(), GROUND)
+        if self._message or all(p is None for p in self._pictures):
+            painter.fillRect(self.rect(), BACKGROUND)
             painter.setPen(TEXT)
             painter.setFont(system_font())
-            room = QRectF(self.rect()).adjusted(24, 12, -24, -12)
+            box = QRectF(self.rect()).adjusted(24, 12, -24, -12)
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(room, int(flags), self._words)
+            painter.drawText(box, int(flags), self._message)
             return
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -232,7 +263,7 @@ class PicturePanes(QWidget):
         box = self.box(pane)
         painter.save()
         painter.setClipRect(box)
-        painter.fillRect(box, GROUND)
+        painter.fillRect(box, BACKGROUND)
         corners = self.to_screen(pane, [[0, 0], picture.size])
         target = QRectF(QPointF(*corners[0]), QPointF(*corners[1]))
         if picture.image is not None:
@@ -246,8 +277,8 @@ class PicturePanes(QWidget):
             painter.setFont(system_font())
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(box.adjusted(20, 0, -20, 0), int(flags), picture.problem)
-        if pane < len(self._over):
-            self._over[pane](
+        if pane < len(self._overlays):
+            self._overlays[pane](
                 painter, box, lambda places: self.to_screen(pane, places), self._view(pane)[1]
             )
         painter.restore()
@@ -256,17 +287,19 @@ class PicturePanes(QWidget):
         font = system_font(bold=True)
         metrics = QFontMetricsF(font)
         box = self.box(pane)
-        room = box.width() - 28.0
-        text = metrics.elidedText(picture.title, Qt.TextElideMode.ElideMiddle, room)
-        ground = QRectF(
+        max_width = box.width() - 28.0
+        text = metrics.elidedText(picture.title, Qt.TextElideMode.ElideMiddle, max_width)
+        background = QRectF(
             box.left() + 6, 6, metrics.horizontalAdvance(text) + 14, metrics.height() + 6
         )
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(PANEL)
-        painter.drawRoundedRect(ground, 4, 4)
+        painter.drawRoundedRect(background, 4, 4)
         painter.setFont(font)
         painter.setPen(TEXT)
-        painter.drawText(QPointF(ground.left() + 7, ground.top() + 3 + metrics.ascent()), text)
+        painter.drawText(
+            QPointF(background.left() + 7, background.top() + 3 + metrics.ascent()), text
+        )
 
     def _paint_links(self, painter: QPainter) -> None:
         links = self._links
@@ -275,46 +308,46 @@ class PicturePanes(QWidget):
         if links.faint is not None:
             painter.setPen(QPen(QColor(224, 64, 42, 110), 1.0))
             painter.drawLines(self._lines(*links.faint))
-        few = len(links.drawn) <= _FEW
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, few)
-        lines = self._lines(links.left[links.drawn], links.right[links.drawn])
-        if few:
+        is_smooth = len(links.visible_rows) <= _MAX_SMOOTH_LINES
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, is_smooth)
+        lines = self._lines(links.left[links.visible_rows], links.right[links.visible_rows])
+        if is_smooth:
             painter.setPen(QPen(QColor(0, 0, 0, 70), 2.8))
             painter.drawLines(lines)
         # One call for all lines of a colour.
-        for color, rows in _by_color(links.colors[links.drawn]):
-            painter.setPen(QPen(color, 1.4 if few else 1.0))
+        for color, rows in _group_by_color(links.colors[links.visible_rows]):
+            painter.setPen(QPen(color, 1.4 if is_smooth else 1.0))
             painter.drawLines([lines[row] for row in rows if not lines[row].isNull()])
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
-    def _paint_hot(self, painter: QPainter) -> None:
+    def _paint_hovered_link(self, painter: QPainter) -> None:
         links = self._links
-        if self._hot is not None and self._hot < len(links.left):
-            ends = (links.left[self._hot], links.right[self._hot])
+        if self._hovered_link is not None and self._hovered_link < len(links.left):
+            ends = (links.left[self._hovered_link], links.right[self._hovered_link])
             for color, width in ((DARK, 4.5), (QColor("#ffffff"), 2.2)):
                 painter.setPen(QPen(color, width))
                 painter.drawLines(self._lines(*ends))
                 for pane, place in enumerate(ends):
-                    (at,) = self.to_screen(pane, place)
-                    if self.box(pane).contains(QPointF(*at)):
-                        painter.drawEllipse(QPointF(*at), 7.0, 7.0)
+                    (centre,) = self.to_screen(pane, place)
+                    if self.box(pane).contains(QPointF(*centre)):
+                        painter.drawEllipse(QPointF(*centre), 7.0, 7.0)
 
     def _lines(self, left: FloatArray, right: FloatArray) -> list[QLineF]:
-        """Between places (n, 2) that both panes show; null lines for the others."""
+        """Return the lines between positions (n, 2) that both panes show; others are null."""
         ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
-        for pane, at in ((0, ends[:, :2]), (1, ends[:, 2:])):
-            ends[~inside(self.box(pane), at)] = 0.0
+        for pane, points in ((0, ends[:, :2]), (1, ends[:, 2:])):
+            ends[~mask_inside(self.box(pane), points)] = 0.0
         return [QLineF(*row) for row in ends.tolist()]
 
     # --- mouse and keys ----------------------------------------------------------------------
-    def _link_at(self, at: QPointF) -> int | None:
-        pane = self.pane_at(at)
+    def _link_at(self, position: QPointF) -> int | None:
+        pane = self.pane_at(position)
         places = {0: self._links.left, 1: self._links.right}.get(-1 if pane is None else pane)
         if pane is None or places is None or not len(places):
             return None
-        off = np.hypot(*(self.to_screen(pane, places) - [at.x(), at.y()]).T)
-        best = int(off.argmin())
-        return best if off[best] <= REACH else None
+        distances = np.hypot(*(self.to_screen(pane, places) - [position.x(), position.y()]).T)
+        best = int(distances.argmin())
+        return best if distances[best] <= PICK_RADIUS_PIXELS else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         pane = self.pane_at(event.position())
@@ -322,30 +355,32 @@ class PicturePanes(QWidget):
             Qt.MouseButton.LeftButton,
             Qt.MouseButton.MiddleButton,
         ):
-            self._held = (pane, event.position())
+            self._drag = (pane, event.position())
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        at = event.position()
-        if self._held is not None:
-            pane, before = self._held
+        cursor = event.position()
+        if self._drag is not None:
+            pane, previous = self._drag
             centre, zoom = self._view(pane)
-            moved = np.array([at.x() - before.x(), at.y() - before.y()]) / zoom
+            motion = np.array([cursor.x() - previous.x(), cursor.y() - previous.y()]) / zoom
             view = self._views[pane]
-            view.centre, view.zoom = centre - moved, zoom
-            self._held = (pane, at)
+            view.centre, view.zoom = centre - motion, zoom
+            self._drag = (pane, cursor)
             self._renew()
             return
-        hot = self._link_at(at)
-        if hot != self._hot:
-            self._hot = hot
+        link = self._link_at(cursor)
+        if link != self._hovered_link:
+            self._hovered_link = link
             self.update()
-        under = self.pane_at(at)
-        place = None if under is None else self.to_picture(under, at)
-        self.hovered.emit(None if place is None else (under, float(place[0]), float(place[1])))
+        hovered_pane = self.pane_at(cursor)
+        place = None if hovered_pane is None else self.to_picture(hovered_pane, cursor)
+        self.hovered.emit(
+            None if place is None else (hovered_pane, float(place[0]), float(place[1]))
+        )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        self._held = None
+        self._drag = None
         self.unsetCursor()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -371,14 +406,14 @@ class PicturePanes(QWidget):
         if event.key() == Qt.Key.Key_0:
             self.show_all()
         elif factor is not None:
-            for pane in range(1 if self._together else len(self._pictures)):
+            for pane in range(1 if self._is_linked else len(self._pictures)):
                 self.zoom(factor, self.box(pane).center())
         else:
             super().keyPressEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802
-        if self._hot is not None:
-            self._hot = None
+        if self._hovered_link is not None:
+            self._hovered_link = None
             self.update()
         self.hovered.emit(None)
         super().leaveEvent(event)
@@ -388,12 +423,12 @@ class PicturePanes(QWidget):
         self._renew()
 
 
-def _by_color(
+def _group_by_color(
     colors: ByteArray,
 ) -> Iterator[tuple[QColor, IndexArray]]:
-    """Each colour of (n, 3) with the rows that have it, in order of the colours."""
+    """Yield each colour of (n, 3) and its rows, ordered by colour."""
     if len(colors):
-        found, which = np.unique(colors, axis=0, return_inverse=True)
-        for number, rgb in enumerate(found.tolist()):
+        unique, indices = np.unique(colors, axis=0, return_inverse=True)
+        for number, rgb in enumerate(unique.tolist()):
             red, green, blue = (int(v) for v in rgb)
-            yield QColor(red, green, blue, 220), np.flatnonzero(which.reshape(-1) == number)
+            yield QColor(red, green, blue, 220), np.flatnonzero(indices.reshape(-1) == number)

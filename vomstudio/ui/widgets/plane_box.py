@@ -1,4 +1,4 @@
-"""A choice among the planes of the project, the selected one among them."""
+"""List of the planes of the project, with an entry for the selected one."""
 
 from __future__ import annotations
 
@@ -7,46 +7,55 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from vomstudio.core.words import tr
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import has_plane
-from vomstudio.ui.base.controls import ComboBox, as_words
-from vomstudio.ui.base.number_formatting import natural, orientation_text
+from vomstudio.ui.base.controls import ComboBox, escape_markup
+from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
 from vomstudio.ui.base.studio import Studio
 
 SELECTED = "*"
 
 
 class PlaneBox(ComboBox):
-    """none : the text of the entry for no plane, None where a plane must be chosen. follow : begin
-    with the entry "selected", which follows the selection; while something other than a plane is
-    selected, such as a feature that has just been made, it stays with the last plane."""
+    """List of planes.
 
-    chosen = Signal(str)  # id of a plane, empty for none
+    Parameters
+    ----------
+    empty_text : str or None
+        Text of the entry for no plane; None if a plane is required.
+    follows_selection : bool
+        Start with the entry "selected". While the selection is not a plane, for example a new
+        feature, it keeps the last plane.
+    """
 
-    def __init__(self, studio: Studio, none: str | None, follow: bool) -> None:
+    plane_selected = Signal(str)  # id of a plane, empty for none
+
+    def __init__(self, studio: Studio, empty_text: str | None, follows_selection: bool) -> None:
         super().__init__()
         self._studio = studio
-        self._none = none
+        self._empty_text = empty_text
         self._last = ""
-        self._shown = ""
-        self._follows = follow
+        self._plane_id = ""
+        self._follows = follows_selection
         self.keep_narrow()
         self.activated.connect(self._activated)
         studio.selection_changed.connect(self._selected)
         studio.edited.connect(self._edited)
         studio.project_opened.connect(self._opened)
-        studio.settings_changed.connect(lambda: self.show_plane(self._shown))
+        studio.settings_changed.connect(lambda: self.show_plane(self._plane_id))
         self.show_plane("")
 
     def show_plane(self, plane_id: str) -> None:
-        """What is chosen now, whoever chose it."""
-        self._shown = plane_id
+        """Show a plane without emitting a signal."""
+        self._plane_id = plane_id
         if plane_id != self._last:
             self._follows = self._follows and not plane_id
         self._fill([plane_id] if plane_id else [])
 
     def showPopup(self) -> None:  # noqa: N802
-        """All planes are listed only when they are asked for: there may be thousands."""
+        """List all planes only when the popup opens: there may be thousands."""
         features = self._studio.session.features()
-        planes = sorted((f for f in features if has_plane(f)), key=lambda f: natural(f.name))
+        planes = sorted(
+            (f for f in features if has_plane(f)), key=lambda f: natural_sort_key(f.name)
+        )
         self._studio.measured(f.id for f in planes)
         self._fill([f.id for f in planes])
         super().showPopup()
@@ -54,17 +63,17 @@ class PlaneBox(ComboBox):
     def _fill(self, ids: list[str]) -> None:
         with QSignalBlocker(self):
             self.clear()
-            if self._none is not None:
-                self.addItem(self._none, "")
+            if self._empty_text is not None:
+                self.addItem(self._empty_text, "")
             last = self._text(self._last) if self._last else tr("none yet")
             self.addItem(tr("selected: {plane}", plane=last), SELECTED)
             for id_ in ids:
                 self.addItem(self._text(id_), id_)
-            if self._follows and (not self._shown or self._shown == self._last):
+            if self._follows and (not self._plane_id or self._plane_id == self._last):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
-                self.setCurrentIndex(self.findData(self._shown))
-        self.setToolTip(as_words(self.currentText()))
+                self.setCurrentIndex(self.findData(self._plane_id))
+        self.setToolTip(escape_markup(self.currentText()))
 
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
@@ -76,9 +85,9 @@ class PlaneBox(ComboBox):
     def _activated(self, index: int) -> None:
         data = str(self.itemData(index))
         self._follows = data == SELECTED
-        self._shown = self._last if self._follows else data
-        self.setToolTip(as_words(self.currentText()))
-        self.chosen.emit(self._shown)
+        self._plane_id = self._last if self._follows else data
+        self.setToolTip(escape_markup(self.currentText()))
+        self.plane_selected.emit(self._plane_id)
 
     def _selected(self, ids: tuple[str, ...]) -> None:
         records = self._studio.records
@@ -87,19 +96,19 @@ class PlaneBox(ComboBox):
             return
         self._last = last
         if self._follows:
-            self._shown = self._last
-            self.chosen.emit(self._last)
-        self.show_plane(self._shown)
+            self._plane_id = self._last
+            self.plane_selected.emit(self._last)
+        self.show_plane(self._plane_id)
 
     def _edited(self, edit: Edit) -> None:
-        if not {self._last, self._shown} & set(self._studio.affected(edit)):
+        if not {self._last, self._plane_id} & set(self._studio.affected(edit)):
             return
         if self._last and not has_plane(self._studio.records.get(self._last)):
             self._last = ""
             if self._follows:
-                self._shown = ""
-                self.chosen.emit("")
-        self.show_plane(self._shown)
+                self._plane_id = ""
+                self.plane_selected.emit("")
+        self.show_plane(self._plane_id)
 
     def _opened(self) -> None:
         self._last = ""

@@ -1,4 +1,4 @@
-"""A plane of the project that stays chosen while other features are selected."""
+"""Choice of a plane, which is kept while other features are selected."""
 
 from __future__ import annotations
 
@@ -14,34 +14,46 @@ from vomstudio.ui.base.number_formatting import orientation_text
 from vomstudio.ui.base.studio import Studio
 
 
-class TakenPlane(QWidget):
-    """id : of the plane, empty for none; changed : there is another one. none : what is said where
-    there is none"""
+class PlaneChoice(QWidget):
+    """Label of a plane with buttons to take the selected one and to clear it.
+
+    Parameters
+    ----------
+    empty_text : str
+        Text without a plane.
+
+    Attributes
+    ----------
+    id : str
+        Id of the plane; empty without one.
+    changed : Signal
+        Emitted when another plane is set.
+    """
 
     changed = Signal()
 
-    def __init__(self, studio: Studio, name: str, none: str) -> None:
+    def __init__(self, studio: Studio, name: str, empty_text: str) -> None:
         super().__init__()
-        self._studio, self._none = studio, none
+        self._studio, self._empty_text = studio, empty_text
         self.setObjectName(name)
         self.id = ""
-        self.shown = ElidedLabel()
-        self.take = QToolButton()
-        self.take.setToolTip(tr("The selected plane."))
-        self.take.setIcon(theme.icon("cursor-default-click-outline"))
-        self.take.setAccessibleName(tr("Take selected"))
-        self.take.clicked.connect(lambda _=False: self.take_selected())
-        self.clear = QToolButton()
-        self.clear.setIcon(theme.icon("close"))
-        self.clear.setAccessibleName(tr("None"))
-        self.clear.setToolTip(tr("Not this one."))
-        self.clear.clicked.connect(lambda _=False: self._choose(""))
+        self.label = ElidedLabel()
+        self.take_button = QToolButton()
+        self.take_button.setToolTip(tr("The selected plane."))
+        self.take_button.setIcon(theme.icon("cursor-default-click-outline"))
+        self.take_button.setAccessibleName(tr("Take selected"))
+        self.take_button.clicked.connect(lambda _=False: self.take_selected())
+        self.clear_button = QToolButton()
+        self.clear_button.setIcon(theme.icon("close"))
+        self.clear_button.setAccessibleName(tr("None"))
+        self.clear_button.setToolTip(tr("Not this one."))
+        self.clear_button.clicked.connect(lambda _=False: self._choose(""))
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
-        row.addWidget(self.shown, 1)
-        row.addWidget(self.take)
-        row.addWidget(self.clear)
+        row.addWidget(self.label, 1)
+        row.addWidget(self.take_button)
+        row.addWidget(self.clear_button)
         studio.selection_changed.connect(lambda _: self.refresh())
         studio.edited.connect(lambda _: self.refresh())
         studio.settings_changed.connect(self.refresh)
@@ -63,17 +75,17 @@ class TakenPlane(QWidget):
         self.changed.emit()
 
     def refresh(self) -> None:
-        """What is said of it."""
+        """Show the orientation of the plane."""
         records = self._studio.records if self._studio.has_project else {}
         record = records.get(self.id)
         if self.id and (record is None or not has_plane(record)):
             self.id, record = "", None
             self.changed.emit()
         if record is None:
-            self.shown.setText(self._none)
+            self.label.setText(self._empty_text)
         else:
             measured = self._studio.measured([self.id])[self.id]
-            said = orientation_text(measured, self._studio.settings.notation)
-            self.shown.setText(f"{record.name or self.id}  {said}")
-        allow(self.take, None if self._selected() else Finding("selection.no-plane"))
-        self.clear.setVisible(record is not None)
+            orientation = orientation_text(measured, self._studio.settings.notation)
+            self.label.setText(f"{record.name or self.id}  {orientation}")
+        allow(self.take_button, None if self._selected() else Finding("selection.no-plane"))
+        self.clear_button.setVisible(record is not None)

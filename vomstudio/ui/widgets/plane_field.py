@@ -1,5 +1,7 @@
-"""A field for the attitude of a plane, in the notation of the project: typed, taken from the
-selected plane, or from the view."""
+"""Field for the attitude of a plane in the notation of the project.
+
+It is typed, or taken from the selected plane or from the view.
+"""
 
 from __future__ import annotations
 
@@ -20,12 +22,24 @@ from vomstudio.ui.base.controls import allow, icon_button
 from vomstudio.ui.base.studio import Studio
 
 ViewDirection = Callable[[], tuple[float, float] | None]
-"""Trend and plunge of the view, degrees; None while there is no view."""
+"""Returns trend and plunge of the view in degrees; None without a view."""
 
 
 class PlaneField(QWidget):
-    """changed : something else stands there. empty : what an empty field says; view : for a button
-    that takes the plane which faces the viewer"""
+    """Field for a plane.
+
+    Parameters
+    ----------
+    empty : str
+        Placeholder of the empty field.
+    view : callable, optional
+        Returns the view direction, for a button that takes the plane facing the viewer.
+
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when the text changes.
+    """
 
     changed = Signal()
 
@@ -38,29 +52,29 @@ class PlaneField(QWidget):
         self.line = QLineEdit()
         self.line.setObjectName(name)
         self.line.textChanged.connect(lambda _: self.changed.emit())
-        self.take = icon_button("cursor-default-click-outline", tr("Take selected"))
-        self.take.setToolTip(tr("The attitude of the selected plane."))
-        self.take.clicked.connect(lambda _=False: self._take_selected())
+        self.take_button = icon_button("cursor-default-click-outline", tr("Take selected"))
+        self.take_button.setToolTip(tr("The attitude of the selected plane."))
+        self.take_button.clicked.connect(lambda _=False: self._take_selected())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
         row.addWidget(self.line, 1)
-        row.addWidget(self.take)
+        row.addWidget(self.take_button)
         if view is not None:
-            self.facing = icon_button("eye-outline", tr("Take this view"))
-            self.facing.setToolTip(tr("The plane that faces the view of the outcrop."))
-            self.facing.clicked.connect(lambda _=False: self._take_view())
-            row.addWidget(self.facing)
+            self.view_button = icon_button("eye-outline", tr("Take this view"))
+            self.view_button.setToolTip(tr("The plane that faces the view of the outcrop."))
+            self.view_button.clicked.connect(lambda _=False: self._take_view())
+            row.addWidget(self.view_button)
         studio.settings_changed.connect(self._notation_changed)
         studio.selection_changed.connect(lambda _: self._refresh())
-        # What is typed belongs to the rock of a project.
+        # The text refers to the rock of one project.
         studio.project_opened.connect(self.line.clear)
         studio.project_opened.connect(self._refresh)
         self._notation_changed()
         self._refresh()
 
     def plane(self) -> Plane | None:
-        """None where it is empty. Raises InputError for what is no plane."""
+        """Return the plane, None if empty. Raises InputError if the text is not a plane."""
         text = self.line.text().strip()
         return parse_plane(text, self._notation) if text else None
 
@@ -68,19 +82,19 @@ class PlaneField(QWidget):
         self.line.setText(format_plane(plane, self._notation, decimals))
 
     def _notation_changed(self) -> None:
-        """What was typed stays the plane that it was."""
-        before, notation = self._notation, self._studio.settings.notation
+        """Rewrite the text in the new notation."""
+        previous, notation = self._notation, self._studio.settings.notation
         self._notation = notation
         example = tr("such as {example}", example=format_plane(Plane(135.0, 70.0), notation))
         self.line.setPlaceholderText(self._empty or example)
-        if before and before != notation:
+        if previous and previous != notation:
             with suppress(VomError):
-                plane = parse_plane(self.line.text(), before)
+                plane = parse_plane(self.line.text(), previous)
                 whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
                 self.show_plane(plane, 0 if whole else 2)
 
     def _refresh(self) -> None:
-        allow(self.take, Finding("selection.no-plane") if self._selected() is None else None)
+        allow(self.take_button, Finding("selection.no-plane") if self._selected() is None else None)
 
     def _selected(self) -> Plane | None:
         measured = current_measurement(self._studio)
@@ -91,13 +105,13 @@ class PlaneField(QWidget):
             self.show_plane(plane)
 
     def _take_view(self) -> None:
-        seen = None if self._view is None else self._view()
-        if seen is not None:
-            trend, plunge = seen
-            # From below only the vertical plane that way has an upward side to be seen.
+        direction = None if self._view is None else self._view()
+        if direction is not None:
+            trend, plunge = direction
+            # From below only a vertical plane can face the viewer with its upper side.
             self.show_plane(Plane(wrap360(trend + 180.0), 90.0 - max(plunge, 0.0)))
 
 
 def plane_text(plane: Plane) -> str:
-    """Return a plane as options take it, dip direction and dip."""
+    """Return a plane as dip direction and dip, as command line options take it."""
     return f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"

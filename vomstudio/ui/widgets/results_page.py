@@ -1,4 +1,4 @@
-"""A page of figures that says, while it is empty, what to do first."""
+"""Page of figures with a hint while it is empty."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from PySide6.QtWidgets import QTextBrowser
 class FiguresPage(QTextBrowser):
     def __init__(self, empty: str) -> None:
         super().__init__()
-        self.empty = empty
+        self.placeholder = empty
 
-    def say(self, why: str) -> None:
-        """Why there are no figures."""
-        self.empty = why
+    def show_reason(self, reason: str) -> None:
+        """Clear the page and show why there are no figures."""
+        self.placeholder = reason
         self.clear()
         self.viewport().update()
 
@@ -26,4 +26,4 @@ class FiguresPage(QTextBrowser):
         painter = QPainter(self.viewport())
         painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
         flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
-        painter.drawText(self.viewport().rect().adjusted(12, 12, -12, -12), flags, self.empty)
+        painter.drawText(self.viewport().rect().adjusted(12, 12, -12, -12), flags, self.placeholder)

@@ -1,4 +1,4 @@
-"""A picture in a panel."""
+"""Picture that is scaled to its panel."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base.controls import Label
 
 
-class FittingPicture(Label):
-    """A picture as large as there is room for."""
+class ScaledPicture(Label):
+    """Picture scaled to the size of the widget."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,10 +37,10 @@ class FittingPicture(Label):
             self.clear()
             return
         ratio = self.devicePixelRatioF()
-        made = self._image.scaled(
+        scaled = self._image.scaled(
             self.size() * ratio,
             Qt.AspectRatioMode.KeepAspectRatio,
             Qt.TransformationMode.SmoothTransformation,
         )
-        made.setDevicePixelRatio(ratio)
-        self.setPixmap(QPixmap.fromImage(made))
+        scaled.setDevicePixelRatio(ratio)
+        self.setPixmap(QPixmap.fromImage(scaled))

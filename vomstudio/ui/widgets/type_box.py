@@ -1,4 +1,4 @@
-"""A combo box of the project's feature types that follows every edit of them."""
+"""Combo box of the feature types of the project."""
 
 from __future__ import annotations
 
@@ -12,10 +12,17 @@ from vomstudio.ui.base.studio import Studio
 
 
 class TypeBox(ComboBox):
-    """`currentData` is a type's id. It says nothing of changes that the project makes in it."""
+    """List of types; `currentData` is the id of a type.
+
+    No signal is emitted when edits of the project change the list.
+
+    Parameters
+    ----------
+    lines_first : bool
+        List types of lines before the others.
+    """
 
     def __init__(self, studio: Studio, *, lines_first: bool = False) -> None:
-        """lines_first : types that are lines by nature stand above the others"""
         super().__init__()
         self._studio, self._lines_first = studio, lines_first
         studio.project_opened.connect(self.fill)
@@ -24,17 +31,17 @@ class TypeBox(ComboBox):
             self.fill()
 
     def fill(self) -> None:
-        """The same type stays chosen where it is still there."""
-        chosen, kinds = self.currentData(), self._studio.session.of(FeatureType)
+        """List the types; keeps the selected one if it still exists."""
+        previous, types = self.currentData(), self._studio.session.of(FeatureType)
         if self._lines_first:
-            kinds.sort(key=lambda kind: kind.geometry != "line")
+            types.sort(key=lambda type_: type_.geometry != "line")
         with QSignalBlocker(self):
             self.clear()
-            for kind in kinds:
-                self.addItem(theme.type_icon(kind.color, kind.symbol), kind.name, kind.id)
-            self.choose(chosen)
+            for type_ in types:
+                self.addItem(theme.type_icon(type_.color, type_.symbol), type_.name, type_.id)
+            self.select_type(previous)
 
-    def choose(self, type_id: object) -> None:
+    def select_type(self, type_id: object) -> None:
         with QSignalBlocker(self):
             self.setCurrentIndex(max(0, self.findData(type_id)))
 

@@ -1,4 +1,4 @@
-"""The vertices of what a tool is picking, as numbers that can be typed."""
+"""Editable table of the vertices that a tool is picking."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class VertexTable(QTableWidget):
-    """World coordinates of the vertices; hidden while nothing is picked. `refresh` shows what the
-    tool has now."""
+    """World coordinates of the vertices of a tool; hidden while it is not picking."""
 
     def __init__(self, studio: Studio, tool: PolylineTool[Any]) -> None:
         super().__init__(0, 3)
@@ -36,10 +35,10 @@ class VertexTable(QTableWidget):
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setMinimumHeight(76)
         self.itemSelectionChanged.connect(self._marked)
-        self.itemChanged.connect(self._typed)
+        self.itemChanged.connect(self._cell_edited)
         delete = QShortcut(QKeySequence.StandardKey.Delete, self)
         delete.setContext(Qt.ShortcutContext.WidgetShortcut)
-        # The vertex of the row is the marked one.
+        # The vertex of the current row is marked.
         delete.activated.connect(tool.delete_vertex)
 
     def _model(self) -> Model | None:
@@ -51,7 +50,7 @@ class VertexTable(QTableWidget):
         return None if model is None else model.to_world
 
     def refresh(self) -> None:
-        """Show the vertices of the tool as they are now."""
+        """Show the current vertices of the tool."""
         tool = self._tool
         model = self._model()
         self.setHorizontalHeaderLabels((UNPLACED if model is None else model.frame.axes).titles)
@@ -68,7 +67,7 @@ class VertexTable(QTableWidget):
                         )
                         self.setItem(i, j, item)
             if tool.current_vertex is not None:
-                # The cell that was clicked in it stays the current one.
+                # Keep the clicked cell of the row current.
                 self.setCurrentCell(tool.current_vertex, max(self.currentColumn(), 0))
             else:
                 self.clearSelection()
@@ -80,8 +79,8 @@ class VertexTable(QTableWidget):
         if rows and self._tool.open:
             self._tool.mark(rows.pop())
 
-    def _typed(self, item: QTableWidgetItem) -> None:
-        """Numbers may carry either decimal mark."""
+    def _cell_edited(self, item: QTableWidgetItem) -> None:
+        """Move a vertex to the typed coordinate, with either decimal mark."""
         tool = self._tool
         if not tool.open:
             return
@@ -92,13 +91,15 @@ class VertexTable(QTableWidget):
             self.refresh()
             return
         index = item.row()
-        found = transform.apply(rows, [tool.vertices[index]])[0] if rows else tool.vertices[index]
-        point = [float(v) for v in found]
+        position = (
+            transform.apply(rows, [tool.vertices[index]])[0] if rows else tool.vertices[index]
+        )
+        point = [float(v) for v in position]
         point[item.column()] = value
         if rows:
             point = [float(v) for v in transform.apply(transform.invert(rows), [point])[0]]
-        if (said := self._why_not_at(point)) is not None:
-            self._studio.warn(said)
+        if (finding := self._why_not_at(point)) is not None:
+            self._studio.warn(finding)
             self.refresh()
             return
         tool.move_vertex(index, (point[0], point[1], point[2]))
@@ -113,19 +114,22 @@ class VertexTable(QTableWidget):
 
 
 def parse_number(text: str) -> float | None:
-    """A number with either decimal mark; blanks, apostrophes or the other mark may stand between
-    its thousands. One mark alone is the decimal mark."""
-    plain = re.sub(r"[\s'’]", "", text).replace("−", "-")
-    marks = re.sub(r"[^.,]", "", plain)
+    """Parse a number with either decimal mark, or return None.
+
+    Spaces, apostrophes or the other mark may separate thousands. A single mark is the decimal
+    mark.
+    """
+    digits = re.sub(r"[\s'’]", "", text).replace("−", "-")
+    marks = re.sub(r"[^.,]", "", digits)
     if len(set(marks)) == 2 or len(marks) > 1:
         decimal = marks[-1] if len(set(marks)) == 2 else ""
         group = "." if decimal == "," else "," if decimal == "." else marks[0]
-        whole, _, rest = plain.rpartition(decimal) if decimal else (plain, "", "")
+        whole, _, decimals = digits.rpartition(decimal) if decimal else (digits, "", "")
         if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
             return None
-        plain = whole.replace(group, "") + "." + rest
+        digits = whole.replace(group, "") + "." + decimals
     try:
-        value = float(plain.replace(",", "."))
+        value = float(digits.replace(",", "."))
     except ValueError:
         return None
     return value if isfinite(value) else None

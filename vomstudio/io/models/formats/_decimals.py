@@ -47,9 +47,9 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     tail = ((q1 * p1 - product) + q1 * p2 + q2 * p1) + q2 * p2
     correction = (((high - product) - tail) + low) / p
     rounded = q + correction
-    rest = correction - (rounded - q)
+    remainder = correction - (rounded - q)
     slack = abs(rounded) * 2.0**-98
-    if rounded + (rest + slack) == rounded and rounded + (rest - slack) == rounded:
+    if rounded + (remainder + slack) == rounded and rounded + (remainder - slack) == rounded:
         return rounded
     return np.nan
 

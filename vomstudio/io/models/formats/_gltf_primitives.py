@@ -23,7 +23,7 @@ POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 
 
 @dataclass
-class Piece:
+class PlacedPrimitive:
     """One primitive in its position.
 
     Attributes
@@ -47,7 +47,7 @@ class Piece:
     fields: dict[str, AnyArray] = field(default_factory=dict)
 
 
-def pieces_of(document: Document, messages: list[Finding]) -> Iterator[Piece]:
+def pieces_of(document: Document, messages: list[Finding]) -> Iterator[PlacedPrimitive]:
     instances = []
     for instance in _placed_meshes(document, messages):
         document.budget.take(BYTES_PER_INSTANCE, "nodes")
@@ -231,10 +231,10 @@ def _piece(
     weights: object,
     shared: bool,
     messages: list[Finding],
-) -> Piece:
+) -> PlacedPrimitive:
     attributes = document.section("attributes", primitive)
     if "POSITION" not in attributes:
-        return Piece(np.empty((0, 3)), None, -1)
+        return PlacedPrimitive(np.empty((0, 3)), None, -1)
     stored = document.accessor(attributes["POSITION"], 3)
     mode = primitive.get("mode", TRIANGLES)
     faces = None
@@ -253,7 +253,7 @@ def _piece(
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         if faces is not None and np.linalg.det(matrix[:3, :3]) < 0:
             faces = faces[:, ::-1]
-    piece = Piece(positions, faces, material)
+    piece = PlacedPrimitive(positions, faces, material)
     n = len(stored)
 
     def values(name: str, *widths: int) -> AnyArray | None:

@@ -52,7 +52,7 @@ STANDARD_FIELDS = ("intensity", "classification", "return_number", "gps_time")
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class RecordLayout:
     """Layout of the records of one file.
 
     `extra` maps names to (scale, offset) if the values are stored as scaled integers. `no_data`
@@ -65,7 +65,7 @@ class Layout:
     no_data: dict[str, tuple[float, ...]]
 
 
-def layout_of(top: LasHeader, path: Path) -> Layout:
+def layout_of(top: LasHeader, path: Path) -> RecordLayout:
     """Return the layout of the records. Raises InputError for an unknown format."""
     fields = _FORMATS.get(top.point_format)
     if fields is None or np.dtype(fields).itemsize > top.record_bytes:
@@ -102,7 +102,7 @@ def layout_of(top: LasHeader, path: Path) -> Layout:
         )
     if remaining_bytes:
         columns.append((" rest", f"V{remaining_bytes}"))
-    return Layout(np.dtype(columns), top.point_format >= 6, extra, no_data_of(record))
+    return RecordLayout(np.dtype(columns), top.point_format >= 6, extra, no_data_of(record))
 
 
 def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
@@ -153,7 +153,7 @@ def replacement_rows(withheld: AnyArray) -> AnyArray | None:
     return np.where(rows < 0, np.flatnonzero(~withheld)[0], rows)
 
 
-def withheld_of(records: AnyArray, layout: Layout) -> AnyArray:
+def withheld_of(records: AnyArray, layout: RecordLayout) -> AnyArray:
     """Return (n,) whether the file marks points as withheld (LAS 1.4 R15, tables 8 and 16)."""
     flagged: AnyArray = (
         (records["flags"] & 0x04) != 0 if layout.new else (records["class"] & 0x80) != 0
@@ -175,7 +175,7 @@ class Choice:
     fields: tuple[str, ...]
 
 
-def choose_fields(records: AnyArray, layout: Layout) -> Choice:
+def choose_fields(records: AnyArray, layout: RecordLayout) -> Choice:
     """Select colours if there are any, varying standard fields, and extra fields.
 
     `records` is a sample of the file.
@@ -195,7 +195,7 @@ def choose_fields(records: AnyArray, layout: Layout) -> Choice:
     return Choice(top > 0, top > 255, (*fields, *layout.extra))
 
 
-def cloud_of(records: AnyArray, layout: Layout, top: LasHeader, choice: Choice) -> PointCloud:
+def cloud_of(records: AnyArray, layout: RecordLayout, top: LasHeader, choice: Choice) -> PointCloud:
     rows = replacement_rows(withheld_of(records, layout))
     if rows is not None:
         records = records[rows]
@@ -217,7 +217,7 @@ def cloud_of(records: AnyArray, layout: Layout, top: LasHeader, choice: Choice) 
     return PointCloud(points, colors, None, fields)
 
 
-def _field(records: AnyArray, layout: Layout, name: str) -> AnyArray | None:
+def _field(records: AnyArray, layout: RecordLayout, name: str) -> AnyArray | None:
     if name == "classification":
         return records["class"] & (0xFF if layout.new else 0x1F)
     if name == "return_number":

@@ -24,10 +24,10 @@ def _count_at(data, at, size, signed, little):  # type: ignore[no-untyped-def]
     " int64[:,::1])"
 )
 def walk(data, at, sizes, count_sizes, count_signed, little, places, counts):  # type: ignore[no-untyped-def]
-    """Where each value of each record starts: rows of `places` and `counts` (n, k).
+    """Find the start of each value of each record: rows of `places` and `counts` (n, k).
 
     sizes (k,): bytes of a value or of a list's items; count_sizes (k,): bytes of a list's length, 0
-    for a plain value. Returns how many records are complete.
+    for a plain value. Returns the number of complete records.
     """
     end = data.shape[0]
     for i in range(places.shape[0]):
@@ -60,10 +60,10 @@ def gather(data, places, counts, size, out):  # type: ignore[no-untyped-def]
 @kernel(
     "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1], int64[:,::1])"
 )
-def rows(data, at, wanted, starts, values, left_over):  # type: ignore[no-untyped-def]
-    """Numbers of text lines, until `wanted` rows are full or `values` could overflow.
+def rows(data, at, max_rows, starts, values, left_over):  # type: ignore[no-untyped-def]
+    """Numbers of text lines, until `max_rows` rows are full or `values` could overflow.
 
-    Begins at byte `at`; starts (wanted + 1,) gets where each row begins in `values`. left_over
+    Begins at byte `at`; starts (max_rows + 1,) gets where each row begins in `values`. left_over
     (any, 3): value, start, end, -1 ends the list. `data` ends with a newline. Returns the next
     byte, rows and values.
     """
@@ -71,7 +71,7 @@ def rows(data, at, wanted, starts, values, left_over):  # type: ignore[no-untype
     n_left = 0
     row = 0
     filled = 0
-    while at < end and row < wanted:
+    while at < end and row < max_rows:
         stop = at
         while data[stop] != 10:
             stop += 1

@@ -44,11 +44,11 @@ def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
 
 
 @part
-def _is_ear(points, index, left, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
-    """Whether the triangle abc lies inside the polygon that is left."""
+def _is_ear(points, index, remaining, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
+    """Return whether the triangle abc lies inside the remaining polygon."""
     if not _turn(points, a, b, c, nx, ny, nz) > 0:
         return False
-    for j in range(left):
+    for j in range(remaining):
         o = index[j]
         if o in (a, b, c):
             continue
@@ -127,32 +127,32 @@ def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type:
             continue
         for k in range(n):
             index[k] = k
-        left = n
-        made = 0
+        remaining = n
+        n_ears = 0
         k = 0
-        tried = 0
-        while left > 3 and tried < left:
-            a = index[(k + left - 1) % left]
-            b = index[k % left]
-            c = index[(k + 1) % left]
-            if _is_ear(points, index, left, a, b, c, nx, ny, nz):
-                ears[made, 0] = a
-                ears[made, 1] = b
-                ears[made, 2] = c
-                made += 1
-                for j in range(k % left, left - 1):
+        attempts = 0
+        while remaining > 3 and attempts < remaining:
+            a = index[(k + remaining - 1) % remaining]
+            b = index[k % remaining]
+            c = index[(k + 1) % remaining]
+            if _is_ear(points, index, remaining, a, b, c, nx, ny, nz):
+                ears[n_ears, 0] = a
+                ears[n_ears, 1] = b
+                ears[n_ears, 2] = c
+                n_ears += 1
+                for j in range(k % remaining, remaining - 1):
                     index[j] = index[j + 1]
-                left -= 1
-                tried = 0
-                k = k % left
+                remaining -= 1
+                attempts = 0
+                k = k % remaining
             else:
-                k = (k + 1) % left
-                tried += 1
-        if left > 3:
+                k = (k + 1) % remaining
+                attempts += 1
+        if remaining > 3:
             continue
-        ears[made, 0] = index[0]
-        ears[made, 1] = index[1]
-        ears[made, 2] = index[2]
+        ears[n_ears, 0] = index[0]
+        ears[n_ears, 1] = index[1]
+        ears[n_ears, 2] = index[2]
         for k in range(n - 2):
             for c in range(3):
                 corners[t0 + k, c] = ring[ears[k, c]]

@@ -25,7 +25,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import BLOCK_ROWS, drop_invalid, drop_invalid_points
 from vomstudio.io.models.formats._gltf_document import Document
 from vomstudio.io.models.formats._gltf_materials import materials_of
-from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
+from vomstudio.io.models.formats._gltf_primitives import PlacedPrimitive, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 
@@ -108,7 +108,11 @@ def _origin(document: Document, messages: list[Finding]) -> tuple[FloatArray, st
 
 
 def _join(
-    pieces: list[Piece], values: list[AnyArray | None], width: int, fill: float, dtype: Any
+    pieces: list[PlacedPrimitive],
+    values: list[AnyArray | None],
+    width: int,
+    fill: float,
+    dtype: Any,
 ) -> AnyArray | None:
     """Return values per vertex of all pieces; None if no piece has any.
 
@@ -123,7 +127,7 @@ def _join(
     return np.ascontiguousarray(np.concatenate(parts))
 
 
-def _fields(pieces: list[Piece]) -> dict[str, AnyArray]:
+def _fields(pieces: list[PlacedPrimitive]) -> dict[str, AnyArray]:
     result: dict[str, AnyArray] = {}
     for name in dict.fromkeys(n for p in pieces for n in p.fields):
         columns_of_pieces = [p.fields.get(name) for p in pieces]
@@ -138,7 +142,7 @@ def _fields(pieces: list[Piece]) -> dict[str, AnyArray]:
     return result
 
 
-def _positions(pieces: list[Piece], origin: FloatArray) -> FloatArray:
+def _positions(pieces: list[PlacedPrimitive], origin: FloatArray) -> FloatArray:
     upright = np.empty((sum(len(p.positions) for p in pieces), 3))
     end = 0
     for piece in pieces:
@@ -151,7 +155,7 @@ def _positions(pieces: list[Piece], origin: FloatArray) -> FloatArray:
     return upright
 
 
-def _faces(pieces: list[Piece]) -> Int32Array:
+def _faces(pieces: list[PlacedPrimitive]) -> Int32Array:
     """Return faces by the positions of their corners among those of all pieces."""
     joined = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
     end = start = 0
@@ -167,7 +171,7 @@ def _faces(pieces: list[Piece]) -> Int32Array:
 
 def _mesh(
     document: Document,
-    pieces: list[Piece],
+    pieces: list[PlacedPrimitive],
     origin: FloatArray,
     messages: list[Finding],
 ) -> Mesh:
@@ -191,7 +195,7 @@ def _mesh(
     )
 
 
-def _cloud(pieces: list[Piece], origin: FloatArray) -> PointCloud:
+def _cloud(pieces: list[PlacedPrimitive], origin: FloatArray) -> PointCloud:
     normals = _join(pieces, [p.normals for p in pieces], 3, np.nan, np.float64)
     return PointCloud(
         _positions(pieces, origin),
@@ -201,7 +205,7 @@ def _cloud(pieces: list[Piece], origin: FloatArray) -> PointCloud:
     )
 
 
-def _warn_if_z_up(pieces: list[Piece], messages: list[Finding]) -> None:
+def _warn_if_z_up(pieces: list[PlacedPrimitive], messages: list[Finding]) -> None:
     """Warn about a model that was probably written with Z up.
 
     Outcrops are viewed from above or the side, never from below, so a surface that faces the

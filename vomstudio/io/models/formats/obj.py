@@ -240,7 +240,7 @@ class _Reading:
             self.progress.step(number)
 
     def _first(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
-        """How often something was reported, and the line of its first case."""
+        """Return the number of reports of something, and the line of its first case."""
         hit = np.flatnonzero(self.reports[:, count_row])
         if len(hit) == 0:
             return 0, None

@@ -9,7 +9,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
+from vomstudio.io.gis.dxf import DxfWriter, color_number, color_numbers, layer_names
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     positions_of,
@@ -59,7 +59,7 @@ def write(out: WriteRequest) -> list[Finding]:
             crs = "" if out.crs is None or len(out.crs) > 19 else f" of {out.crs}"
             unit_m = stated_axes(out.crs).unit_m
             unit = out.axes.unit if unit_m in (None, 1.0) else f"units of {unit_m!r} m"
-            drawing = Drawing(
+            drawing = DxfWriter(
                 file,
                 color_numbers_of_layers,
                 data.bounds,

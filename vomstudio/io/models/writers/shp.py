@@ -10,7 +10,7 @@ from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.gis.shapefile import Column, column, is_too_large, short_names, write_points
+from vomstudio.io.gis.shapefile import DbfColumn, column, is_too_large, short_names, write_points
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     positions_of,
@@ -47,7 +47,7 @@ def write(out: WriteRequest) -> list[Finding]:
     return messages
 
 
-def _columns(out: WriteRequest, messages: list[Finding]) -> list[Column]:
+def _columns(out: WriteRequest, messages: list[Finding]) -> list[DbfColumn]:
     data = out.data
     values: dict[str, AnyArray] = {}
     if data.colors is not None:

@@ -7,7 +7,7 @@ import numpy as np
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.coverage.cells import CellGrid
+from vomstudio.geology.coverage.cells import SquareGrid
 from vomstudio.geology.coverage.face_coverage import DONE, OPEN, TITLES, cell_name
 from vomstudio.geometry import transform
 from vomstudio.project import grid_edits
@@ -139,8 +139,8 @@ class CellsTool(StatelessTool):
         self.leave()
 
 
-def _in_file(grid: FaceGrid) -> CellGrid:
-    return CellGrid(
+def _in_file(grid: FaceGrid) -> SquareGrid:
+    return SquareGrid(
         np.array(grid.origin),
         np.array(grid.right),
         np.array(grid.up),
@@ -157,5 +157,5 @@ TOOL = ToolEntry(
     key="Shift+C",
     tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
     order=70,
-    in_bar=False,
+    is_in_toolbar=False,
 )

@@ -20,7 +20,7 @@ from vomstudio.core.words import tr
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.studio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.ui.base.controls import ComboBox, Label, rich_label, rich_lines
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData
 
 _CELL_PX = 72
@@ -118,7 +118,7 @@ class CalibrationPage(QWidget):
                 focal=focal,
                 sigma=sigma,
             )
-        lines = [focal_text, escape(as_sentence(camera.reason))]
+        lines = [focal_text, escape(format_sentence(camera.reason))]
         if camera.exif_px is None:
             lines.append(tr("EXIF does not state a focal length."))
         elif not is_fixed:

@@ -17,7 +17,7 @@ from vomstudio.rendering.qt.bar_painting import ColorBar
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.scalars import Scale, map_table
 from vomstudio.studio.jobs.inspection_tasks import DepthFacts
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, column_of, side_by_side
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, add_splitter, create_column
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData, Arrays, to_image
 from vomstudio.ui.widgets.number_table import Column, NumberTable
 from vomstudio.ui.widgets.pane_painters import Painter
@@ -51,7 +51,7 @@ class DepthPage(QWidget):
             sort_by=0,
         )
         self.table.setObjectName("depth_table")
-        self.table.chosen.connect(lambda values: self.show_photo(values[0]))
+        self.table.row_selected.connect(lambda values: self.show_photo(values[0]))
         self.layer = ComboBox()
         self.layer.setObjectName("depth_what")
         for title, name, tip in (
@@ -72,10 +72,10 @@ class DepthPage(QWidget):
         self.layer.currentIndexChanged.connect(lambda _: self._draw())
         self._summary = ElidedLabel()
         self._readout = ElidedLabel()
-        self.panes = PicturePanes(2, together=True, reserve=_BAR_WIDTH_PX)
+        self.panes = PicturePanes(2, is_linked=True, reserve=_BAR_WIDTH_PX)
         self.panes.setObjectName("depth_panes")
         self.panes.hovered.connect(self._show_readout)
-        photo_area, rows = column_of()
+        photo_area, rows = create_column()
         row = QHBoxLayout()
         row.addWidget(self._summary, 1)
         row.addWidget(Label(tr("Show")))
@@ -83,7 +83,7 @@ class DepthPage(QWidget):
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
         rows.addWidget(self._readout)
-        side_by_side(self, self.table, photo_area, [_TABLE_WIDTH_PX, 1000])
+        add_splitter(self, self.table, photo_area, [_TABLE_WIDTH_PX, 1000])
 
     @property
     def unit(self) -> str:
@@ -97,22 +97,24 @@ class DepthPage(QWidget):
             rows.append(((photo.name, None), "" if photo.has_depths else tr("No depth map")))
         self.table.fill(rows)
         if not any(self._has_depths.values()):
-            self.panes.say(tr("There are no depth maps yet. They are made after the alignment."))
+            self.panes.show_message(
+                tr("There are no depth maps yet. They are made after the alignment.")
+            )
             return
-        self.table.choose(lambda values: self._has_depths[values[0]])
+        self.table.select_row(lambda values: self._has_depths[values[0]])
         for name, has_depths in self._has_depths.items():
             if has_depths:
                 self._data.read_coverage(name, partial(self._show_coverage, name))
 
     def _show_coverage(self, name: str, share: float | None) -> None:
-        self.table.change(lambda values: values[0] == name, 1, share)
+        self.table.set_value(lambda values: values[0] == name, 1, share)
 
     def show_photo(self, name: str) -> None:
         """Show a photo and its depth map."""
         self._photo_name, self._arrays = name, None
         self._summary.setText("")
         if not self._has_depths[name]:
-            self.panes.say(
+            self.panes.show_message(
                 tr(
                     "{photo} has no depth map: no other photo shows the same rock well enough.",
                     photo=name,
@@ -120,15 +122,15 @@ class DepthPage(QWidget):
             )
             return
         if all(p is None for p in self.panes._pictures):
-            self.panes.say(tr("Reading…"))
-        self._data.read_depths(name, partial(self._show_depths, name), self.panes.say)
+            self.panes.show_message(tr("Reading…"))
+        self._data.read_depths(name, partial(self._show_depths, name), self.panes.show_message)
 
     def _show_depths(self, name: str, facts: DepthFacts, arrays: Arrays) -> None:
         if name != self._photo_name:
             return
         self._facts, self._arrays = facts, arrays
         self._images.clear()
-        self.panes.say("")
+        self.panes.show_message("")
         self._draw()
         self._summary.setText(
             tr(
@@ -160,7 +162,7 @@ class DepthPage(QWidget):
             legend = partial(_paint_compass, letters="NESW" if self._data.overview.crs else "yx")
         else:
             legend = partial(_paint_color_bar, scale=self._scale(layer))
-        self.panes.draw_over([None, legend])
+        self.panes.set_overlays([None, legend])
 
     def _image(self, layer: str) -> QImage:
         assert self._arrays is not None

@@ -10,11 +10,11 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
 from vomstudio.core.words import tr
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, column_of, side_by_side
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, add_splitter, create_column
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.dialogs.alignment.pair_matrix import PairMatrix
 from vomstudio.ui.widgets.number_table import Column, NumberTable
-from vomstudio.ui.widgets.pane_painters import both, dots
+from vomstudio.ui.widgets.pane_painters import combined_painter, dot_painter
 from vomstudio.ui.widgets.picture_panes import Links, PicturePanes
 
 _LINE_COUNTS = (60, 250, 1000)
@@ -54,7 +54,7 @@ class MatchPage(QWidget):
             descending=True,
         )
         self.table.setObjectName("pair_table")
-        self.table.chosen.connect(lambda values: self.show_pair(values[0], values[1]))
+        self.table.row_selected.connect(lambda values: self.show_pair(values[0], values[1]))
         self.panes = PicturePanes(2)
         self.panes.setObjectName("match_panes")
         self.features = QCheckBox(tr("All features"))
@@ -82,12 +82,12 @@ class MatchPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        list_area, column = column_of()
+        list_area, column = create_column()
         self._legend.setWordWrap(True)
         column.addWidget(self._legend)
         column.addWidget(self.matrix)
         column.addWidget(self.table, 1)
-        pair_area, rows = column_of()
+        pair_area, rows = create_column()
         row = QHBoxLayout()
         row.addWidget(self._summary, 1)
         for widget in (self.lines, self.features, self.outliers):
@@ -95,7 +95,7 @@ class MatchPage(QWidget):
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
         rows.addWidget(self._hint)
-        side_by_side(self, list_area, pair_area, [440, 820])
+        add_splitter(self, list_area, pair_area, [440, 820])
 
     # --- selection ---------------------------------------------------------------------------
     def fill(self) -> None:
@@ -128,27 +128,27 @@ class MatchPage(QWidget):
         self.table.fill(rows)
         if rows:
             first = self.table.numbers.rows[0][0]
-            self.table.choose(lambda values: values is first)
+            self.table.select_row(lambda values: values is first)
         else:
-            self.panes.say(tr("No photos were matched."))
+            self.panes.show_message(tr("No photos were matched."))
 
     def _select_pair(self, i: int, j: int) -> None:
         a, b = self._names[i], self._names[j]
-        self.table.choose(lambda values: values[:2] == (a, b))
+        self.table.select_row(lambda values: values[:2] == (a, b))
 
     def show_pair(self, a: str, b: str) -> None:
         """Show two photos by their names."""
         self._pair = (a, b)
         self._photos, self._arrays = {}, None
         self.matrix.show_pair(self._names.index(a), self._names.index(b))
-        self.panes.say(tr("Reading…"))
+        self.panes.show_message(tr("Reading…"))
         self._summary.setText("")
         for name in (a, b):
             self._data.load_photo(name, partial(self._receive_photo, (a, b)))
         self._data.read_pair(a, b, partial(self._receive_arrays, (a, b)), self._show_error)
 
     def _show_error(self, reason: str) -> None:
-        self.panes.say(reason)
+        self.panes.show_message(reason)
 
     def _receive_photo(self, pair: tuple[str, str], photo: ShownPhoto) -> None:
         if pair == self._pair:
@@ -185,18 +185,20 @@ class MatchPage(QWidget):
             (left_photo, "left", line_ends[0]),
             (right_photo, "right", line_ends[1]),
         ):
-            marks = dots(inlier_points, _MATCH_COLOR, 2.6)
+            marks = dot_painter(inlier_points, _MATCH_COLOR, 2.6)
             if self.features.isChecked():
-                marks = both(dots(photo.upright_points(arrays[points]), _FEATURE_COLOR, 2.4), marks)
+                marks = combined_painter(
+                    dot_painter(photo.upright_points(arrays[points]), _FEATURE_COLOR, 2.4), marks
+                )
             painters.append(marks)
-        self.panes.draw_over(painters)
+        self.panes.set_overlays(painters)
         self.panes.show_links(
             Links(
                 *line_ends, _position_colors(line_ends[0], left_photo), line_indices, outlier_ends
             )
         )
         if is_new:
-            self.panes.say("")
+            self.panes.show_message("")
             self.panes.show_pictures([left_photo.picture, right_photo.picture])
         inlier_count, match_count = len(matches), len(matches) + len(outliers)
         self._summary.setText(

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 from vomstudio.core.words import tr
 from vomstudio.rendering.qt.painting import system_font
 from vomstudio.rendering.view.scalars import map_table
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 
 _MAX_CELL_PX, _MIN_CELL_PX = 34.0, 2.0
 _MAX_HEIGHT_PX = 360.0
@@ -153,6 +153,6 @@ class PairMatrix(QWidget):
                     matches=matches,
                     inliers=inliers,
                 )
-            QToolTip.showText(event.globalPos(), as_words(text), self)
+            QToolTip.showText(event.globalPos(), escape_markup(text), self)
             return True
         return super().event(event)

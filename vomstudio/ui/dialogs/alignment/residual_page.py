@@ -11,12 +11,12 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.inspection_tasks import AlignmentOverview
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, column_of, side_by_side
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, add_splitter, create_column
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.dialogs.alignment.residual_scale import exaggeration
 from vomstudio.ui.widgets.number_table import Column, NumberTable
-from vomstudio.ui.widgets.pane_painters import vectors
+from vomstudio.ui.widgets.pane_painters import vector_painter
 from vomstudio.ui.widgets.picture_panes import PicturePanes
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
@@ -57,7 +57,7 @@ class ResidualPage(QWidget):
             descending=True,
         )
         self.table.setObjectName("residual_table")
-        self.table.chosen.connect(lambda values: self.show_photo(values[0]))
+        self.table.row_selected.connect(lambda values: self.show_photo(values[0]))
         self.factor = ComboBox()
         self.factor.setObjectName("factor")
         self.factor.addItem(tr("Automatic"), 0)
@@ -69,17 +69,17 @@ class ResidualPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        list_area, column = column_of()
+        list_area, column = create_column()
         column.addWidget(self._summary)
         column.addWidget(self.table, 1)
-        photo_area, rows = column_of()
+        photo_area, rows = create_column()
         row = QHBoxLayout()
         row.addWidget(self._message, 1)
         row.addWidget(Label(tr("Exaggeration")))
         row.addWidget(self.factor)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
-        side_by_side(self, list_area, photo_area, [520, 740])
+        add_splitter(self, list_area, photo_area, [520, 740])
 
     def fill(self) -> None:
         """List the photos, and show the one with the largest median error."""
@@ -102,7 +102,7 @@ class ResidualPage(QWidget):
         self._summary.setText(self._summary_text(overview))
         self.table.fill(rows)
         if rows:
-            self.table.choose(lambda values: values[2] is not None)
+            self.table.select_row(lambda values: values[2] is not None)
 
     def _summary_text(self, overview: AlignmentOverview) -> str:
         error = overview.reprojection_error_px
@@ -117,7 +117,8 @@ class ResidualPage(QWidget):
         registration = overview.registration
         if "refused" in registration:
             text += " " + tr(
-                "There are no GPS residuals: {reason}", reason=as_sentence(registration["refused"])
+                "There are no GPS residuals: {reason}",
+                reason=format_sentence(registration["refused"]),
             )
         elif registration.get("rms_m") is not None:
             text += " " + tr(
@@ -134,9 +135,11 @@ class ResidualPage(QWidget):
         """Show a photo and its residuals."""
         self._photo_name, self._photo, self._arrays = name, None, None
         self._message.setText("")
-        self.panes.say(tr("Reading…"))
+        self.panes.show_message(tr("Reading…"))
         self._data.load_photo(name, partial(self._receive_photo, name))
-        self._data.read_residuals(name, partial(self._receive_arrays, name), self.panes.say)
+        self._data.read_residuals(
+            name, partial(self._receive_arrays, name), self.panes.show_message
+        )
 
     def _receive_photo(self, name: str, photo: ShownPhoto) -> None:
         if name == self._photo_name:
@@ -153,11 +156,11 @@ class ResidualPage(QWidget):
         if photo is None or arrays is None:
             return
         if is_new:
-            self.panes.say("")
+            self.panes.show_message("")
             self.panes.show_pictures([photo.picture])
         if not len(arrays["pixels"]):
             self._message.setText(tr("This photo has no tie points and is not part of the model."))
-            self.panes.draw_over([])
+            self.panes.set_overlays([])
             return
         lengths = np.linalg.norm(arrays["vectors"], axis=1)
         factor = int(self.factor.currentData())
@@ -178,4 +181,4 @@ class ResidualPage(QWidget):
             self._message.setText(f"{self._message.text()} {note}")
         positions = photo.upright_points(arrays["pixels"][::step])
         offsets = photo.upright_vectors(arrays["vectors"][::step])
-        self.panes.draw_over([vectors(positions, offsets, factor, _COLOR)])
+        self.panes.set_overlays([vector_painter(positions, offsets, factor, _COLOR)])

@@ -28,7 +28,7 @@ from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import allow, side_by_side
+from vomstudio.ui.base.controls import add_splitter, allow
 from vomstudio.ui.dialogs.help.help_pages import Page, anchor, list_pages
 
 _WINDOW_SIZE = QSize(1060, 780)
@@ -166,7 +166,7 @@ class HelpWindow(QDialog):
         self.list.addItems([page.title for page in self._pages])
         self.view = PageView()
         body = QWidget()
-        side_by_side(body, self.list, self.view, [230, 830])
+        add_splitter(body, self.list, self.view, [230, 830])
         column = QVBoxLayout(self)
         column.addLayout(self._bar())
         column.addWidget(body, 1)

@@ -20,8 +20,8 @@ from vomstudio.ui.dialogs.model_fit.picking_view import PickingView
 from vomstudio.ui.dialogs.model_fit.point_pairs import PointPairs
 from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_command,
     copy_with_file,
 )
@@ -96,10 +96,10 @@ def copy_fit(
     path = studio.project.find_model(model)
     if path is None:
         return
-    crs = reference.standing(studio.project.cache).crs
+    crs = reference.to_placed_model(studio.project.cache).crs
     mask = stable.mask_file()
 
-    def build_command(pairs: Path | None) -> Words:
+    def build_command(pairs: Path | None) -> CommandArguments:
         options = RegisterOptions(
             reference=str(reference.path),
             pairs=None if pairs is None else str(pairs),

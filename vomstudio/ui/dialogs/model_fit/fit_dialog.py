@@ -43,7 +43,7 @@ from vomstudio.ui.dialogs.model_fit.pair_table import (
 from vomstudio.ui.dialogs.model_fit.picking_view import PickingView
 from vomstudio.ui.dialogs.model_fit.point_pairs import PointPairs
 from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
-from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, of_project
+from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, project_model
 
 _MAX_IMMEDIATE_POINTS = 20
 """Solving so few points takes less time than starting a thread."""
@@ -81,7 +81,7 @@ class FitDialog(QDialog):
         self.model_view, self.reference_view = PickingView(), PickingView()
         self._arrange(model)
         self._connect()
-        self.model_view.show_model(of_project(studio, model))
+        self.model_view.show_model(project_model(studio, model))
         self._use_reference()
 
     # --- widgets -----------------------------------------------------------------------------
@@ -163,8 +163,8 @@ class FitDialog(QDialog):
         self.reference_view.picked.connect(lambda point: self._add_click(point, is_model=False))
         for view in (self.model_view, self.reference_view):
             view.problem.connect(self.message.setText)
-        self.other.chosen.connect(self._use_reference)
-        self.other.said.connect(self.message.setText)
+        self.other.model_changed.connect(self._use_reference)
+        self.other.status_changed.connect(self.message.setText)
         self.stable.changed.connect(self._stable_changed)
         self.stable.message.connect(self.message.setText)
         self.undo_button.clicked.connect(self._undo_click)
@@ -267,22 +267,22 @@ class FitDialog(QDialog):
         model, reference = self._find_model(), self.reference
         pairs = self.points.to_pairs()
         if model is None or reference is None or len(pairs.labels) < 3:
-            self._solving.drop()
+            self._solving.cancel()
             self._show()
             return
         opened = self._studio.models.get(model.id)
         bounds = None if opened is None else opened.data.bounds
-        crs = reference.standing(self._studio.project.cache).crs
+        crs = reference.to_placed_model(self._studio.project.cache).crs
 
         def solve() -> Placed:
             extent = None if opened is None else some_points(opened.data)
             return place_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _MAX_IMMEDIATE_POINTS:
-            self._solving.at_once(solve)
+            self._solving.run_now(solve)
         else:
             self._show()
-            self._solving.ask(solve)
+            self._solving.request(solve)
 
     def _show_placement(self, placement: Placed) -> None:
         self.placement, self._problem = placement, None
@@ -399,7 +399,7 @@ class FitDialog(QDialog):
             self._studio.jobs.cancel(self._job)
             return
         model, reference = self._find_model(), self.reference
-        fitted_model = None if model is None else of_project(self._studio, model)
+        fitted_model = None if model is None else project_model(self._studio, model)
         if fitted_model is None or model is None or reference is None:
             self.message.setText(Finding("model.not-open").message)
             return
@@ -407,8 +407,8 @@ class FitDialog(QDialog):
         self.fit_result = None
         self.message.setText(tr("Fitting the surfaces…"))
         request = FitRequest(
-            model=fitted_model.standing(cache),
-            reference=reference.standing(cache),
+            model=fitted_model.to_placed_model(cache),
+            reference=reference.to_placed_model(cache),
             scale=not model.frame.has_metres,
             pairs=self.points.pairs,
             stable=self.stable.part(self.points.pairs),
@@ -444,7 +444,7 @@ class FitDialog(QDialog):
         if model is None or reference is None or self.fit_result is None:
             return None
         pairs = self.points.to_pairs() if self.points.pairs else None
-        crs = reference.standing(self._studio.project.cache).crs
+        crs = reference.to_placed_model(self._studio.project.cache).crs
         record = create_registration(self.fit_result.placed, pairs, model, crs, reference.name)
         return add_reference_error(
             record, reference.registration, scale_fitted=not model.frame.has_metres

@@ -50,8 +50,8 @@ class StablePartBox(QWidget):
         self.distance_box.hide()
         self.stable_model = OtherModelBox(studio, fitted_id)
         self.stable_model.models.setObjectName("stable_model")
-        self.stable_model.chosen.connect(lambda _: self.changed.emit())
-        self.stable_model.said.connect(self.message)
+        self.stable_model.model_changed.connect(lambda _: self.changed.emit())
+        self.stable_model.status_changed.connect(self.message)
         self.stable_model.hide()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -98,7 +98,7 @@ class StablePartBox(QWidget):
             return StablePart(box=(box.low, box.high))
         mask = self.stable_model.current()
         if index == _MODEL and mask is not None:
-            return StablePart(model=mask.standing(self._studio.project.cache))
+            return StablePart(model=mask.to_placed_model(self._studio.project.cache))
         return StablePart(polygons=self._polygons) if index == _POLYGONS else None
 
     def mask_file(self) -> Path | None:

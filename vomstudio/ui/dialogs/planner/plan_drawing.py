@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
-from vomstudio.photogrammetry.survey.planning import Station, SurveyPlan
+from vomstudio.photogrammetry.survey.planning import CameraStation, SurveyPlan
 from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPENDICULAR
 
 _MARGIN_PX, _TITLE_PX, _LEGEND_PX = 18.0, 22.0, 26.0
@@ -151,7 +151,7 @@ class PlanDrawing(QWidget):
         self,
         painter: QPainter,
         plan: SurveyPlan,
-        station: Station,
+        station: CameraStation,
         position: QPointF,
         dx: float,
         dy: float,

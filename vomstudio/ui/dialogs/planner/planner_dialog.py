@@ -45,7 +45,7 @@ from vomstudio.ui.base.controls import ComboBox, Label, SpinBox, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.planner.plan_drawing import PlanDrawing
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.widgets.vertex_table import parse_number
@@ -356,7 +356,7 @@ class PlannerDialog(QDialog):
             self._studio.project.journal.set_view(_VIEW_KEY, self._values())
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
-        self.warnings.setText("\n".join(f"⚠ {as_sentence(str(text))}" for text in warnings))
+        self.warnings.setText("\n".join(f"⚠ {format_sentence(str(text))}" for text in warnings))
         has_fixed_aperture = self.plan is not None and self.plan.camera.f_number is not None
         allow(self.aperture, Finding("action.aperture-fixed") if has_fixed_aperture else None)
         self.drawing.show_plan(self.plan)

@@ -52,10 +52,10 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.comparison.agreement_table import AgreementTable
 from vomstudio.ui.panels.comparison.histogram import Histogram, count_distances
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_command
 from vomstudio.ui.widgets.options_form import OptionFields
-from vomstudio.ui.widgets.other_model_box import OtherModelBox, of_project
+from vomstudio.ui.widgets.other_model_box import OtherModelBox, project_model
 
 FIELD = "distance_m"
 _COLORED_PERCENT = 98.0
@@ -98,7 +98,7 @@ class ComparePanel(QWidget):
         self.method.addItem(tr("M3C2, along the normals"))
         self.method.currentIndexChanged.connect(self._show_limits)
         self.limits = OptionFields(CompareOptions, "compare", CompareOptions(m3c2_m=0.5))
-        follow_axes(studio, lambda axes: self.limits.show_unit(unit_of(axes)))
+        follow_axes(studio, lambda axes: self.limits.show_unit(length_unit(axes)))
         self.start = QPushButton(theme.icon("compare-horizontal"), tr("Compare"))
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
@@ -111,8 +111,8 @@ class ComparePanel(QWidget):
         self.histogram = Histogram()
         self.agreement = AgreementTable(studio)
         self._arrange()
-        self.other.chosen.connect(self._refresh_buttons)
-        self.other.said.connect(self.message.setText)
+        self.other.model_changed.connect(self._refresh_buttons)
+        self.other.status_changed.connect(self.message.setText)
         for signal in (studio.project_opened, studio.selection_changed, studio.model_loaded):
             signal.connect(self.refresh)
         studio.jobs.closed.connect(self._close)
@@ -153,7 +153,7 @@ class ComparePanel(QWidget):
             if model is None
             else tr("{model} held against", model=model.name)
         )
-        self.other.offer_besides("" if model is None else model.id)
+        self.other.list_models_except("" if model is None else model.id)
         self._load_stored()
         if self._has_moved():
             self.message.setText(Finding("comparison.model-moved").message)
@@ -174,13 +174,13 @@ class ComparePanel(QWidget):
         if model is None or self._job is not None or model.id not in studio.models:
             return
         # "Save as" moves the files of a project to the new folder.
-        project_model = (studio.project.folder, model.id)
-        if self._searched_model == project_model or (
+        searched = (studio.project.folder, model.id)
+        if self._searched_model == searched or (
             self.comparison is not None and self._compared_id == model.id
         ):
             return
-        self._searched_model = project_model
-        record = next(iter(stored_comparisons(*project_model)), None)
+        self._searched_model = searched
+        record = next(iter(stored_comparisons(*searched)), None)
         if record is None:
             return
         if not record.is_current(model):
@@ -191,9 +191,9 @@ class ComparePanel(QWidget):
             )
             return
         crs = model.frame.crs
-        entry = of_project(studio, model)
+        entry = project_model(studio, model)
         if entry is not None:
-            crs = entry.standing(studio.project.cache).crs
+            crs = entry.to_placed_model(studio.project.cache).crs
         cache = studio.project.cache
         path = studio.project.find_model(model) or Path(record.model_name)
         comparison = ModelComparison(
@@ -291,13 +291,13 @@ class ComparePanel(QWidget):
             self._studio.jobs.cancel(self._job)
             return
         studio, model, other = self._studio, self._model, self.other.current()
-        entry = None if model is None else of_project(studio, model)
+        entry = None if model is None else project_model(studio, model)
         if entry is None or model is None or other is None:
             return
         cache = studio.project.cache
         out = distances_file(studio.project.folder, new_id("comparison"))
         request = ComparisonRequest(
-            entry.standing(cache), other.standing(cache), self._options(model), out
+            entry.to_placed_model(cache), other.to_placed_model(cache), self._options(model), out
         )
         self.message.setText(tr("Comparing…"))
         self._job = studio.jobs.submit(

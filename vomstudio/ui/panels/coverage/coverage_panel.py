@@ -19,7 +19,7 @@ from vomstudio.studio.surfaces.face_grids import picked_lines
 from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow, button_row, narrow_form
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.coverage.analysis import (
@@ -30,7 +30,7 @@ from vomstudio.ui.panels.coverage.analysis import (
     figures_html,
 )
 from vomstudio.ui.widgets.axis_titles import add_length_row
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.widgets.results_page import FiguresPage
@@ -83,7 +83,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         grid_form = narrow_form()
         grid_form.addRow(tr("Grid"), self.grids)
         buttons = button_row(self.mark, self.remove)
-        FormBeside.fill(
+        FormWithPicture.fill(
             self, form, self.create_button, grid_form, buttons, self.message, picture=self.figures
         )
 
@@ -166,7 +166,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
     def _show(self, result: FaceCoverage | None, message: str) -> None:
         super()._show(result, "" if result is None else message)
         if result is None:
-            self.figures.say(message)
+            self.figures.show_reason(message)
         else:
             self.figures.setHtml(figures_html(result, self._unit()))
 
@@ -180,7 +180,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             self.mark.setChecked(marking and no_grid is None)
 
     def _why_not_create(self) -> Finding | None:
-        if self.model.chosen_model() is None:
+        if self.model.selected_model() is None:
             return Finding("action.no-model")
         if self._is_creating:
             return Finding("action.busy")
@@ -200,7 +200,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
     def _create_grid(self) -> None:
-        model, studio = self.model.chosen_model(), self._studio
+        model, studio = self.model.selected_model(), self._studio
         if model is None or self._why_not_create() is not None:
             return
         data = studio.models[model.id].data
@@ -208,7 +208,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         is_world = self.extent.currentData() == _SELECTED
         if is_world:
             measured = studio.measured(self._selected()).values()
-            lines = [drawn_points(each) for each in measured]
+            lines = [extent_points(each) for each in measured]
             points = np.concatenate([np.zeros((0, 3)), *(p for p in lines if len(p))])
         request = GridRequest(
             model=model,

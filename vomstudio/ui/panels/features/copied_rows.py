@@ -10,7 +10,7 @@ from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project.figures import Figure
 from vomstudio.ui.panels.features.feature_row import Row
-from vomstudio.ui.panels.features.table_model import ORIENTATION, Column
+from vomstudio.ui.panels.features.table_model import ORIENTATION, FeatureColumn
 
 _UNITS = {"deg": "°", "m": "m", "m2": "m²", "": ""}
 _AZIMUTHS = {
@@ -20,7 +20,7 @@ _AZIMUTHS = {
 }
 
 
-def format_rows(rows: Sequence[Row], columns: Sequence[Column]) -> str:
+def format_rows(rows: Sequence[Row], columns: Sequence[FeatureColumn]) -> str:
     """Format rows as tab-separated lines, the first with titles and units.
 
     An attitude has two columns, in the notation of the rows. Undefined and infinite values give
@@ -33,7 +33,7 @@ def format_rows(rows: Sequence[Row], columns: Sequence[Column]) -> str:
     return "\n".join("\t".join(line) for line in lines) + "\n"
 
 
-def _format_titles(column: Column, rows: Sequence[Row], metric: bool) -> list[str]:
+def _format_titles(column: FeatureColumn, rows: Sequence[Row], metric: bool) -> list[str]:
     if column is ORIENTATION:
         azimuth, angle = tr(_AZIMUTHS.get(rows[0].notation, "Dip direction")), tr("Dip")
         if any(row.measured.plane is None for row in rows):
@@ -47,7 +47,7 @@ def _format_titles(column: Column, rows: Sequence[Row], metric: bool) -> list[st
     return [f"{title} ({unit})" if unit else title]
 
 
-def _format_cells(column: Column, row: Row) -> list[str]:
+def _format_cells(column: FeatureColumn, row: Row) -> list[str]:
     if column is ORIENTATION:
         plane, line = row.measured.plane, row.measured.line
         if plane is not None:

@@ -8,7 +8,7 @@ from vomstudio.geology.model_agreement import OrientedPlane
 from vomstudio.project import catalogue
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, Typed
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 
 
@@ -29,7 +29,7 @@ def oriented_planes(
         if figures.plane is None:
             continue
         subject = studio.subject(feature, figures)
-        points = drawn_points(figures)
+        points = extent_points(figures)
         planes.append(
             OrientedPlane(
                 name=feature.name,

@@ -24,7 +24,7 @@ from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import FeatureType, Group
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow, rich_label
-from vomstudio.ui.base.number_formatting import degrees, natural
+from vomstudio.ui.base.number_formatting import degrees, natural_sort_key
 from vomstudio.ui.base.studio import Studio
 
 
@@ -193,7 +193,7 @@ def list_plane_groups(studio: Studio) -> list[tuple[str, str, Group]]:
             counts[type_id, name] += count
     groups = []
     for kind in studio.session.of(FeatureType):
-        names = sorted((n for t, n in counts if t == kind.id), key=natural)
+        names = sorted((n for t, n in counts if t == kind.id), key=natural_sort_key)
         for name in names:
             count = counts[kind.id, name]
             title = f"{kind.name}, {name}" if name else kind.name

@@ -33,10 +33,10 @@ from vomstudio.project.kinds import GROUPS, KINDS, group_and_set, group_of, kind
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, as_words
+from vomstudio.ui.base.controls import Label, escape_markup
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import natural, orientation_text
-from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
+from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.feature_row import Row, create_row
 from vomstudio.ui.panels.features.filter_line import FilterLine
@@ -93,7 +93,7 @@ class ProjectTree(QWidget):
         self._rows: dict[str, Row] = {}
         self._icons: dict[str, QIcon] = {}
         self._is_selecting = False
-        self._portions = Portions(self)
+        self._portions = IncrementalWork(self)
         self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -115,7 +115,7 @@ class ProjectTree(QWidget):
         )
         self.empty_types.setAccessibleName(tr("Show empty feature types"))
         self.empty_types.setCheckable(True)
-        theme.show_toggles(self.empty_types)
+        theme.highlight_toggles(self.empty_types)
         self.empty_types.toggled.connect(lambda _: self._update_counts())
         self._empty_label = Label(
             tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")
@@ -173,7 +173,7 @@ class ProjectTree(QWidget):
                 if id_ not in self._items:
                     self._add_group(id_, id_.capitalize(), "1")
             self.tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
-        self._portions.begin(self._fill())
+        self._portions.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
         """Add the features in their order, yielding after each portion."""
@@ -181,7 +181,7 @@ class ProjectTree(QWidget):
         if len(features) > _PORTION:
             # All panels refresh when a project opens; this one yields to them first.
             yield
-        features.sort(key=lambda f: natural(f.name))
+        features.sort(key=lambda f: natural_sort_key(f.name))
         for start in range(0, len(features), _PORTION):
             portion = features[start : start + _PORTION]
             with QSignalBlocker(self.tree):
@@ -222,7 +222,7 @@ class ProjectTree(QWidget):
             item, new_parent = TreeItem(), parent
             item.setData(NAME, ID, record.id)
             self._items[record.id] = item
-        item.setData(NAME, SORT, natural(record.name))
+        item.setData(NAME, SORT, natural_sort_key(record.name))
         item.setText(NAME, record.name)
         item.setCheckState(NAME, _check_state(self._studio.visible(record.id)))
         return item, new_parent
@@ -235,7 +235,7 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsUserCheckable
         )
         item.setText(ORIENTATION, "" if model.frame.has_north else tr("no frame"))
-        item.setToolTip(NAME, as_words(model.path))
+        item.setToolTip(NAME, escape_markup(model.path))
         if new_parent is not None:
             new_parent.addChild(item)
 
@@ -271,20 +271,20 @@ class ProjectTree(QWidget):
         text = orientation_text(measurement, self._studio.settings.notation)
         item.setText(ORIENTATION, f"{text} {_OVERTURNED}" if row.overturned else text)
         item.setText(SET, row.set_name)
-        item.setToolTip(SET, as_words(row.set_name))
+        item.setToolTip(SET, escape_markup(row.set_name))
         is_judged = measurement.verdict is not None or measurement.problem is not None
         item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if is_judged else QIcon())
         remarks = [tr("Overturned")] if row.overturned else []
         verdict = measurement.verdict
         findings = (*verdict.reasons, *verdict.notes) if verdict else (measurement.problem or "",)
         reasons = map(str, findings)
-        item.setToolTip(ORIENTATION, as_words("\n".join([*remarks, *reasons])))
+        item.setToolTip(ORIENTATION, escape_markup("\n".join([*remarks, *reasons])))
         tooltip_lines = [f"{feature.name}: {row.class_name}", *remarks]
         if row.set_name:
             tooltip_lines.append(tr("Set: {set_name}", set_name=row.set_name))
         if feature.notes:
             tooltip_lines.append(feature.notes)
-        item.setToolTip(NAME, as_words("\n".join(tooltip_lines)))
+        item.setToolTip(NAME, escape_markup("\n".join(tooltip_lines)))
 
     def _update_counts(self) -> None:
         """Show counts, hide empty types and apply the filter."""

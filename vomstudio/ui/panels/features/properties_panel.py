@@ -27,7 +27,14 @@ from vomstudio.project import edits
 from vomstudio.project.kind import Attribute
 from vomstudio.project.kinds import ATTRIBUTES, kind_of
 from vomstudio.project.records import Feature, Model, Record, get_feature
-from vomstudio.ui.base.controls import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
+from vomstudio.ui.base.controls import (
+    ComboBox,
+    Label,
+    PanelScrollArea,
+    allow,
+    rich_label,
+    rich_lines,
+)
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features import plane_relations
 from vomstudio.ui.panels.features.parallel_traces import describe_parallel_beds
@@ -50,8 +57,8 @@ class PropertiesPanel(QWidget):
         self._empty_label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._empty_label)
-        self._stack.addWidget(Scrolling(self._create_feature_page(keep_action)))
-        self._stack.addWidget(Scrolling(self._create_model_page(declare_action)))
+        self._stack.addWidget(PanelScrollArea(self._create_feature_page(keep_action)))
+        self._stack.addWidget(PanelScrollArea(self._create_model_page(declare_action)))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
@@ -110,8 +117,8 @@ class PropertiesPanel(QWidget):
             box.activated.connect(lambda _: self._change(**{name: box.currentData()}))
             return box
         if attribute.form == "plane":
-            planes = PlaneBox(self._studio, tr("none"), follow=False)
-            planes.chosen.connect(lambda id_: self._set_plane(name, id_))
+            planes = PlaneBox(self._studio, tr("none"), follows_selection=False)
+            planes.plane_selected.connect(lambda id_: self._set_plane(name, id_))
             return planes
         line = QLineEdit()
         line.editingFinished.connect(self._apply_typed_text)
@@ -311,7 +318,7 @@ def _show_mixed_value(widget: QWidget) -> None:
 def _show_value(widget: QWidget, value: Any) -> None:
     """Show the value of an attribute in its widget."""
     if isinstance(widget, TypeBox):
-        widget.choose(value)
+        widget.select_type(value)
     elif isinstance(widget, PlaneBox):
         widget.show_plane(value)
     elif isinstance(widget, ComboBox):

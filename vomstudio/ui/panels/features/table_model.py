@@ -23,8 +23,8 @@ from vomstudio.project.kinds.station import NUMBER, PHOTO
 from vomstudio.project.length_figures import LENGTH
 from vomstudio.project.records import Feature, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import as_words
-from vomstudio.ui.base.number_formatting import natural, orientation_text
+from vomstudio.ui.base.controls import escape_markup
+from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.feature_row import Row, create_row
 
@@ -35,7 +35,7 @@ _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
 @dataclass(frozen=True)
-class Column:
+class FeatureColumn:
     """Column of the orientation table.
 
     Attributes
@@ -61,11 +61,11 @@ class Column:
     figure: Figure | None = None
 
 
-def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
+def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) -> FeatureColumn:
     """Create the column of a figure; `value` replaces the sort key."""
     is_text = figure.form in ("text", "flag")
     field = figure.attribute if figure.form == "text" else ""
-    return Column(
+    return FeatureColumn(
         title=figure.title,
         tip=figure.explanation,
         text=lambda row: row.text(figure),
@@ -76,7 +76,7 @@ def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) ->
     )
 
 
-ORIENTATION = Column(
+ORIENTATION = FeatureColumn(
     to_translate("Orientation"),
     to_translate("Plane in the notation chosen under View > Notation; trend/plunge of a line"),
     lambda row: orientation_text(row.measured, row.notation) if row.has_orientation else "",
@@ -88,8 +88,8 @@ OVERTURNED = _create_column(
 )
 TYPE = _create_column(catalogue.KIND)
 TO_PICK = _create_column(catalogue.TO_PICK)
-COLUMNS: tuple[Column, ...] = (
-    _create_column(catalogue.NAME, lambda row: natural(row.feature.name)),
+COLUMNS: tuple[FeatureColumn, ...] = (
+    _create_column(catalogue.NAME, lambda row: natural_sort_key(row.feature.name)),
     TYPE,
     _create_column(catalogue.SET),
     ORIENTATION,
@@ -277,8 +277,10 @@ class OrientationModel(QAbstractTableModel):
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
             if column is QUALITY and (verdict := row.measured.verdict):
-                return as_words("\n".join(filter(None, (row.reasons, verdict.limits.description))))
-            return as_words(row.reasons or tr(column.tip))
+                return escape_markup(
+                    "\n".join(filter(None, (row.reasons, verdict.limits.description)))
+                )
+            return escape_markup(row.reasons or tr(column.tip))
         return None
 
     def flags(self, index: _Index) -> Qt.ItemFlag:

@@ -27,8 +27,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project.edit import Edit
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.help_links import Explained, explain
-from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.base.help_links import HelpTopic, explain
+from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.copied_rows import format_rows
 from vomstudio.ui.panels.features.filter_line import FilterLine
@@ -48,7 +48,7 @@ class TablePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._is_updating = False
-        self._portions = Portions(self)
+        self._portions = IncrementalWork(self)
         self._applied_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
         self._sorted = SortedRows(self.model)
@@ -126,7 +126,7 @@ class TablePanel(QWidget):
             id_ for id_ in ids if self._sorted.find_row(self.model.find_source_row(id_)) is None
         }
 
-    def _find_explanation(self, column: int) -> Explained | None:
+    def _find_explanation(self, column: int) -> HelpTopic | None:
         if not 0 <= column < len(COLUMNS):
             return None
         return COLUMNS[column].figure or "numbers.md#orientation"
@@ -140,7 +140,7 @@ class TablePanel(QWidget):
         """Rebuild rows and columns."""
         settings = self._studio.settings
         self._applied_settings = (settings.notation, settings.hidden_columns)
-        self._portions.begin(self._fill())
+        self._portions.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
         is_large, rows = len(self._studio.session.features()) > MAX_IMMEDIATE_FEATURES, None

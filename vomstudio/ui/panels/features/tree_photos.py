@@ -18,7 +18,7 @@ from vomstudio.project.records import (
     MarkedPoint,
     Mask,
     PhotoSet,
-    Reconstruction,
+    ReconstructionRecord,
     Record,
 )
 from vomstudio.ui.base import theme
@@ -44,7 +44,7 @@ _MENU_ACTIONS = (
     "open_report",
 )
 """Actions of the photos panel in the context menu of its set."""
-_RECORD_KINDS = (PhotoSet, Reconstruction, ImageMark, MarkedPoint, Mask)
+_RECORD_KINDS = (PhotoSet, ReconstructionRecord, ImageMark, MarkedPoint, Mask)
 
 
 class TreePhotos(QObject):
@@ -153,7 +153,7 @@ class TreePhotos(QObject):
                 registered=each.registered,
                 photos=each.photos,
             )
-            for each in self._studio.session.of(Reconstruction)
+            for each in self._studio.session.of(ReconstructionRecord)
             if each.photo_set_id == photo_set.id
         ]
         item.setToolTip(NAME, "\n".join(lines))

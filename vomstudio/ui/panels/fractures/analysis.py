@@ -17,7 +17,7 @@ from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.notation import exact_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.widgets.drawing_view import Mark
+from vomstudio.ui.widgets.drawing_view import DrawingMark
 from vomstudio.ui.widgets.vertex_table import parse_number
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class FractureAnswer:
     lines: list[FloatArray]
     region: SamplingRegion
     drawing: Drawing
-    mark: Mark | None
+    mark: DrawingMark | None
     mapped: MappedNetwork | None
     reason: Finding | None = None
 
@@ -150,7 +150,7 @@ def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Findin
     return None
 
 
-def region_mark(region_kind: str, numbers: tuple[float, ...]) -> Mark | None:
+def region_mark(region_kind: str, numbers: tuple[float, ...]) -> DrawingMark | None:
     """Return the outline of a sampling region on the map; None if it has none."""
     if (
         region_kind == EVERYTHING
@@ -160,12 +160,12 @@ def region_mark(region_kind: str, numbers: tuple[float, ...]) -> Mark | None:
         return None
     if region_kind == CIRCLE:
         x, y, radius = numbers
-        return Mark(np.array([[x, y], [x + radius, y]]), circle=True)
+        return DrawingMark(np.array([[x, y], [x + radius, y]]), circle=True)
     points = np.array(numbers).reshape(-1, 2)
     if region_kind == WINDOW and len(points) == 2:
         (x0, y0), (x1, y1) = points.tolist()
         points = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-    return Mark(points, closed=region_kind == WINDOW)
+    return DrawingMark(points, closed=region_kind == WINDOW)
 
 
 def answer(question: FractureQuestion) -> FractureAnswer:
@@ -262,7 +262,7 @@ def _merge_cells(cells: FloatArray) -> SamplingRegion:
 
 
 def _build_region(
-    region_kind: str, numbers: tuple[float, ...], mark: Mark | None
+    region_kind: str, numbers: tuple[float, ...], mark: DrawingMark | None
 ) -> SamplingRegion:
     import shapely
 
@@ -292,7 +292,7 @@ def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
 def _drawing(
     q: FractureQuestion, face: Curtain, lines: Sequence[FloatArray], cells: FloatArray
 ) -> Drawing:
-    from vomstudio.products.ortho.vector_drawing import Drawing, Shape
+    from vomstudio.products.ortho.vector_drawing import Drawing, DrawingShape
     from vomstudio.products.section.writing import end_names
 
     points = np.concatenate([*lines, cells.reshape(-1, 2)])
@@ -301,8 +301,11 @@ def _drawing(
     unit = "m" if q.metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
     shapes = (
-        *(Shape("cells", cell, _CELL_COLOR, closed=True) for cell in cells),
-        *(Shape("traces", line, trace.color) for trace, line in zip(q.traces, lines, strict=True)),
+        *(DrawingShape("cells", cell, _CELL_COLOR, closed=True) for cell in cells),
+        *(
+            DrawingShape("traces", line, trace.color)
+            for trace, line in zip(q.traces, lines, strict=True)
+        ),
     )
     return Drawing(
         shapes,

@@ -63,20 +63,20 @@ from vomstudio.ui.panels.fractures.analysis import (
     write_figure,
 )
 from vomstudio.ui.panels.fractures.region_box import RegionBox
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_with_file,
-    numbers_text,
+    format_numbers,
 )
 from vomstudio.ui.widgets.drawing_view import DrawingView
-from vomstudio.ui.widgets.figure_file import ask_for_picture
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.figure_file import ask_for_figure_file
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
 from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection
-from vomstudio.ui.widgets.scaled_picture import FittingPicture
+from vomstudio.ui.widgets.scaled_picture import ScaledPicture
 
 _NO_COLOR = "#404040"
 
@@ -98,7 +98,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         )
         self.take.setToolTip(tr("The selected line or area, as it lies on the face."))
         self.options = OptionFields(FractureOptions, "fracture")
-        follow_axes(studio, lambda axes: self.options.show_unit(unit_of(axes)))
+        follow_axes(studio, lambda axes: self.options.show_unit(length_unit(axes)))
         self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
         self.figure.setToolTip(tr("Map, rose, nodes, lengths and intensity as SVG, PDF or PNG."))
         self.copy = CopyCommandButton(
@@ -108,7 +108,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.figures.setAccessibleName(tr("Figures of the fractures"))
         self.map = DrawingView(tr("The traces will be drawn here, as they lie on their face."))
         self.map.setAccessibleName(tr("Map of the traces"))
-        self.picture = FittingPicture()
+        self.picture = ScaledPicture()
         self._arrange()
         self._connect()
 
@@ -138,7 +138,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         layout.addWidget(self.tabs, 3)
         self.figures.setMinimumWidth(150)
         buttons = button_row(self.figure, self.copy)
-        FormBeside.fill(self, form, buttons, self.message, picture=results)
+        FormWithPicture.fill(self, form, buttons, self.message, picture=results)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -189,7 +189,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             }[kind]
         )
         can_mark = kind not in (EVERYTHING, GRID)
-        self.map.let_mark(can_mark)
+        self.map.enable_marking(can_mark)
         self.map.setToolTip(
             "" if not can_mark else tr("Drag to mark where the traces are counted.")
         )
@@ -333,7 +333,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                     if warning.code != "lines.not-planar"
                 ),
                 *map(str, result.mapped.found.notes),
-                *self.group_box.left_out(),
+                *self.group_box.exclusion_messages(),
                 *_cells_text(result),
             ]
         return "\n".join(notes)
@@ -348,7 +348,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def _refresh(self) -> None:
         reason = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             reason = Finding("action.busy")
         elif self.result is None or self.result.mapped is None:
             reason = Finding("action.no-result")
@@ -373,7 +373,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     # --- export ------------------------------------------------------------------------------
     def _ask_for_figure(self) -> None:
-        path = ask_for_picture(self, self._studio, tr("Figure of the fractures"), "fractures")
+        path = ask_for_figure_file(self, self._studio, tr("Figure of the fractures"), "fractures")
         if path is not None:
             self.write_figure(path)
 
@@ -422,7 +422,7 @@ def _cells_text(result: FractureAnswer) -> list[str]:
     ]
 
 
-def fractures_command(result: FractureAnswer, traces: Path) -> Words:
+def fractures_command(result: FractureAnswer, traces: Path) -> CommandArguments:
     """Return the command that gives the same result from a GeoPackage of the traces.
 
     The sampling region is in files next to the GeoPackage.
@@ -436,7 +436,7 @@ def fractures_command(result: FractureAnswer, traces: Path) -> Words:
         x, y, radius = region.circle
         (centre,) = map_to_outcrop(np.array([[x, y]]), result.face).tolist()
         centre = centre[:2] if plane.is_horizontal else centre
-        circle = numbers_text((*centre, radius))
+        circle = format_numbers((*centre, radius))
     files = map_files(traces, region)
     area, scanline = (str(files[name]) if name in files else None for name in ("area", "scanline"))
     attitude = f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"

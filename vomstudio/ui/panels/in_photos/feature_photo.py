@@ -17,7 +17,7 @@ from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.photos import ModelPhotos
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.ui.base.photo_images import PATIENCE_S, PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PATIENCE_S, PhotoImages, PhotoPyramid
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.in_photos.drawn_features import draw_features
@@ -61,7 +61,7 @@ class FeaturePhoto(QObject):
         self._background = QtBackground(self, "in photos", threads=1)
         self.canvas = PhotoCanvas()
         self.canvas.pointed.connect(self._handle_pointer)
-        self.images.pictured.connect(self._show_picture)
+        self.images.picture_loaded.connect(self._show_picture)
         studio.preview.connect(self._show_preview)
         studio.active_tool_changed.connect(self._tool_changed)
 
@@ -103,13 +103,13 @@ class FeaturePhoto(QObject):
 
     def clear_features(self) -> None:
         """Remove the features until `draw` is called."""
-        self.canvas.set_drawn((), frozenset())
+        self.canvas.set_features((), frozenset())
 
     def clear_photo(self) -> None:
         """Remove the photo."""
         self.canvas.set_photo(1, 1)
-        self.canvas.look_through = None
-        self.canvas.set_spot(None)
+        self.canvas.projection = None
+        self.canvas.set_marker(None)
 
     def show(self, view: int, zoom: bool = True) -> None:
         """Show the photo of this number, and zoom to the target if `zoom` is True."""
@@ -118,7 +118,7 @@ class FeaturePhoto(QObject):
         self.view = view
         lens = photos.views.views[view].intrinsics
         self.canvas.set_photo(lens.width, lens.height)
-        self.canvas.look_through = self._look_through
+        self.canvas.projection = self._look_through
         self.canvas.direction = photos.views.direction(view)
         self.canvas.message = ""
         path = photos.path(view)
@@ -138,15 +138,15 @@ class FeaturePhoto(QObject):
         self.canvas.message = message
         self.canvas.update()
 
-    def _show_picture(self, key: str, picture: Picture | str) -> None:
+    def _show_picture(self, key: str, picture: PhotoPyramid | str) -> None:
         photos = self.photos
         if photos is None or self.view is None or str(photos.path(self.view)) != key:
             return
-        if isinstance(picture, Picture):
+        if isinstance(picture, PhotoPyramid):
             is_first = self.canvas.message != ""
             self.canvas.message = ""
             self.canvas.set_picture(picture)
-            if is_first and picture.turn.m11() < 0.5:
+            if is_first and picture.to_upright.m11() < 0.5:
                 self.look_at_target()
         else:
             self.show_message(
@@ -159,7 +159,9 @@ class FeaturePhoto(QObject):
             return
         pixels = self.photos.views.pixels(self.view, self.target)
         pixels = pixels[self.photos.views.views[self.view].contains(pixels)]
-        if len(pixels) and not (only_if_lost and self.canvas.sees(np.median(pixels, axis=0))):
+        if len(pixels) and not (
+            only_if_lost and self.canvas.contains_pixels(np.median(pixels, axis=0))
+        ):
             self.canvas.look_at(pixels)
 
     # --- drawing -----------------------------------------------------------------------------
@@ -177,7 +179,7 @@ class FeaturePhoto(QObject):
         views, spot = self.photos.views, None
         if place is not None and views.shows(self.view, place[None])[0]:
             spot = views.pixels(self.view, place[None])[0]
-        self.canvas.set_spot(spot)
+        self.canvas.set_marker(spot)
         selected = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
         # Selected features are drawn first, since drawing takes time.
@@ -193,10 +195,10 @@ class FeaturePhoto(QObject):
 
     def _show_overlays(self, view: int, overlays: list[Drawn]) -> None:
         if view == self.view:
-            self.canvas.set_drawn(overlays, frozenset(self._studio.selection.ids))
+            self.canvas.set_features(overlays, frozenset(self._studio.selection.ids))
 
     def _show_preview(self, preview: Preview | None) -> None:
-        if not self.canvas.isVisible() or self.canvas.look_through is None:
+        if not self.canvas.isVisible() or self.canvas.projection is None:
             return
         if preview is not None:
             # Between its vertices the line may run below the surface.
@@ -222,7 +224,7 @@ class FeaturePhoto(QObject):
     # --- gestures ----------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
         tool = self._studio.tools.get(name)
-        self.canvas.left_paints = tool is not None and tool.paints
+        self.canvas.is_left_button_painting = tool is not None and tool.paints
         arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
         self.canvas.setCursor(arrow if tool is None else cross)
 
@@ -245,7 +247,7 @@ class FeaturePhoto(QObject):
             ctrl=at.ctrl,
             hit=hit,
             handle=at.handle,
-            more=at.more,
+            more=at.is_continued,
             in_photo=True,
             photo=self.name or "",
         )

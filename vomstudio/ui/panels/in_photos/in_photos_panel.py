@@ -24,7 +24,7 @@ from vomstudio.studio.photos import ModelPhotos, PhotoLinks
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto, world_point
 from vomstudio.ui.panels.in_photos.sighting_list import SightingList, sighting_text
@@ -239,7 +239,7 @@ class InPhotosPanel(QWidget):
         ]
         if selection:
             measured = self._studio.measured(r.id for r in selection).values()
-            points = [p for m in measured if len(p := drawn_points(m))]
+            points = [p for m in measured if len(p := extent_points(m))]
             if points:
                 count_text = tr_n("{count} feature", "{count} features", len(selection))
                 name = selection[0].name if len(selection) == 1 else count_text

@@ -11,7 +11,7 @@ from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.core.words import tr
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.photo_images import THUMBNAIL, PhotoImages
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class SightingList(QListWidget):
         self.setMinimumWidth(210)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.currentRowChanged.connect(self._emit_selection)
-        images.thumbnailed.connect(self._show_thumbnail)
+        images.thumbnail_loaded.connect(self._show_thumbnail)
 
     @property
     def names(self) -> list[str]:
@@ -67,7 +67,7 @@ class SightingList(QListWidget):
                 item = QListWidgetItem(QIcon(blank), f"{name.rpartition('/')[2]}\n{text}".strip())
                 item.setData(Qt.ItemDataRole.UserRole, name)
                 item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
-                item.setToolTip(as_words(self._tip(name, text)))
+                item.setToolTip(escape_markup(self._tip(name, text)))
                 self.addItem(item)
                 file = files.get(name)
                 if file is not None and (image := self._images.thumbnail(Path(file))) is not None:

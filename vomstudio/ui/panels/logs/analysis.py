@@ -13,7 +13,7 @@ from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import exact_plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.products.section.line_log import LogAnswer, RockWords, unique_names
-from vomstudio.ui.widgets.copied_command import Words, numbers_text
+from vomstudio.ui.widgets.copied_command import CommandArguments, format_numbers
 
 
 def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
@@ -57,7 +57,7 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     names = unique_names([b.name for b in result.boundaries])
     for name, boundary in zip(names, result.boundaries, strict=True):
         description = descriptions.get(boundary.key, RockWords())
-        coordinates = numbers_text(boundary.place).split(",")
+        coordinates = format_numbers(boundary.place).split(",")
         writer.writerow(
             [
                 escape_formula(name),
@@ -69,7 +69,7 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
-def log_command(result: LogAnswer, table: Path) -> Words:
+def log_command(result: LogAnswer, table: Path) -> CommandArguments:
     """Return the command that gives the same log and its figure from a table of boundaries."""
     options = LogOptions(
         sigma_m=result.sigma_m or None,

@@ -47,15 +47,15 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.logs.analysis import draw_figure, log_command, write, write_boundaries
 from vomstudio.ui.panels.logs.log_table import BedLogTable
-from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file
 from vomstudio.ui.widgets.drawn_line import DrawnLine
-from vomstudio.ui.widgets.error_fields import error_field, number_in
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.error_fields import error_field, read_number
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
 from vomstudio.ui.widgets.options_form import OptionFields
-from vomstudio.ui.widgets.plane_choice import TakenPlane
-from vomstudio.ui.widgets.scaled_picture import FittingPicture
+from vomstudio.ui.widgets.plane_choice import PlaneChoice
+from vomstudio.ui.widgets.scaled_picture import ScaledPicture
 
 _FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
 
@@ -100,7 +100,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             tr("automatic"),
             tr("How near to the line a trace has to come; by itself a twentieth of the line."),
         )
-        self.bed = TakenPlane(studio, "log_bed", tr("fitted to the traces"))
+        self.bed = PlaneChoice(studio, "log_bed", tr("fitted to the traces"))
         self.options = OptionFields(LogOptions, "log")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
         self.write.setToolTip(tr("The table as CSV, or the column of beds as SVG, PDF or PNG."))
@@ -109,7 +109,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         )
         self.table = BedLogTable()
         follow_axes(studio, self._show_axes)
-        self.picture = FittingPicture()
+        self.picture = ScaledPicture()
         self._arrange()
         self._connect()
         self._show(None, "")
@@ -139,11 +139,11 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.picture.setMinimumWidth(120)
         buttons = button_row(self.write, self.copy)
         overturned = self.options.fields["overturned"]
-        FormBeside.fill(self, form, overturned, buttons, self.message, picture=results)
+        FormWithPicture.fill(self, form, overturned, buttons, self.message, picture=results)
 
     def _show_axes(self, axes: Axes) -> None:
-        self.table.show_unit(unit_of(axes))
-        self.options.show_unit(unit_of(axes))
+        self.table.show_unit(length_unit(axes))
+        self.options.show_unit(length_unit(axes))
 
     def _connect(self) -> None:
         studio, soon = self._studio, self._soon
@@ -161,7 +161,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(soon)
         studio.selection_changed.connect(lambda _: self._follow_selection())
-        self._line.drawn.connect(self._take_picked_line)
+        self._line.finished.connect(self._take_picked_line)
 
     # --- the line ----------------------------------------------------------------------------
     def _take(self, feature: Feature | None) -> None:
@@ -218,7 +218,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
             raise InputError(bed.problem or Finding("field.no-plane"))
-        max_distance_m = number_in(self.max_distance, "number.not-a-length")
+        max_distance_m = read_number(self.max_distance, "number.not-a-length")
         options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
         model = model_of(studio.records, line)
         return LogQuestion(
@@ -284,7 +284,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         reason = Finding("action.points-are-boundaries")
         allow(self.max_distance, reason if self.source_box.currentData() == POINTS else None)
         problem = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             problem = Finding("action.busy")
         elif self.result is None:
             problem = Finding("action.no-result")

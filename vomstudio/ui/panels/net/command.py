@@ -13,8 +13,8 @@ from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.figure_options import RoseFigure, SetColors, StereonetOptions
 from vomstudio.products.net.net_options import parse_net_plane
 from vomstudio.ui.panels.net.view_settings import NetViewSettings
-from vomstudio.ui.widgets.copied_command import Word, Words, numbers_text
-from vomstudio.ui.widgets.copied_planes import beside
+from vomstudio.ui.widgets.copied_command import CommandArgument, CommandArguments, format_numbers
+from vomstudio.ui.widgets.copied_planes import result_path
 
 if TYPE_CHECKING:
     from vomstudio.products.net.figure_style import FigureStyle
@@ -32,7 +32,7 @@ def net_command(
     style: FigureStyle,
     colors: Mapping[str, str],
     fold: FoldFilter | None = None,
-) -> Words:
+) -> CommandArguments:
     """Return the command that draws the net, or the roses if those are shown.
 
     Parameters
@@ -50,7 +50,10 @@ def net_command(
     fold : FoldFilter, optional
         Planes of the fold axis; None if it is not shown.
     """
-    output: list[Word | tuple[str, Word]] = [("-o", beside(table, "svg")), "--force"]
+    output: list[CommandArgument | tuple[str, CommandArgument]] = [
+        ("-o", result_path(table, "svg")),
+        "--force",
+    ]
     set_colors = SetColors(tuple(f"{name}={color}" for name, color in colors.items()))
     if view_settings.view != "net":
         figure = RoseFigure(
@@ -119,7 +122,7 @@ def _net_options(
             "filled": contouring.is_filled,
             "each_set": contouring.each_set,
             "kamb_sigma": contouring.sigma,
-            "levels": numbers_text(view_settings.levels) if view_settings.levels else None,
+            "levels": format_numbers(view_settings.levels) if view_settings.levels else None,
         }
     if fold is not None:
         values |= {"fold": True, "quality": fold.min_quality, "only_set": fold.set_name}

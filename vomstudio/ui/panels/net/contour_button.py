@@ -37,7 +37,7 @@ class ContourButton(QToolButton):
         self.setAccessibleName(tip)
         self.setCheckable(True)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        theme.show_toggles(self)
+        theme.highlight_toggles(self)
         menu = QMenu(self)
         menu.setToolTipsVisible(True)
         group = QActionGroup(self)

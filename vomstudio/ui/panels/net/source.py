@@ -31,7 +31,7 @@ from vomstudio.project.records import FeatureType, Typed, get_feature
 from vomstudio.project.registration_errors import models_of, turns_of
 from vomstudio.project.straight_traces import band_of_measured
 from vomstudio.studio.fold_choice import is_bed
-from vomstudio.ui.base.number_formatting import natural
+from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.feature_sets import (
     Groups,
@@ -98,7 +98,7 @@ class NetSource:
         for kind in studio.session.of(FeatureType):
             type_sets = groups.get(kind.id, {})
             # Picked planes and compass readings of a set share one symbol.
-            for variant, name in enumerate(sorted(type_sets, key=natural)):
+            for variant, name in enumerate(sorted(type_sets, key=natural_sort_key)):
                 title = f"{kind.name}: {name}" if name else kind.name
                 for appearance, members in group_by_appearance(type_sets[name]):
                     marker = appearance.marker or _MARKERS.get(kind.symbol, "o")

@@ -53,7 +53,7 @@ from vomstudio.ui.panels.net.menu_button import NetMenuButton
 from vomstudio.ui.panels.net.source import NetSource, add_fold_axis
 from vomstudio.ui.panels.net.view_box import NetViewBox
 from vomstudio.ui.panels.net.view_settings import NetViewSettings
-from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes
+from vomstudio.ui.widgets.axis_titles import follow_axes, project_axes
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.copied_planes import copy_with_table
 
@@ -174,7 +174,7 @@ class StereonetPanel(QWidget):
         button.setToolTip(tip)
         button.setAccessibleName(tip)
         button.setCheckable(True)
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         button.setChecked(is_checked)
         button.toggled.connect(lambda _: self.redraw())
         return button
@@ -240,7 +240,7 @@ class StereonetPanel(QWidget):
         source, view_settings, studio = self._source, self.view_settings, self._studio
         sets = source.visible_sets()
         live = source.live()
-        has_north = self._has_north(sets) and (live is None or axes_of(studio).north)
+        has_north = self._has_north(sets) and (live is None or project_axes(studio).north)
         overlays = view_settings.overlays
         circles, marks = view_settings.rotated_drawings()
         net = NetContents(
@@ -287,7 +287,7 @@ class StereonetPanel(QWidget):
 
         Compass readings have no model and always have north.
         """
-        if axes_of(self._studio).north:
+        if project_axes(self._studio).north:
             return True
         records = self._studio.records
         models = [model_of(records, get_feature(records, id_)) for s in sets for id_ in s.ids]

@@ -107,7 +107,7 @@ class MarkCanvas(PhotoCanvas):
     def set_tool(self, tool: str) -> None:
         """Set the tool to LOOK, MARK, POLYGON or BRUSH."""
         self.tool = tool
-        self.left_paints = tool == BRUSH
+        self.is_left_button_painting = tool == BRUSH
         shape = Qt.CursorShape.ArrowCursor if tool == LOOK else Qt.CursorShape.CrossCursor
         self.setCursor(shape)
         self.update()
@@ -166,7 +166,7 @@ class MarkCanvas(PhotoCanvas):
             return None
         if not pixels:
             return None
-        distances = np.hypot(*(self.screen_of(pixels) - [at.x(), at.y()]).T)
+        distances = np.hypot(*(self.to_widget(pixels) - [at.x(), at.y()]).T)
         distances = np.where(np.isfinite(distances), distances, np.inf)
         return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
@@ -231,7 +231,7 @@ class MarkCanvas(PhotoCanvas):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if len(self._epipolar_line) > 1:
             line = QPolygonF(
-                [QPointF(x, y) for x, y in self.screen_of(self._epipolar_line).tolist()]
+                [QPointF(x, y) for x, y in self.to_widget(self._epipolar_line).tolist()]
             )
             for pen in (QPen(painting.DARK, 3.2), QPen(QColor("white"), 1.4, Qt.PenStyle.DashLine)):
                 painter.setPen(pen)
@@ -260,7 +260,7 @@ class MarkCanvas(PhotoCanvas):
             painter.drawImage(0, 0, self._tint)
 
     def _paint_mark(self, painter: QPainter, mark: ShownMark) -> None:
-        x, y = (float(v) for v in self.screen_of(mark.pixel)[0])
+        x, y = (float(v) for v in self.to_widget(mark.pixel)[0])
         color = QColor(COLORS[mark.role])
         if mark.is_predicted:
             for pen in (QPen(painting.DARK, 3.6), QPen(color, 1.6, Qt.PenStyle.DashLine)):
@@ -290,7 +290,7 @@ class MarkCanvas(PhotoCanvas):
     def _paint_polygon(self, painter: QPainter) -> None:
         if not self._corners:
             return
-        points = [QPointF(x, y) for x, y in self.screen_of(self._corners).tolist()]
+        points = [QPointF(x, y) for x, y in self.to_widget(self._corners).tolist()]
         line = list(points)
         if self._cursor is not None and self.underMouse() and self._press is None:
             line.append(self._cursor)

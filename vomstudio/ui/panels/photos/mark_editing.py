@@ -140,7 +140,9 @@ class MarkEditing(QObject):
             Whether to import marks instead of control points.
         """
         title = tr("Import image marks") if marks else tr("Import control points")
-        name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), file_filters.control())
+        name, _ = QFileDialog.getOpenFileName(
+            parent, title, str(folder), file_filters.ground_control()
+        )
         if not name:
             return
         try:

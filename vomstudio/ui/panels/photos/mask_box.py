@@ -50,7 +50,7 @@ class MaskBox(QGroupBox):
             button.setIcon(theme.icon(icon))
             button.setToolTip(tip)
             button.setCheckable(True)
-            theme.show_toggles(button)
+            theme.highlight_toggles(button)
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             group.addButton(button)
             row.addWidget(button)

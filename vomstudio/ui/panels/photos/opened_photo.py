@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.georeferencing.mark_prediction import Pixel
-from vomstudio.ui.base.photo_images import PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PhotoImages, PhotoPyramid
 from vomstudio.ui.panels.photos.mark_canvas import MarkCanvas
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
@@ -32,7 +32,7 @@ class OpenedPhoto(QObject):
         self.name = ""
         self._has_picture = False
         self._viewed_label = ""
-        self._images.pictured.connect(self._show_picture)
+        self._images.picture_loaded.connect(self._show_picture)
 
     @property
     def row(self) -> PhotoRow | None:
@@ -50,11 +50,11 @@ class OpenedPhoto(QObject):
         if picture is not None:
             self._canvas.set_picture(picture)
 
-    def _show_picture(self, key: str, picture: Picture | str) -> None:
+    def _show_picture(self, key: str, picture: PhotoPyramid | str) -> None:
         row = self.row
         if row is None or row.path != key:
             return
-        if isinstance(picture, Picture):
+        if isinstance(picture, PhotoPyramid):
             self._canvas.message = ""
             self._canvas.set_picture(picture)
             if not self._has_picture:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 
 if TYPE_CHECKING:
     from vomstudio.project.records import Model
@@ -28,7 +28,7 @@ def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[F
         return [] if note is None else [note]
     if facts.problem is not None:
         return [facts.problem]
-    summary = as_sentence(str(facts.summary))
+    summary = format_sentence(str(facts.summary))
     if facts.crs:
         first = Finding("control.registers", crs=facts.crs, summary=summary)
     else:

@@ -22,7 +22,7 @@ from vomstudio.project.records import PhotoSet
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base.studio import Notice, Studio
-from vomstudio.ui.base.texts import as_sentence, names_in_short
+from vomstudio.ui.base.texts import abbreviate_names, format_sentence
 from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 from vomstudio.ui.panels.photos.photo_exports import PhotoExports
 from vomstudio.ui.panels.photos.photo_marks import unknown_photos
@@ -109,7 +109,7 @@ class PhotoImport:
     ) -> None:
         """Store the data of the files in one edit."""
         for problem in sidecars.problems:
-            self._studio.warn(Finding("file.unchanged", reason=as_sentence(problem)))
+            self._studio.warn(Finding("file.unchanged", reason=format_sentence(problem)))
         unknown = {photo for _, photo, _, _ in sidecars.marks} - {row.name for row in rows}
         if unknown:
             self._studio.warn(unknown_photos(sorted(unknown)))
@@ -134,7 +134,7 @@ class PhotoImport:
         self._exports.begin(rows, is_external=self.named_control is not None, sidecars=sidecars)
         names = self._exports.foreign_files
         if self._document.is_imported and names:
-            finding = Finding("photo.files-changed", files=names_in_short(names))
+            finding = Finding("photo.files-changed", files=abbreviate_names(names))
             self._studio.notice.emit(Notice(finding, "warning", "take_in_photos"))
 
 

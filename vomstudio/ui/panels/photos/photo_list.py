@@ -12,7 +12,7 @@ from vomstudio.core.words import tr, tr_n
 from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.photo_images import THUMBNAIL
 from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
@@ -96,7 +96,7 @@ class PhotoList(QListWidget):
             item = self._items[name]
             text, is_bad = self._state_text(name, counts.get(name, 0))
             item.setText(f"{name.rpartition('/')[2]}\n{text}")
-            item.setToolTip(as_words(f"{name}\n{text}"))
+            item.setToolTip(escape_markup(f"{name}\n{text}"))
             color = QColor(VERDICT_COLORS["poor"]) if is_bad else self.palette().text().color()
             item.setForeground(color)
 

@@ -20,7 +20,7 @@ from vomstudio.photogrammetry.georeferencing.mark_prediction import (
     PlacedPhotos,
     missing,
 )
-from vomstudio.ui.base.texts import names_in_short
+from vomstudio.ui.base.texts import abbreviate_names
 from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 
 
@@ -151,4 +151,4 @@ class PhotoMarks(QObject):
 
 def unknown_photos(photos: Sequence[str]) -> Finding:
     """Return the warning about marks in photos which the folder does not contain."""
-    return Finding("marks.other-photos", photos=names_in_short(photos))
+    return Finding("marks.other-photos", photos=abbreviate_names(photos))

@@ -12,7 +12,7 @@ from vomstudio.core.arrays import BoolArray, ByteArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.pixel_areas import Area, changed_by
+from vomstudio.geometry.pixel_areas import PixelArea, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
 from vomstudio.project.records import Asset
 from vomstudio.ui.base.qt_background import QtBackground
@@ -51,7 +51,7 @@ class _MaskCache:
 class Shape:
     """Shape drawn last, and whether it masks."""
 
-    areas: tuple[Area, ...]
+    areas: tuple[PixelArea, ...]
     is_masking: bool
     photo: str
 
@@ -149,7 +149,7 @@ class PhotoMasks(QObject):
         self._has_changed, self._is_drawing = False, True
         self.last_shape = Shape((), is_masking, name)
 
-    def draw(self, area: Area) -> None:
+    def draw(self, area: PixelArea) -> None:
         """Add an area to the current shape."""
         shape = self.last_shape
         assert shape is not None
@@ -170,7 +170,7 @@ class PhotoMasks(QObject):
             title = tr("Mask") if shape.is_masking else tr("Unmask")
             self._store(title, shape.photo)
 
-    def draw_once(self, name: str, area: Area, is_masking: bool) -> None:
+    def draw_once(self, name: str, area: PixelArea, is_masking: bool) -> None:
         self.begin(name, is_masking)
         self.draw(area)
         self.end()

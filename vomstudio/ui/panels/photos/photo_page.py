@@ -24,7 +24,7 @@ from vomstudio.project.edit import Edit
 from vomstudio.studio.history import step_title
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import Actions
-from vomstudio.ui.base.controls import ElidedLabel, Label, Scrolling
+from vomstudio.ui.base.controls import ElidedLabel, Label, PanelScrollArea
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Notice
 from vomstudio.ui.panels.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanvas
@@ -127,14 +127,14 @@ class PhotoPage(QWidget):
             own_window_command(self, self.window_toggle_requested.emit),
         ):
             self.actions_table.add(command)
-        self.actions_table.give_keys_to(self.canvas)
+        self.actions_table.assign_viewport_keys(self.canvas)
         self.mask_box.set_actions(self.actions_table.all)
         self.points.set_actions(self.actions_table.all)
 
     def _arrange(self) -> None:
         self.toolbar = bar = QToolBar()
         bar.setIconSize(QSize(18, 18))
-        theme.show_toggles(bar)
+        theme.highlight_toggles(bar)
         bar.setMovable(False)
         actions = self.actions_table.all
         self._title = Label()
@@ -176,7 +176,7 @@ class PhotoPage(QWidget):
         column.addWidget(self.mask_box)
         column.addWidget(self.points, 1)
         split = QSplitter(Qt.Orientation.Horizontal)
-        for widget in (self.list, self._middle, Scrolling(side)):
+        for widget in (self.list, self._middle, PanelScrollArea(side)):
             split.addWidget(widget)
         split.setStretchFactor(1, 1)
         split.setSizes([250, 830, 310])
@@ -342,7 +342,7 @@ class PhotoPage(QWidget):
         if level == "info":
             self._set_status(str(message))
         else:
-            self.bar.say(Notice(message, level))
+            self.bar.show_notice(Notice(message, level))
 
     def _show_position(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
@@ -387,7 +387,7 @@ class PhotoPage(QWidget):
         steps: list[Finding | str | None] = [
             query(name)
             for name in ("undo", "redo")
-            for query in (self.actions_table.why_not, self.actions_table.what)
+            for query in (self.actions_table.why_not, self.actions_table.target)
         ]
         if steps != self._steps:
             # Refreshing the commands of the main window at each move of a mark would be slow.

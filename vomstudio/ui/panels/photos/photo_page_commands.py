@@ -86,8 +86,8 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
     def text() -> str:
         photo = table()
         if photo is None:
-            return command.text if command.text_now is None else command.text_now()
-        step = photo.what(name)
+            return command.text if command.current_text is None else command.current_text()
+        step = photo.target(name)
         if step is None:
             return command.text
         step_text = step_title(step).replace("&", "&&")
@@ -97,7 +97,7 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
             else tr("&Redo {step}", step=step_text)
         )
 
-    base = command if command.text_now is None else replace(command, text_now=text)
+    base = command if command.current_text is None else replace(command, current_text=text)
     return replace(base, run=run, why_not=why_not)
 
 
@@ -110,7 +110,7 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
         "open-in-new",
         (),
         tr("Show the photo in a window of its own, for a second screen, or put it back."),
-        checked=page.isWindow,
+        is_checked=page.isWindow,
     )
 
 
@@ -133,8 +133,8 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "hand-back-right-outline",
             "V",
             tr("Pan and zoom."),
-            in_viewport=True,
-            checked=is_tool(LOOK),
+            is_viewport_key=True,
+            is_checked=is_tool(LOOK),
         ),
         Command(
             "mark",
@@ -143,8 +143,8 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "target",
             "M",
             tr("Mark control points, check points and tie points."),
-            in_viewport=True,
-            checked=is_tool(MARK),
+            is_viewport_key=True,
+            is_checked=is_tool(MARK),
         ),
         Command(
             "polygon",
@@ -153,8 +153,8 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "vector-polygon",
             "P",
             tr("Mask or unmask a polygon."),
-            in_viewport=True,
-            checked=is_tool(POLYGON),
+            is_viewport_key=True,
+            is_checked=is_tool(POLYGON),
         ),
         Command(
             "brush",
@@ -163,10 +163,12 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "brush",
             "B",
             tr("Mask or unmask with a brush."),
-            in_viewport=True,
-            checked=is_tool(BRUSH),
+            is_viewport_key=True,
+            is_checked=is_tool(BRUSH),
         ),
-        Command("fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", in_viewport=True),
+        Command(
+            "fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", is_viewport_key=True
+        ),
         Command(
             "one_to_one",
             "1 : 1",
@@ -174,7 +176,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "magnify-plus-outline",
             "1",
             tr("One pixel of the photo is one pixel of the screen."),
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]
 
@@ -199,7 +201,7 @@ def undo_commands(
                     else Finding("edit.nothing-to-undo")
                 )
             ),
-            what=lambda: tr("Last vertex") if tools.corner_count else document.undo_label,
+            target=lambda: tr("Last vertex") if tools.corner_count else document.undo_label,
         ),
         Command(
             "redo",
@@ -212,7 +214,7 @@ def undo_commands(
                 masks.busy_reason
                 or (None if document.redo_label else Finding("edit.nothing-to-redo"))
             ),
-            what=lambda: document.redo_label,
+            target=lambda: document.redo_label,
         ),
     ]
 
@@ -233,14 +235,16 @@ def mask_commands(
             masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), is_masking=False)
 
     return [
-        Command("turn_over", tr("Mask or unmask"), box.toggle_masking, None, "X", in_viewport=True),
+        Command(
+            "turn_over", tr("Mask or unmask"), box.toggle_masking, None, "X", is_viewport_key=True
+        ),
         Command(
             "brush_smaller",
             tr("Smaller brush"),
             lambda: box.set_radius(canvas.radius / _BRUSH_STEP),
             None,
             "[",
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "brush_larger",
@@ -248,7 +252,7 @@ def mask_commands(
             lambda: box.set_radius(canvas.radius * _BRUSH_STEP),
             None,
             "]",
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "repeat_mask",
@@ -306,7 +310,7 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
             "plus",
             "N",
             tr("A tie point; with coordinates it becomes a control point."),
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "remove_point",
@@ -344,6 +348,6 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
             "Del",
             tr("Remove the mark of the point in this photo."),
             editing.why_no_mark,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]

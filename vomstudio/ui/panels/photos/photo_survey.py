@@ -37,9 +37,9 @@ from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSet
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
-    from vomstudio.studio.jobs.photo_tasks import PhotoList
+    from vomstudio.studio.jobs.photo_tasks import PhotoListing
     from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
-    from vomstudio.studio.jobs.survey_tasks import ControlFacts, Forecast
+    from vomstudio.studio.jobs.survey_tasks import ControlFacts, ReconstructionForecast
 
 # Longer than the time after which a worker is killed.
 _STOP_TIMEOUT_S = 10.0
@@ -89,7 +89,7 @@ class PhotoSurvey(QObject):
         self._reconstruction_job: RunningJob | None = None
         self._restart_pending = False
         self.settings = ReconstructionSettings()
-        self.forecast: Forecast | None = None
+        self.forecast: ReconstructionForecast | None = None
         self._forecast_job: RunningJob | None = None
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
@@ -233,7 +233,7 @@ class PhotoSurvey(QObject):
             return None
         return {row.name: Path(row.mask) for row in self.rows if row.mask is not None}
 
-    def _show_photos(self, photos: PhotoList) -> None:
+    def _show_photos(self, photos: PhotoListing) -> None:
         self.rows = [PhotoRow(**vars(row), sidecar_mask=row.mask) for row in photos.rows]
         self.exclusions = list(photos.left_out)
         self.rows_changed.emit()
@@ -263,7 +263,7 @@ class PhotoSurvey(QObject):
             return
         settings = self.settings
 
-        def done(result: Forecast) -> None:
+        def done(result: ReconstructionForecast) -> None:
             if self._forecast_job is not job:
                 return
             self._forecast_job = None

@@ -99,7 +99,7 @@ class PhotoTools(QObject):
             x, y = self._canvas.pixel_of_drag((event.x, event.y))
             x, y = min(max(x, 0.0), self.size[0]), min(max(y, 0.0), self.size[1])
             is_ongoing = event.kind is Pointer.DRAG_MOVE
-            if not event.more:
+            if not event.is_continued:
                 self.mark_moved.emit(self._dragged_label, x, y, is_ongoing)
             if not is_ongoing:
                 self._dragged_label = ""
@@ -120,7 +120,9 @@ class PhotoTools(QObject):
         elif event.kind is Pointer.DOUBLE_CLICK:
             # The first click of the double click added the last vertex.
             self.close_polygon()
-        elif event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.more:
+        elif (
+            event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.is_continued
+        ):
             corners = list(self._corners)
             corners[event.handle] = at
             self._set_corners(corners)
@@ -156,7 +158,10 @@ class PhotoTools(QObject):
             self._stamp(at, at)
             self._last_point = at
         elif event.kind is Pointer.DRAG_MOVE and self._last_point is not None:
-            if not event.more or math.dist(at, self._last_point) > 0.3 * self._canvas.radius:
+            if (
+                not event.is_continued
+                or math.dist(at, self._last_point) > 0.3 * self._canvas.radius
+            ):
                 self._stamp(self._last_point, at)
                 self._last_point = at
         elif event.kind is Pointer.DRAG_END and self._last_point is not None:

@@ -25,15 +25,15 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geometry.units import length_text
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, allow, as_words
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, allow, escape_markup
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos import reconstruction_folders
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.panels.photos.plan_view import PlanView
 from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES
-from vomstudio.ui.widgets.collapsing_texts import FittingTexts
+from vomstudio.ui.widgets.collapsing_texts import CollapsingTexts
 
 _MIN_WIDTH_PX = 360
 _THUMBNAIL_SIZE = QSize(72, 48)
@@ -190,11 +190,11 @@ class PhotosPanel(QWidget):
         header.addWidget(self._bar)
         header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
-        self._texts = FittingTexts(row, lambda: header.minimumSize().width())
+        self._texts = CollapsingTexts(row, lambda: header.minimumSize().width())
         # The texts of the most frequent actions are dropped last.
-        self._texts.drop([buttons["choose_photos"], self.results])
-        self._texts.drop([buttons["open_photo"], self._pause])
-        self._texts.drop([buttons["make_model"]])
+        self._texts.add_group([buttons["choose_photos"], self.results])
+        self._texts.add_group([buttons["open_photo"], self._pause])
+        self._texts.add_group([buttons["make_model"]])
         return row
 
     def _make_table(self) -> QTableWidget:
@@ -258,11 +258,11 @@ class PhotosPanel(QWidget):
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
             if column == 0:
-                item.setToolTip(as_words(row.path))
+                item.setToolTip(escape_markup(row.path))
                 if row.thumbnail:
                     item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL_SIZE))
             elif column == _FINDING_COLUMN:
-                item.setToolTip(as_words("\n".join(row.findings)))
+                item.setToolTip(escape_markup("\n".join(row.findings)))
             self.table.setItem(number, column, item)
         self.table.setRowHeight(number, _THUMBNAIL_SIZE.height() + 4)
 
@@ -288,7 +288,7 @@ class PhotosPanel(QWidget):
         self._bar.setVisible(job is not None or survey.is_reading)
         self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)
-        self._texts.again()
+        self._texts.refit()
         if job is not None:
             self._bar.setRange(0, job.total or 0)
             self._bar.setValue(job.done)
@@ -334,7 +334,7 @@ class PhotosPanel(QWidget):
     def _read_failure(self) -> str:
         """Return the reason why the previous run failed, "" if it did not fail or was paused."""
         out = self._survey.output_folder() if self._survey.reconstruction_job is None else None
-        return "" if out is None else as_sentence(reconstruction_folders.read_failure(out))
+        return "" if out is None else format_sentence(reconstruction_folders.read_failure(out))
 
     def _show_failure(self) -> None:
         """Show the failure of the previous run above the findings."""

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QToolTip, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
-from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 _MARGIN = 26.0
@@ -125,6 +125,6 @@ class PlanView(QWidget):
         if isinstance(event, QHelpEvent):
             row = self._nearest(QPointF(event.pos()))
             text = "" if row is None else "\n".join([row.name, *row.findings])
-            QToolTip.showText(event.globalPos(), as_words(text), self)
+            QToolTip.showText(event.globalPos(), escape_markup(text), self)
             return True
         return super().event(event)

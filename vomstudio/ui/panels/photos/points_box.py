@@ -32,8 +32,8 @@ from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow, as_words
-from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow, escape_markup
+from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos.mark_canvas import COLORS
 from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 
@@ -195,7 +195,7 @@ class PointsBox(QGroupBox):
             ]
         elif not texts:
             texts = [tr("Nothing is missing.")]
-        self.missing_label.setText("\n".join(map(as_sentence, texts)))
+        self.missing_label.setText("\n".join(map(format_sentence, texts)))
         if is_removed:
             self.point_selected.emit("")
 
@@ -226,7 +226,9 @@ class PointsBox(QGroupBox):
             QColor(VERDICT_COLORS["poor"]) if is_bad else self.palette().text()
         )
         residual_item.setToolTip(
-            "" if worst is None else tr("Largest residual in {photo}", photo=as_words(worst[0]))
+            ""
+            if worst is None
+            else tr("Largest residual in {photo}", photo=escape_markup(worst[0]))
         )
 
     def show_photo(self, name: str, width: int, height: int) -> None:

@@ -7,15 +7,17 @@ from pathlib import Path
 
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs.job import Job
-from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosRequest
-from vomstudio.studio.jobs.survey_tasks import FORESEE, Forecast, ForecastRequest
+from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoListing, PhotosRequest
+from vomstudio.studio.jobs.survey_tasks import FORESEE, ForecastRequest, ReconstructionForecast
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 
 Masks = dict[str, Path]
 
 
-def list_request(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
+def list_request(
+    folder: Path, cache: Path
+) -> tuple[Job[PhotosRequest, PhotoListing], PhotosRequest]:
     """Return job and request to list the photos, with the masks beside them."""
     return LIST_PHOTOS, PhotosRequest(folder, cache, None)
 
@@ -28,7 +30,7 @@ def check_request(
 
 def forecast_request(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
-) -> tuple[Job[ForecastRequest, Forecast], ForecastRequest]:
+) -> tuple[Job[ForecastRequest, ReconstructionForecast], ForecastRequest]:
     """Return job and request to forecast a reconstruction with these settings."""
     return FORESEE, ForecastRequest(
         photos=folder,

@@ -71,7 +71,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions, assign_domain_axes
+    from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
 
     q = question
     data = transform_model(q.data, q.to_world)
@@ -81,7 +81,9 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     )
     items = items_of(q.records, Measurements()) if features and q.records else ()
     has_domains = q.features.along == DOMAINS and bool(items)
-    directions = assign_domain_axes(items, "domains") if has_domains else Directions(q.direction)
+    directions = (
+        assign_domain_axes(items, "domains") if has_domains else ProjectionDirections(q.direction)
+    )
     direction_warnings = directions.check(q.curtain)
     projected_items, left_out = writing.project_items(
         items, q.curtain, directions, q.features.within_m

@@ -28,21 +28,21 @@ from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.product_tasks import ELEVATION, ElevationRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import may_replace, start_folder
+from vomstudio.ui.base.command_targets import confirm_replacement, start_folder
 from vomstudio.ui.base.controls import allow, button_row, file_field, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.sections.elevation_view import ElevationView
 from vomstudio.ui.panels.tools.common import hint_label
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_command,
-    model_words,
+    find_model_arguments,
 )
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_text
@@ -110,7 +110,7 @@ class ElevationPanel(QWidget):
         form.addRow(tr("File"), self._file)
         buttons = button_row(self.start, self.copy)
         lines = (self.message, self.figures, self.cursor_label)
-        FormBeside.fill(self, form, buttons, *lines, picture=self.picture)
+        FormWithPicture.fill(self, form, buttons, *lines, picture=self.picture)
 
     # --- the request -------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
@@ -120,7 +120,7 @@ class ElevationPanel(QWidget):
         self._follow_model()
 
     def _follow_model(self, *_: object) -> None:
-        model = self.model.chosen_model()
+        model = self.model.selected_model()
         is_cloud = model is not None and self._is_cloud(model)
         allow(self.grid.fields["limit_m"], None if is_cloud else Finding("action.clouds-only"))
         if not self.target.isModified() and model is not None:
@@ -137,11 +137,11 @@ class ElevationPanel(QWidget):
 
     def _show_axes(self, axes: Axes) -> None:
         for fields in (self.grid, self.file_options):
-            fields.show_unit(unit_of(axes))
+            fields.show_unit(length_unit(axes))
 
     def why_not(self) -> Finding | None:
         """Return why no elevation model can be made now; None if one can."""
-        model = self.model.chosen_model()
+        model = self.model.selected_model()
         if model is None:
             return Finding("action.no-model")
         if self._studio.project.find_model(model) is None:
@@ -175,7 +175,7 @@ class ElevationPanel(QWidget):
 
     def build_request(self) -> ElevationRequest | None:
         """Return the request of the form; None if no elevation model can be made."""
-        model = self.model.chosen_model()
+        model = self.model.selected_model()
         if model is None or self.why_not() is not None:
             return None
         path = self._studio.project.find_model(model)
@@ -202,7 +202,7 @@ class ElevationPanel(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
             return
-        request, model = self.build_request(), self.model.chosen_model()
+        request, model = self.build_request(), self.model.selected_model()
         if request is None or model is None:
             return
         from vomstudio.products.elevation.writing import elevation_outputs
@@ -210,7 +210,7 @@ class ElevationPanel(QWidget):
         existing = [
             p.name for p in elevation_outputs(request.out, request.files).values() if p.exists()
         ]
-        if existing and not may_replace(self, existing):
+        if existing and not confirm_replacement(self, existing):
             return
         self.result = None
         self.figures.setText("")
@@ -266,10 +266,10 @@ class ElevationPanel(QWidget):
         if command is not None:
             copy_command(self._studio, command)
 
-    def command(self) -> Words | None:
+    def command(self) -> CommandArguments | None:
         """Return the command of the form; None if no elevation model can be made."""
-        request, model = self.build_request(), self.model.chosen_model()
-        model_arguments = None if model is None else model_words(self._studio, model)
+        request, model = self.build_request(), self.model.selected_model()
+        model_arguments = None if model is None else find_model_arguments(self._studio, model)
         if request is None or model_arguments is None:
             return None
         options = [*option_words(request.options), *option_words(request.files)]

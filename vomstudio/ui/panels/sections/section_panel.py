@@ -35,9 +35,9 @@ from vomstudio.ui.base.controls import (
     ComboBox,
     allow,
     button_row,
+    create_row,
     icon_button,
     narrow_form,
-    row_of,
 )
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -48,18 +48,18 @@ from vomstudio.ui.panels.sections.analysis import (
     build_curtain,
     write,
 )
-from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
 from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
     CopyCommandButton,
-    Words,
     copy_command,
     copy_with_file,
-    model_words,
-    numbers_text,
+    find_model_arguments,
+    format_numbers,
 )
 from vomstudio.ui.widgets.drawing_view import DrawingView
 from vomstudio.ui.widgets.drawn_line import DrawnLine
-from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.line_field import LineField
 from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.options_form import OptionFields
@@ -124,9 +124,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Along"), self.path_kind)
         form.addRow(tr("Plane"), self.plane)
-        self._through_row = row_of(self.through, self.take_through)
+        self._through_row = create_row(self.through, self.take_through)
         form.addRow(tr("Through"), self._through_row)
-        self._line_row = row_of(self.take_line, self.draw_line)
+        self._line_row = create_row(self.take_line, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
         form.addRow(tr("Project"), self.direction)
         form.addRow("", self.domain_axes)
@@ -134,7 +134,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.feature_options.add_rows(form)
         self.section_options.add_rows(form)
         buttons = button_row(self.write, self.copy)
-        FormBeside.fill(self, form, buttons, self.message, picture=self.picture)
+        FormWithPicture.fill(self, form, buttons, self.message, picture=self.picture)
         self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
         self.direction.line.setToolTip(
             tr("Features are projected along this trend/plunge, such as the fold axis.")
@@ -158,13 +158,13 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self.domain_axes.toggled,
         ):
             signal.connect(soon)
-        self.plane.take.clicked.connect(lambda _=False: self._take_through())
+        self.plane.take_button.clicked.connect(lambda _=False: self._take_through())
         self.take_through.clicked.connect(lambda _=False: self._take_through())
         self.take_line.clicked.connect(
             lambda _=False: self._take_line(current_line(studio, Picked))
         )
         self.draw_line.clicked.connect(lambda _=False: self._draw_line())
-        self._drawn_line.drawn.connect(self._take_line)
+        self._drawn_line.finished.connect(self._take_line)
         title = tr("Write the section")
         self.write.clicked.connect(
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
@@ -226,7 +226,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     def _show_axes(self, axes: Axes) -> None:
         for fields in (self.section_options, self.feature_options):
-            fields.show_unit(unit_of(axes))
+            fields.show_unit(length_unit(axes))
 
     # --- the question ---------------------------------------------------------------------------
     def _list(self) -> None:
@@ -236,7 +236,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         return answer(question)
 
     def _question(self) -> SectionQuestion:
-        studio, model = self._studio, self.model.chosen_model()
+        studio, model = self._studio, self.model.selected_model()
         if model is None:
             raise InputError(Finding("action.no-model"))
         path = studio.project.find_model(model)
@@ -253,7 +253,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         data, frame = studio.models[model.id].data, model.frame
         options = self.section_options.options(
             plane=None if plane is None or is_line else plane_text(plane),
-            through=None if through is None else numbers_text(through.tolist()),
+            through=None if through is None else format_numbers(through.tolist()),
             section_line=self._line_name if is_line else None,
             **{} if isinstance(data, PointCloud) else {"slab_m": None},
         )
@@ -328,7 +328,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         uses_domain_axes = has_domains and self.domain_axes.isChecked()
         allow(self.direction, Finding("action.direction-by-domain") if uses_domain_axes else None)
         reason = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             reason = Finding("action.busy")
         elif self.result is None:
             reason = Finding("action.no-result")
@@ -337,7 +337,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         line, feature = current_line(self._studio, Picked), current_feature(self._studio)
         allow(self.take_line, None if line is not None else Finding("action.no-line"))
         allow(self.take_through, None if feature is not None else Finding("action.no-feature"))
-        model = self.model.chosen_model() if self._studio.has_project else None
+        model = self.model.selected_model() if self._studio.has_project else None
         is_cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
         slab = self.section_options.fields["slab_m"]
         allow(slab, None if is_cloud else Finding("action.clouds-only"))
@@ -369,7 +369,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         assert line is not None
 
         def write_line(path: Path) -> None:
-            rows = ["x,y", *(numbers_text(point) for point in line[:, :2].tolist())]
+            rows = ["x,y", *(format_numbers(point) for point in line[:, :2].tolist())]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
         copy_with_file(
@@ -381,10 +381,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         """Return the line of the section; None for a section along a plane."""
         return self.line if self.path_kind.currentData() == "line" else None
 
-    def command(self, profile: Path | None) -> Words | None:
+    def command(self, profile: Path | None) -> CommandArguments | None:
         """Return the command of the section; `profile` is the file of its line."""
-        model, result = self.model.chosen_model(), self.result
-        model_arguments = None if model is None else model_words(self._studio, model)
+        model, result = self.model.selected_model(), self.result
+        model_arguments = None if model is None else find_model_arguments(self._studio, model)
         if model_arguments is None or result is None:
             return None
         question = result.question

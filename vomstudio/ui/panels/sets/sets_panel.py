@@ -43,7 +43,7 @@ from vomstudio.ui.panels.sets.candidates import (
 )
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
-from vomstudio.ui.widgets.copied_planes import beside, copy_with_table
+from vomstudio.ui.widgets.copied_planes import copy_with_table, result_path
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _SELECTED: Choice = ("selection", "")
@@ -72,7 +72,7 @@ class SetsPanel(QWidget):
         self._make_table()
         self._arrange()
         studio.project_opened.connect(self._reset)
-        studio.sets_wanted.connect(self.propose)
+        studio.sets_requested.connect(self.propose)
         studio.edited.connect(self._follow_edit)
         self._list_groups()
         self._show_state("")
@@ -198,7 +198,7 @@ class SetsPanel(QWidget):
     # --- proposing ---------------------------------------------------------------------------
     def _repeat_proposal(self) -> None:
         """Propose again if a proposal is shown or running."""
-        if self.result is not None or self._newest.waiting:
+        if self.result is not None or self._newest.is_waiting:
             self.propose()
 
     def propose(self) -> None:
@@ -213,7 +213,7 @@ class SetsPanel(QWidget):
             return
         overrides = {"exactly": None} if self.seeds.text().strip() else {}
         self._options = self.options.options(**overrides)
-        self._newest.ask(partial(propose, planes, self._options))
+        self._newest.request(partial(propose, planes, self._options))
         self._show_state(self.message.text())
 
     def _show_progress(self) -> None:
@@ -230,7 +230,7 @@ class SetsPanel(QWidget):
 
     def drop(self, reason: Finding | None = None) -> None:
         """Discard the proposal and show the reason, if given."""
-        self._newest.drop()
+        self._newest.cancel()
         self.result = None
         with QSignalBlocker(self.table):
             self.table.setRowCount(0)
@@ -258,7 +258,7 @@ class SetsPanel(QWidget):
         affected = set(self._studio.affected(edit))
         if self.result is not None and not affected.isdisjoint(self.result.candidates.ids):
             self.drop(Finding("sets.planes-changed"))
-        elif self._newest.waiting and affected:
+        elif self._newest.is_waiting and affected:
             self.propose()
         if self.isVisible():
             self._list_groups()
@@ -308,7 +308,7 @@ class SetsPanel(QWidget):
         self.message.setText(message)
         self.message.setVisible(bool(message))
         self.table.setVisible(result is not None)
-        can_accept = result is not None and bool(result.sets) and not self._newest.waiting
+        can_accept = result is not None and bool(result.sets) and not self._newest.is_waiting
         no_proposal = Finding("sets.no-proposal")
         allow(self.accept, None if can_accept else no_proposal)
         allow(self.reject, None if result is not None else no_proposal)
@@ -325,7 +325,7 @@ class SetsPanel(QWidget):
             self._studio,
             "planes.csv",
             result.candidates.ids,
-            lambda path: ["sets", path, *arguments, ("-o", beside(path, "csv")), "--force"],
+            lambda path: ["sets", path, *arguments, ("-o", result_path(path, "csv")), "--force"],
         )
 
     def _show_count(self) -> None:

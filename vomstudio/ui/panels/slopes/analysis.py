@@ -11,7 +11,7 @@ from vomstudio.core.options import option_words
 from vomstudio.geology.slopes import SlopeFace
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, Record
-from vomstudio.ui.widgets.copied_command import Words
+from vomstudio.ui.widgets.copied_command import CommandArguments
 
 if TYPE_CHECKING:
     from vomstudio.geology.orientation_rows import OrientationRows
@@ -60,7 +60,7 @@ def write_figure(result: SlopeAnswer, path: Path) -> None:
         )
 
 
-def slope_command(face: SlopeFace, table: Path) -> Words:
+def slope_command(face: SlopeFace, table: Path) -> CommandArguments:
     """Return the command that gives the same result from a table of planes."""
     plane = face.plane
     return [

@@ -27,7 +27,7 @@ from vomstudio.studio.tools.painted_area import patch_area
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.copied_command import Words
+from vomstudio.ui.widgets.copied_command import CommandArguments
 from vomstudio.ui.widgets.number_table import Column, NumberTable
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def facets_file(planes: Path) -> Path:
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
-def facets_command(result: FacetsAnswer, planes: Path) -> Words:
+def facets_command(result: FacetsAnswer, planes: Path) -> CommandArguments:
     """Return the command that gives the same result from both tables."""
     q = result.question
     return [

@@ -50,9 +50,9 @@ from vomstudio.ui.panels.slopes.facets import (
 )
 from vomstudio.ui.panels.slopes.results import SlopeResults
 from vomstudio.ui.panels.tools.common import narrow_column
-from vomstudio.ui.widgets.copied_command import CopyCommandButton, Words
+from vomstudio.ui.widgets.copied_command import CommandArguments, CopyCommandButton
 from vomstudio.ui.widgets.copied_planes import copy_with_table
-from vomstudio.ui.widgets.figure_file import ask_for_picture
+from vomstudio.ui.widgets.figure_file import ask_for_figure_file
 from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
 from vomstudio.ui.widgets.options_form import OptionFields
 
@@ -319,7 +319,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     # --- export ------------------------------------------------------------------------------
     def _refresh(self) -> None:
         reason = None
-        if self._requests.waiting:
+        if self._requests.is_waiting:
             reason = Finding("action.busy")
         elif self.result is None:
             reason = Finding("action.no-proposals" if self._uses_facets else "action.no-result")
@@ -354,7 +354,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         """Write the tables of planes and facets, and copy the command."""
         from vomstudio.products.surface.slope_facets import write_faces
 
-        def command(path: Path) -> Words:
+        def command(path: Path) -> CommandArguments:
             write_faces(facets_file(path), result.faces)
             return facets_command(result, path)
 
@@ -362,7 +362,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         copy_with_table(self, self._studio, "slope-planes.csv", ids, command)
 
     def _ask_for_figure(self) -> None:
-        path = ask_for_picture(self, self._studio, tr("Figure of the slope"), "slope")
+        path = ask_for_figure_file(self, self._studio, tr("Figure of the slope"), "slope")
         if path is not None:
             self.write_figure(path)
 

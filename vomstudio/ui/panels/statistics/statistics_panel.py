@@ -20,7 +20,7 @@ from vomstudio.studio.fold_choice import FOLD_TYPE
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import natural
+from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.statistics.texts import Rows, domain_rows, fold_rows, statistics_rows
@@ -93,7 +93,7 @@ class StatisticsPanel(LazyPanel):
             code = "selection.unsuitable" if is_selection else "features.no-orientation"
             self.figures.setPlainText(Finding(code).message)
         else:
-            notes = self.group_box.left_out()
+            notes = self.group_box.exclusion_messages()
             self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *notes])
             note_html = "".join(f"<p>{escape(sentence)}</p>" for sentence in notes)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + note_html)
@@ -186,7 +186,7 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[s
         return axis, []
     beds = {
         name: (planes.azimuth_deg[rows], planes.dip_deg[rows])
-        for name, rows in sorted(members.items(), key=lambda item: natural(item[0]))
+        for name, rows in sorted(members.items(), key=lambda item: natural_sort_key(item[0]))
     }
     title = tr("Its domains") if has_domains else tr("Its sets as domains")
     figures, one_axis = domain_axes(beds, axis)

@@ -9,12 +9,12 @@ from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.project.records import Model
 from vomstudio.ui.base.command_targets import start_folder
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.widgets.copied_command import copy_command, model_words
+from vomstudio.ui.widgets.copied_command import copy_command, find_model_arguments
 
 
 def copy_facets(studio: Studio, model: Model | None, options: FacetOptions) -> None:
     """Copy the command to the clipboard."""
-    model_arguments = None if model is None else model_words(studio, model)
+    model_arguments = None if model is None else find_model_arguments(studio, model)
     if model_arguments is not None:
         target = Path(start_folder(studio)) / "facets.csv"
         arguments = ["facets", *model_arguments, *option_words(options), ("-o", target), "--force"]

@@ -23,7 +23,7 @@ from vomstudio.studio.surfaces.facet_proposals import Proposals
 from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.studio.tools.painted_area import patch_area
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, Label, row_of
+from vomstudio.ui.base.controls import ComboBox, Label, create_row
 from vomstudio.ui.base.number_formatting import area as area_text
 from vomstudio.ui.base.number_formatting import degrees
 from vomstudio.ui.base.studio import Studio
@@ -37,7 +37,7 @@ from vomstudio.ui.panels.surface.facets_command import copy_facets
 from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.panels.surface.visible_part import part_in_view
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
-from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes, unit_of
+from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit, project_axes
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.number_table import Column
 from vomstudio.ui.widgets.options_form import OptionFields
@@ -134,10 +134,10 @@ class FacetsPanel(ProposalsPanel):
         self.reject_all.clicked.connect(lambda _: self._facets.drop())
 
     def _show_axes(self, axes: Axes) -> None:
-        self.limits.show_unit(unit_of(axes))
+        self.limits.show_unit(length_unit(axes))
 
     def _area_text(self, value: float) -> str:
-        return area_text(value, 2, metric=axes_of(self._studio).metric)
+        return area_text(value, 2, metric=project_axes(self._studio).metric)
 
     def _arrange(self) -> None:
         limits = QGridLayout()
@@ -150,7 +150,7 @@ class FacetsPanel(ProposalsPanel):
             limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
         self.start.setMinimumWidth(MIN_WIDTH_PX)
-        limits.addWidget(row_of(self.start, self.copy), 2, 2, 1, 2)
+        limits.addWidget(create_row(self.start, self.copy), 2, 2, 1, 2)
         limits.setColumnStretch(1, 1)
         limits.setColumnStretch(3, 1)
         # Wide buttons would widen the dock when facets are proposed.
@@ -158,8 +158,8 @@ class FacetsPanel(ProposalsPanel):
             part.setMinimumWidth(MIN_WIDTH_PX)
         for combo in (self.colours, self.type):
             combo.setMinimumWidth(MIN_WIDTH_PX)
-        self._options_row = row_of(self.colours, Label(tr("as")), self.type)
-        self._decision_row = row_of(self.accept, self.reject, self.accept_all, self.reject_all)
+        self._options_row = create_row(self.colours, Label(tr("as")), self.type)
+        self._decision_row = create_row(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(limits)

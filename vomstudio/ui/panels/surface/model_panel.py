@@ -201,7 +201,7 @@ class ProposalsPanel(ModelPanel):
         if index is None:
             self.table.clearSelection()
             return
-        self.table.choose(lambda values: bool(values[-1] == index + 1))
+        self.table.select_row(lambda values: bool(values[-1] == index + 1))
         # In a low dock the selected row may be out of sight.
         ancestor = self.parentWidget()
         while ancestor is not None and not isinstance(ancestor, QScrollArea):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QTabWidget
 
 from vomstudio.core.words import tr
-from vomstudio.ui.base.controls import Scrolling
+from vomstudio.ui.base.controls import PanelScrollArea
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
 from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
@@ -23,14 +23,14 @@ class SurfacePanel(QTabWidget):
         self.traces = TracesPanel(studio)
         # Each page scrolls by itself, since tabs do not support height for width.
         self._pages = {
-            "fields": Scrolling(self.fields),
-            "facets": Scrolling(self.facets),
-            "traces": Scrolling(self.traces),
+            "fields": PanelScrollArea(self.fields),
+            "facets": PanelScrollArea(self.facets),
+            "traces": PanelScrollArea(self.traces),
         }
         self.addTab(self._pages["fields"], tr("Fields"))
         self.addTab(self._pages["facets"], tr("Facets"))
         self.addTab(self._pages["traces"], tr("Traces"))
-        studio.surface_wanted.connect(self._show_page)
+        studio.surface_page_requested.connect(self._show_page)
 
     def _show_page(self, page: str) -> None:
         self.setCurrentWidget(self._pages[page])

@@ -25,14 +25,18 @@ from vomstudio.studio.surfaces.trace_proposals import ProposedLines
 from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import start_folder
-from vomstudio.ui.base.controls import ComboBox, Label, file_field, row_of
+from vomstudio.ui.base.controls import ComboBox, Label, create_row, file_field
 from vomstudio.ui.base.number_formatting import degrees
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.outcrop.proposed_trace_drawings import SURE, line_area
+from vomstudio.ui.outcrop.proposed_trace_drawings import MAX_DOUBT, line_area
 from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.panels.surface.trace_texts import cost_choices, reason_text, summary_text
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
-from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_command, model_words
+from vomstudio.ui.widgets.copied_command import (
+    CopyCommandButton,
+    copy_command,
+    find_model_arguments,
+)
 from vomstudio.ui.widgets.number_table import Column
 from vomstudio.ui.widgets.options_form import OptionFields
 
@@ -97,7 +101,7 @@ class TracesPanel(ProposalsPanel):
                     tr(
                         "How likely noise alone makes a line as strong; the least doubtful come "
                         "first. Up to {sure:.0f} % the line on the outcrop is orange, else blue.",
-                        sure=100 * SURE,
+                        sure=100 * MAX_DOUBT,
                     ),
                 ),
                 Column("m", lambda v: f"{v:.3g}", tr("Length.")),
@@ -139,8 +143,8 @@ class TracesPanel(ProposalsPanel):
         # Wide buttons would widen the dock when traces are proposed.
         for part in (self.accept, self.edit, self.reject, self.clear_button, self.cost, self.type):
             part.setMinimumWidth(MIN_WIDTH_PX)
-        self._decision_row = row_of(self.accept, self.edit, self.reject, self.clear_button)
-        self._type_row = row_of(Label(tr("Accept as")), self.type, self.restore)
+        self._decision_row = create_row(self.accept, self.edit, self.reject, self.clear_button)
+        self._type_row = create_row(Label(tr("Accept as")), self.type, self.restore)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(grid)
@@ -249,7 +253,7 @@ class TracesPanel(ProposalsPanel):
 
     def _copy_command(self) -> None:
         studio = self._studio
-        model_arguments = None if self._model is None else model_words(studio, self._model)
+        model_arguments = None if self._model is None else find_model_arguments(studio, self._model)
         if model_arguments is None:
             return
         target = Path(start_folder(studio)) / "proposed_traces.csv"

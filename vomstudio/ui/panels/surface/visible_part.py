@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.studio.jobs.surface_tasks import Sight
+from vomstudio.studio.jobs.surface_tasks import Viewpoint
 from vomstudio.studio.surfaces.facet_proposals import PART_POINTS
 from vomstudio.ui.base.studio import Studio
 
 
-def part_in_view(studio: Studio) -> Sight | None:
+def part_in_view(studio: Studio) -> Viewpoint | None:
     """Return the part in the middle of the saved view, None without a valid camera."""
     camera = studio.project.journal.view("camera")
     try:
@@ -22,7 +22,7 @@ def part_in_view(studio: Studio) -> Sight | None:
         return None
     if not np.isfinite([*eye, *target]).all():
         return None
-    return Sight(_to_tuple(eye), _to_tuple(target), PART_POINTS)
+    return Viewpoint(_to_tuple(eye), _to_tuple(target), PART_POINTS)
 
 
 def _to_tuple(vector: np.ndarray) -> tuple[float, float, float]:

@@ -95,8 +95,8 @@ def commands(studio: Studio) -> list[Command]:
             shortcut=key,
             tip=tr(tip),
             why_not=why_not_marking,
-            in_viewport=True,
-            checked=partial(is_mark_active, mark),
+            is_viewport_key=True,
+            is_checked=partial(is_mark_active, mark),
         )
         for mark, (name, icon, key, tip) in MARKS.items()
     ]

@@ -20,7 +20,7 @@ from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Compass, Model, Record, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import chosen_features
+from vomstudio.ui.base.command_targets import selected_features
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.compass_dialog import CompassDialog, format_north
@@ -137,7 +137,7 @@ class CompassBox(QWidget):
         from vomstudio.studio.placing.known_planes import why_not_read
 
         studio = self._studio
-        features = chosen_features(studio)
+        features = selected_features(studio)
         current = next((i for i in reversed(features) if not _is_field_reading(studio, i)), None)
         current = current or studio.selection.current
         record = None if current is None else studio.records.get(current)
@@ -151,7 +151,7 @@ class CompassBox(QWidget):
         studio = self._studio
         if self._model is None or self._read_north is None or not self.reading.isEnabled():
             return
-        readings = [i for i in chosen_features(studio) if _is_field_reading(studio, i)]
+        readings = [i for i in selected_features(studio) if _is_field_reading(studio, i)]
         _, measurement, _ = self._find_feature(self._model)
         if len(readings) != 1 or measurement is None:
             return

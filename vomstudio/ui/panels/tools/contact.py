@@ -76,7 +76,7 @@ class ContactPanel(QWidget):
         lines = words(measurement) if measurement and measurement.dimension else []
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
-        self.type_box.choose(attributes.type_id)
+        self.type_box.select_type(attributes.type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(attributes.set_name)
         for field in (self.type_box, self.set_edit):

@@ -267,7 +267,7 @@ class ControlPanel(QWidget):
                 self.north, self._north_text = self.readings.resolve_north(self._find_north_inputs)
         except VomError as error:
             self._show_compass()
-            self._solving.drop()
+            self._solving.cancel()
             self._show_error(error)
             return
         north = self.north or ReadNorth("grid")
@@ -276,12 +276,12 @@ class ControlPanel(QWidget):
         self._show_compass()
         # Leaving out each direction in turn takes a second.
         if self._pair_count <= MAX_IMMEDIATE_POINTS and table is None:
-            self._solving.at_once(work)
+            self._solving.run_now(work)
         else:
             # The previous placement does not belong to these observations.
             self.placed = None
             self._allow_buttons(Finding("registration.pending"))
-            self._solving.ask(work)
+            self._solving.request(work)
 
     def _photo_up(self, model: Model | None) -> FloatArray | None:
         """Return the result of `known_lines.photo_up`, read once per model."""

@@ -16,7 +16,12 @@ from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.readings import Readings, placement_north
-from vomstudio.ui.widgets.copied_command import Words, copy_command, copy_with_file, numbers_text
+from vomstudio.ui.widgets.copied_command import (
+    CommandArguments,
+    copy_command,
+    copy_with_file,
+    format_numbers,
+)
 
 
 def copy_register(
@@ -77,7 +82,7 @@ def copy_register(
         if table is not None:
             write_compass(_readings_file(file, pairs=len(pairs.labels) > 0), table)
 
-    def build_command(file: Path) -> Words:
+    def build_command(file: Path) -> CommandArguments:
         readings_file = _readings_file(file, pairs=len(pairs.labels) > 0)
         files = replace(
             options,
@@ -100,7 +105,7 @@ def add_fixed_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
 
     if abs(scale - 1.0) < 1e-9:
         return replace(options, keep_scale=True)
-    text = numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, FIXED_SCALE_ERROR * scale])
+    text = format_numbers([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, FIXED_SCALE_ERROR * scale])
     return replace(options, scale=(*options.scale, text))
 
 
@@ -130,7 +135,7 @@ def add_known_lines(
         if line.kind == "azimuth" and value is not None and turned_deg:
             value = (value + turned_deg) % 360.0
         numbers = [each for each in (value, line.sigma) if each is not None]
-        text = numbers_text([*line.vertices[0], *line.vertices[-1], *numbers])
+        text = format_numbers([*line.vertices[0], *line.vertices[-1], *numbers])
         texts[names[line.kind]].append(text)
     values: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
     return replace(options, **values)

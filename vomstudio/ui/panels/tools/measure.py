@@ -50,9 +50,9 @@ class MeasurePanel(QWidget):
         for kind, name in KINDS:
             self.kind_box.addItem(tr(name), kind)
         self.kind_box.activated.connect(self._apply_fields)
-        self.plane_box = PlaneBox(studio, None, follow=True)
+        self.plane_box = PlaneBox(studio, None, follows_selection=True)
         self.plane_box.setObjectName("measure_plane")
-        self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
+        self.plane_box.plane_selected.connect(lambda id_: self._tool.choose(plane_id=id_))
         self._form = form = narrow_form()
         form.addRow(tr("Measure"), self.kind_box)
         form.addRow(tr("Across"), self.plane_box)

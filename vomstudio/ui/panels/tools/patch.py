@@ -99,7 +99,7 @@ class PatchPanel(QWidget):
         patch = tool.current
         with QSignalBlocker(self.radius):
             self.radius.setValue(tool.radius)
-        self.type_box.choose(patch.type_id if patch else studio.next_type_id)
+        self.type_box.select_type(patch.type_id if patch else studio.next_type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(patch.set_name if patch else studio.next_set)
         for widget in (self.type_box, self.set_edit):

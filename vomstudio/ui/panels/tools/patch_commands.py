@@ -62,7 +62,7 @@ def commands(studio: Studio) -> list[Command]:
             shortcut=(),
             tip=tr("Strokes erase. Otherwise only strokes with Ctrl do."),
             why_not=why_not_painting,
-            checked=lambda: tool.removing,
+            is_checked=lambda: tool.removing,
         ),
         Command(
             "brush_smaller",
@@ -72,7 +72,7 @@ def commands(studio: Studio) -> list[Command]:
             shortcut="[",
             tip="",
             why_not=why_not_painting,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
         Command(
             "brush_larger",
@@ -82,6 +82,6 @@ def commands(studio: Studio) -> list[Command]:
             shortcut="]",
             tip="",
             why_not=why_not_painting,
-            in_viewport=True,
+            is_viewport_key=True,
         ),
     ]

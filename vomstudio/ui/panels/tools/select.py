@@ -20,7 +20,7 @@ from vomstudio.studio.tools.growth import MAX_ANGLE_DEG, MAX_DISTANCE_M, MIN_ANG
 from vomstudio.studio.tools.select import SelectTool
 from vomstudio.studio.tools.select_preview import MAX_LIVE_ELEMENTS
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.actions import plain
+from vomstudio.ui.base.actions import strip_mnemonic
 from vomstudio.ui.base.controls import DoubleSpinBox, Label, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
@@ -130,7 +130,7 @@ class SelectPanel(QWidget):
         if self._studio.tool_name != self._tool.name:
             return
         tool, studio = self._tool, self._studio
-        self.type_box.choose(studio.next_type_id)
+        self.type_box.select_type(studio.next_type_id)
         self._tolerances.setVisible(tool.mode == "grow")
         with QSignalBlocker(self.angle), QSignalBlocker(self.distance):
             self.angle.setValue(tool.growth.angle_deg)
@@ -174,11 +174,11 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
     for i, name in enumerate(names):
         button = QToolButton()
         button.setDefaultAction(actions[name])
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         keys = actions[name].shortcuts()
         if keys and name not in _SHARED:
             shortcut = keys[0].toString(QKeySequence.SequenceFormat.NativeText)
-            text = plain(actions[name].text()).partition(" ")[0]
+            text = strip_mnemonic(actions[name].text()).partition(" ")[0]
             actions[name].setIconText(f"{text} ({shortcut})")
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -193,7 +193,7 @@ def _icons(actions: dict[str, QAction], names: tuple[str, ...]) -> QHBoxLayout:
     for name in names:
         button = QToolButton()
         button.setDefaultAction(actions[name])
-        theme.show_toggles(button)
+        theme.highlight_toggles(button)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         row.addWidget(button)
     return row

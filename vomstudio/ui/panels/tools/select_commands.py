@@ -94,8 +94,8 @@ class _SelectCommands:
             shortcut=key,
             tip=tr(tip),
             why_not=self.why_not_selecting,
-            in_viewport=True,
-            checked=lambda: self.tool.mode == mode,
+            is_viewport_key=True,
+            is_checked=lambda: self.tool.mode == mode,
         )
 
     def create_combine_command(self, combination: Combine) -> Command:
@@ -108,7 +108,7 @@ class _SelectCommands:
             shortcut=(),
             tip=tr(tip),
             why_not=self.why_not_selecting,
-            checked=lambda: self.tool.combine == combination,
+            is_checked=lambda: self.tool.combine == combination,
         )
 
 
@@ -134,7 +134,7 @@ def commands(studio: Studio) -> list[Command]:
             shortcut=key,
             tip=tip,
             why_not=why_not,
-            in_viewport=bool(key),
+            is_viewport_key=bool(key),
         )
 
     return [
@@ -148,8 +148,8 @@ def commands(studio: Studio) -> list[Command]:
             shortcut="V",
             tip=tr("Shapes take what is hidden too; else only what is seen."),
             why_not=factory.why_not_selecting,
-            in_viewport=True,
-            checked=lambda: tool.through,
+            is_viewport_key=True,
+            is_checked=lambda: tool.through,
         ),
         create_command(
             "select_wider",

@@ -98,7 +98,7 @@ class TracePanel(QWidget):
         trace, studio = self._tool.trace, self._studio
         type_id = trace.type_id if trace else studio.next_type_id
         set_name = trace.set_name if trace else studio.next_set
-        self.type_box.choose(type_id)
+        self.type_box.select_type(type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(set_name)
         for field in (self.type_box, self.set_edit):

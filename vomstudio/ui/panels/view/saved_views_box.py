@@ -74,12 +74,12 @@ class SavedViewsBox(QWidget):
         if view is None:
             return
         try:
-            self._view.restore(view.camera, view.box)
+            self._view.restore_view(view.camera, view.box)
         except ValueError:
             self._studio.warn(Finding("view.damaged", name=view.name))
 
     def _save(self) -> None:
-        view = self._view.now()
+        view = self._view.view_state()
         if view is None:
             return
         name = self.names.currentText()

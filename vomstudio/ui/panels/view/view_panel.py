@@ -37,7 +37,7 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, get_feature
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.studio.view_quality import (
-    Direction,
+    AxialDirection,
     depth_along,
     direction_across_slip,
     intersection_direction,
@@ -71,7 +71,7 @@ class ViewPanel(QWidget):
         super().__init__()
         explain(self, "numbers.md#the-view-direction")
         self._studio = studio
-        self._look = view.look
+        self._look = view.look_along
         self._direction = Line(0.0, 0.0)
         self._is_stale = False
         self._timer = QTimer(self)
@@ -194,7 +194,7 @@ class ViewPanel(QWidget):
     def look_along_intersection(self) -> None:
         """Look along the intersection of the two selected planes, so that both are edge on."""
         direction = self._intersection()
-        if isinstance(direction, Direction):
+        if isinstance(direction, AxialDirection):
             self._turn_axis(direction.line)
 
     def look_along_slip_normal(self) -> None:
@@ -203,7 +203,7 @@ class ViewPanel(QWidget):
         This view shows the whole displacement.
         """
         direction = self._slip_normal()
-        if isinstance(direction, Direction):
+        if isinstance(direction, AxialDirection):
             self._turn_axis(direction.line)
 
     def _face_outcrop(self) -> None:
@@ -305,12 +305,12 @@ class ViewPanel(QWidget):
         current = self._studio.selection.current
         return None if current is None else self._error_of(current)
 
-    def _intersection(self) -> Direction | Finding:
+    def _intersection(self) -> AxialDirection | Finding:
         if len(self._studio.selection.ids) != 2:
             return Finding("selection.not-two-planes")
         return intersection_direction(self._selected_measurements())
 
-    def _slip_normal(self) -> Direction | Finding:
+    def _slip_normal(self) -> AxialDirection | Finding:
         current = self._studio.selection.current
         measured = {} if current is None else self._studio.measured([current])
         if current is None or current not in measured:
@@ -367,7 +367,7 @@ class ViewPanel(QWidget):
             self._timer.start(0)
 
     def _request_axis(self) -> None:
-        self._requests.ask(self._bedding.search())
+        self._requests.request(self._bedding.search())
 
     def _store_axis(self, axis: FoldAxis | Finding) -> None:
         self._bedding.store(axis)
@@ -384,16 +384,16 @@ class ViewPanel(QWidget):
         axis, plane = self._bedding.axis_or_reason(), self._plane()
         no_plane = Finding("selection.no-plane") if plane is None else None
         intersection, slip = self._intersection(), self._slip_normal()
-        beta = axis if isinstance(axis, Finding) else Direction(axis.beta, axis.error95_deg)
+        beta = axis if isinstance(axis, Finding) else AxialDirection(axis.beta, axis.error95_deg)
         self._offer("beta", beta)
         self._offer("meeting", intersection)
         self._offer("slip", slip)
         error = self._error_of_current()
-        self._offer("facing", no_plane if plane is None else Direction(plane.pole(), error))
+        self._offer("facing", no_plane if plane is None else AxialDirection(plane.pole(), error))
         for name in ("strike", "dip"):
             allow(self._buttons[name], no_plane)
         line = self._line()
-        self._offer("line", self.why_no_line() if line is None else Direction(line, error))
+        self._offer("line", self.why_no_line() if line is None else AxialDirection(line, error))
         no_surface = Finding("action.no-surface") if self._exposed_view() is None else None
         allow(self._buttons["rock"], no_surface)
         self._show_cost()
@@ -404,10 +404,10 @@ class ViewPanel(QWidget):
         else:
             self._verdict.setText(escape(axis.message))
 
-    def _offer(self, name: str, direction: Direction | Finding | None) -> None:
+    def _offer(self, name: str, direction: AxialDirection | Finding | None) -> None:
         """Enable a button, and state the direction and its cost in the tool tip."""
         button = self._buttons[name]
-        if not isinstance(direction, Direction):
+        if not isinstance(direction, AxialDirection):
             allow(button, direction or Finding("action.no-direction"))
             return
         allow(button, None)
