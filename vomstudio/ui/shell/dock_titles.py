@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMenu, QSizePolicy, QToolButton, QWidget
@@ -12,17 +12,30 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.shell.layout import INSPECTOR_TABS, REGIONS
 
-if TYPE_CHECKING:
-    from vomstudio.ui.shell.docks import WindowDocks
-
 _MARGIN = 4
+
+
+class PageSwitcher(Protocol):
+    """The docks as their title bars use them."""
+
+    def bring_forward(self, name: str) -> None:
+        """Show a page."""
+
+    def close_page(self, name: str) -> None:
+        """Hide a page."""
+
+    def toggle_center(self, name: str) -> None:
+        """Give a page the centre, or return it."""
+
+    def titles(self) -> dict[str, str]:
+        """Return the titles of the pages by their names."""
 
 
 class DockTitle(QWidget):
     """Title bar of one dock. A page of the inspector has the tabs of all pages that follow the
     work; a floating dock and a page of the drawer have their name."""
 
-    def __init__(self, dock: QDockWidget, docks: WindowDocks) -> None:
+    def __init__(self, dock: QDockWidget, docks: PageSwitcher) -> None:
         super().__init__(dock)
         self._dock, self._docks = dock, docks
         self._name = dock.objectName()
@@ -95,9 +108,9 @@ class DockTitle(QWidget):
 
     def _fill(self, menu: QMenu) -> None:
         menu.clear()
-        for name, dock in self._docks.items():
+        for name, title in self._docks.titles().items():
             if REGIONS[name] == "inspector" and name not in INSPECTOR_TABS:
-                action = menu.addAction(dock.windowTitle())
+                action = menu.addAction(title)
                 action.triggered.connect(lambda _=False, page=name: self._docks.bring_forward(page))
 
     def _refresh(self, *_: object) -> None:
@@ -124,6 +137,6 @@ class DockTitle(QWidget):
 
     def name_tabs(self) -> None:
         """Give the tabs the titles of their pages, which change with the tool."""
+        titles = self._docks.titles()
         for name, button in self._tabs.items():
-            if (dock := self._docks.get(name)) is not None:
-                button.setText(dock.windowTitle())
+            button.setText(titles.get(name, ""))

@@ -68,6 +68,10 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def __len__(self) -> int:
         return len(self._docks)
 
+    def titles(self) -> dict[str, str]:
+        """Return the titles of the pages by their names."""
+        return {name: dock.windowTitle() for name, dock in self._docks.items()}
+
     # --- pages -------------------------------------------------------------------------------
     def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
         """Add a page; with `scrolls`, a long one is scrolled."""

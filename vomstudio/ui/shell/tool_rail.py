@@ -17,7 +17,7 @@ from vomstudio.ui.shell.layout import GENERAL_TOOLS, PAGE_TOOLS
 from vomstudio.ui.shell.workspaces import Workspaces
 
 _ICON_PX = 22
-_PADDING_PX = 7
+_PADDING_PX = 3
 _NAVIGATE = "navigate"
 SHORT_NAMES = {
     "station": to_translate("Station"),
