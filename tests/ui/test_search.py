@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from PySide6.QtCore import Qt
 
 from vomstudio.ui.base.search import SYNONYMS, SearchEntry, rank, synonyms_of
+from vomstudio.ui.dialogs.command_palette import CommandPalette
 
 UNDO = SearchEntry("undo", "Undo")
 UNDO_CLICK = SearchEntry("undo_click", "Undo last click")
@@ -63,6 +65,59 @@ def test_recent_entries_are_first_on_a_tie_only():
 
 def test_without_words_all_are_listed():
     assert rank("  ", ENTRIES) == ENTRIES
+
+
+QUERIES = {
+    "export gis": "export_gpkg",
+    "gis layers": "export_gpkg",
+    "gpkg": "export_gpkg",
+    "clipping box": "clipping_box",
+    "field measurements": "import_readings",
+    "fold axis": "along_beta",
+    "rose": "rose_diagram",
+    "contours": "net_contours",
+    "kamb": "net_contours",
+    "hide labels": "labels",
+    "labels": "labels",
+    "undo": "undo",
+    "trace": "trace",
+    "grow plane": "patch",
+    "lasso": "select_lasso",
+    "orthophoto": "orthophoto",
+    "dem": "elevation_model",
+    "section": "section",
+    "crs": "declare_frame",
+    "coordinate system": "declare_frame",
+    "save": "save",
+    "dark": "theme_dark",
+    "reset": "reset_panels",
+    "facets": "propose_facets",
+    "sets": "propose_sets",
+    "report": "open_report",
+    "shortcuts": "shortcuts",
+    "north": "control",
+    "scale bar": "known_line",
+    "thickness": "measure_thickness",
+}
+
+
+def test_the_command_that_is_meant_comes_first(window):
+    palette = CommandPalette(window, window.actions_table, window._search_destinations())
+    first = {}
+    for query in QUERIES:
+        palette._search.setText(query)
+        first[query] = palette._list.item(0).data(Qt.ItemDataRole.UserRole)
+    assert first == QUERIES
+
+
+def test_pages_and_documents_are_found_and_opened(window):
+    palette = CommandPalette(window, window.actions_table, window._search_destinations())
+    palette._search.setText("page statistics")
+    assert palette.selected_command == "page_statistics"
+    palette.run_selected()
+    assert window.docks.page("drawer") == "statistics"
+    palette._search.setText("help first steps")
+    assert palette.selected_command == "document_first_steps"
 
 
 def test_synonyms_belong_to_commands(window):

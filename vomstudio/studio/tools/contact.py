@@ -143,5 +143,4 @@ TOOL = ToolEntry(
     key="E",
     tip=to_translate("Click along a contact or fault that is drawn only; no plane is fitted."),
     order=22,
-    is_in_toolbar=False,
 )

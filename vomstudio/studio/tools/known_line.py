@@ -146,5 +146,4 @@ TOOL = ToolEntry(
         "read by compass, to place the model."
     ),
     order=46,
-    is_in_toolbar=False,
 )

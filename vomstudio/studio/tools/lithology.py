@@ -201,5 +201,4 @@ TOOL = ToolEntry(
     key="Shift+R",
     tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
     order=28,
-    is_in_toolbar=False,
 )

@@ -133,5 +133,4 @@ TOOL = ToolEntry(
     key="D",
     tip=to_translate("Click the place of a station or a sample; its number and photo go with it."),
     order=36,
-    is_in_toolbar=False,
 )

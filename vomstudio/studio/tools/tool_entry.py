@@ -28,8 +28,6 @@ class ToolEntry:
     takes_keys : bool
         Whether it uses Shift with the left button, which else pans, and the wheel with Ctrl or
         Shift.
-    is_in_toolbar : bool
-        Whether its button is in the tool bar too.
     """
 
     tool: type[Any]
@@ -39,7 +37,6 @@ class ToolEntry:
     tip: str
     order: int
     takes_keys: bool = False
-    is_in_toolbar: bool = True
 
     @property
     def name(self) -> str:

@@ -73,11 +73,11 @@ class CommandPalette(QDialog):
         self._fill("")
 
     def _accept_selection(self) -> None:
-        if self.selected is not None:
+        if self.selected_command is not None:
             self.accept()
 
     @property
-    def selected(self) -> str | None:
+    def selected_command(self) -> str | None:
         """Key of the selected entry, None if it cannot be run now."""
         item = self._list.currentItem()
         key = None if item is None else str(item.data(Qt.ItemDataRole.UserRole))
@@ -85,7 +85,7 @@ class CommandPalette(QDialog):
 
     def run_selected(self) -> None:
         """Run the selected command, or open the selected page or document."""
-        key = self.selected
+        key = self.selected_command
         if key is None:
             return
         if key in _recent:

@@ -157,5 +157,4 @@ TOOL = ToolEntry(
     key="Shift+C",
     tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
     order=70,
-    is_in_toolbar=False,
 )
