@@ -112,6 +112,7 @@ def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, 
     add_cliff(studio)
     add_bed(studio, "t1", "flat", dip=0.2)
     add_bed(studio, "t2", "steep", dip=2.0)
+    window.docks.bring_forward("table")
     panel = window.table
     panel._filter.setText("dip>45")
     assert panel._sorted.rowCount() == 1

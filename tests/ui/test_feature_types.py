@@ -284,6 +284,7 @@ def test_selected_rows_are_copied_as_they_are_shown(window, studio):
     add_cliff(studio)
     for name in ("c", "a", "b"):
         add_bed(studio, name, name, set_name="limb\tA")
+    window.docks.bring_forward("table")
     table = window.table
     studio.selection.set(["c", "a"])
     table.view.setFocus()
