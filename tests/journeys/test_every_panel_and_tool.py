@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QImage, QKeySequence
+from PySide6.QtGui import QAction, QImage, QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -38,9 +38,14 @@ def interpreted(window, outcrop, picks):
     return window
 
 
-def panels_menu(window) -> QMenu:
-    toggles = [dock.toggleViewAction() for dock in window.docks.values()]
-    return next(menu for menu in window.findChildren(QMenu) if toggles[0] in menu.actions())
+def page_actions(window) -> dict[str, QAction]:
+    """Entries of the menu of pages by the names of the pages."""
+    menus = window.findChildren(QMenu)
+    menu = next(
+        each for each in menus if any(a.objectName() == "page_table" for a in each.actions())
+    )
+    menu.aboutToShow.emit()
+    return {action.objectName().removeprefix("page_"): action for action in menu.actions()}
 
 
 def visible_texts(panel: QWidget) -> list[str]:
@@ -69,22 +74,22 @@ def is_blank(widget: QWidget) -> bool:
 def test_every_panel_comes_by_its_menu_entry_and_shows_something(interpreted) -> None:
     window = interpreted
     window.resize(1500, 950)
-    menu = panels_menu(window)
-    assert menu.actions() == [dock.toggleViewAction() for dock in window.docks.values()]
+    actions = page_actions(window)
+    assert list(actions) == list(window.docks)
     assert {name for name, _, _ in work_panels()} <= set(window.docks)
     window.studio.info("A message for the panel of messages.")
     for name, dock in window.docks.items():
-        entry = dock.toggleViewAction()
-        if entry.isChecked():
-            entry.trigger()
-            assert dock.isHidden(), name
-        entry.trigger()
-        wait(lambda d=dock: not d.visibleRegion().isEmpty(), f"the panel {name}")
-        wait(lambda d=dock: visible_texts(d.widget()), f"the texts of the panel {name}")
-        wait(lambda d=dock: not is_blank(d.widget()), f"the picture of the panel {name}")
-        texts = visible_texts(dock.widget())
+        if actions[name].isChecked():
+            actions[name].trigger()
+            assert not window.docks.is_shown(name), name
+        actions[name].trigger()
+        panel = window.net if name == "stereonet" else dock.widget()
+        wait(lambda p=panel: not p.visibleRegion().isEmpty(), f"the panel {name}")
+        wait(lambda p=panel: visible_texts(p), f"the texts of the panel {name}")
+        wait(lambda p=panel: not is_blank(p), f"the picture of the panel {name}")
+        texts = visible_texts(panel)
         assert not [text for text in texts if "{" in text or "nan" in text.lower().split()], name
-        driver.keep_picture(dock, f"panel-{name}")
+        driver.keep_picture(panel, f"panel-{name}")
 
 
 def test_every_tool_comes_by_its_key_and_answers_clicks(interpreted) -> None:

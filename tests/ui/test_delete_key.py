@@ -19,6 +19,7 @@ def test_delete_removes_the_selected_planes_and_can_be_undone(window, studio, wh
         add_bed(studio, f"t{i}", f"B{i}")
     studio.selection.set(["t0", "t2"])
     view = window.tree.tree if where == "tree" else window.table.view
+    window.docks.bring_forward("project" if where == "tree" else "table")
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_Delete)
     assert [t.id for t in studio.session.of(Trace)] == ["t1"]
@@ -30,6 +31,7 @@ def test_delete_in_the_filter_deletes_letters_only(window, studio):
     add_cliff(studio)
     add_bed(studio)
     studio.selection.set(["t1"])
+    window.docks.bring_forward("table")
     window.table._filter.setFocus()
     window.table._filter.setText("")
     QTest.keyClicks(window.table._filter, "xb")
@@ -49,6 +51,7 @@ def test_what_a_list_hides_by_its_filter_is_not_deleted_there(window, studio, wh
     view = window.tree.tree if where == "tree" else window.table.view
     # Select all means all of the project.
     window.actions_table.run("select_all")
+    window.docks.bring_forward("project" if where == "tree" else "table")
     line.setText("X3")
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_Delete)

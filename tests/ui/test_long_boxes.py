@@ -97,5 +97,5 @@ def test_the_list_of_shortcuts_fits_the_screen(window):
     QTimer.singleShot(300, look)
     window.actions_table.run("shortcuts")
     assert seen["fits"]
-    for keys in ("Ctrl+1", "Ctrl+6", "Ctrl+Shift+P", "F9"):
+    for keys in ("Ctrl+1", "Ctrl+3", "Ctrl+Shift+P", "F9"):
         assert keys in seen["text"]

@@ -21,7 +21,7 @@ def panel(own_folders, qtbot, monkeypatch):
     monkeypatch.setattr(view_panel, "_MANY_BEDS", 3)
     window = driver.make_window()
     window.workspaces.switch("results")
-    window.docks["view"].raise_()
+    window.docks.bring_forward("view")
     studio = window.studio
     add_cliff(studio)
     bed = add_bed(studio, "t0", dip=0.3)

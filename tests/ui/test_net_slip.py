@@ -22,7 +22,7 @@ EAST = (math.cos(math.radians(60.0)), 0.0, -math.sin(math.radians(60.0)))
 def net(window, studio):
     add_cliff(studio)
     window._add_stereonet()
-    window.docks["stereonet"].raise_()
+    window.docks.bring_forward("stereonet")
     assert studio.attempt(edits.add_readings, [Reading("f", "F1", "fault", "plane", 90.0, 60.0)])
     return window.net
 

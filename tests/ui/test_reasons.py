@@ -49,7 +49,7 @@ def all_panels(window) -> dict[str, list[str]]:
     found = {}
     for name in window.docks:
         window.docks[name].show()
-        window.docks[name].raise_()
+        window.docks.bring_forward(name)
         QApplication.processEvents()
         driver.pause(20)
         if said := list(silent(window.docks[name])):
@@ -89,8 +89,8 @@ def test_what_cannot_be_chosen_while_something_is_continued_says_so(window, stud
 def test_fractures_that_are_counted_everywhere_need_no_place(window) -> None:
     window.docks.bring_forward("fractures")
     panel = window.docks["fractures"].widget().widget()
-    for row in range(panel.counted_in.count()):
-        panel.counted_in.setCurrentIndex(row)
+    for row in range(panel.region_box.count()):
+        panel.region_box.setCurrentIndex(row)
         assert list(silent(panel)) == []
 
 

@@ -35,7 +35,7 @@ def net(window, studio):
     """A net with four clusters of poles, one to each quarter of the compass."""
     add_cliff(studio)
     window._add_stereonet()
-    window.docks["stereonet"].raise_()
+    window.docks.bring_forward("stereonet")
     readings = [
         Reading(
             f"{name}{i}",
@@ -256,13 +256,13 @@ def test_legend_and_net_do_not_meet_at_any_size_of_the_dock(net, window):
 
 
 def test_a_hidden_net_is_not_drawn_until_it_comes_forward(net, window, studio):
-    window.docks.bring_forward("view")
-    driver.wait(lambda: net.canvas.visibleRegion().isEmpty(), "the other tab")
+    window.docks.close_page("stereonet")
+    driver.wait(lambda: net.canvas.visibleRegion().isEmpty(), "the net's end")
     artists = net.artists
     add_bed(studio, "b1")
     driver.pause(120)
     assert net.artists is artists
-    window.docks["stereonet"].raise_()
+    window.docks.bring_forward("stereonet")
     driver.wait(lambda: net.artists is not artists, "the net's drawing")
 
 

@@ -28,7 +28,7 @@ def beds(window, studio):
     """A straight trace along strike, one down dip, and a set of readings that dips 90/40."""
     add_cliff(studio)
     window._add_stereonet()
-    window.docks["stereonet"].raise_()
+    window.docks.bring_forward("stereonet")
     scatter = np.random.default_rng(3).normal(0.0, 5.0, (20, 2))
     readings = [
         Reading(f"r{i}", f"r{i}", "bedding", "plane", 90.0 + a, 40.0 + d, set_name="east")
