@@ -74,6 +74,7 @@ def test_every_step_is_done_as_it_says_at_1280_x_720(touring, tmp_path):
     key(window, Qt.Key.Key_Return)
     at_step(window, 5)
     assert len(window.studio.session.of(Trace)) == 1
+    window.docks.bring_forward("properties")
     rest_on(window.properties)
     at_step(window, 6)
     rest_on(window.net)

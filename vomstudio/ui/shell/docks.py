@@ -132,6 +132,16 @@ class WindowDocks(Mapping[str, QDockWidget]):
             return self._overlay is not None and getattr(self._overlay, "is_shown", True)
         return not self._docks[name].isHidden()
 
+    def place_of(self, name: str) -> QWidget | None:
+        """Return the visible widget around a page: its dock, the overlay or the centre."""
+        if name == self.center_page:
+            place: QWidget | None = self._window.centralWidget()
+        elif REGIONS[name] == "overlay" and not self.net_docked:
+            place = self._overlay if isinstance(self._overlay, QWidget) else None
+        else:
+            place = self[name]
+        return place if place is not None and place.isVisible() else None
+
     def toggle(self, name: str, on: bool) -> None:
         """Show or close a page."""
         if on:

@@ -26,7 +26,7 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.shell.tour_card import TourCard, TourFrame, card_place, frame_box
-from vomstudio.ui.shell.tour_steps import TourStep, steps
+from vomstudio.ui.shell.tour_steps import PagePlaces, TourStep, steps
 
 _LOOK_MS = 150
 _END = to_translate(
@@ -163,7 +163,7 @@ def commands(
     studio: Studio,
     actions: Mapping[str, QAction],
     view: OutcropView,
-    docks: Mapping[str, QWidget],
+    docks: PagePlaces,
     window: QWidget,
 ) -> list[Command]:
     """actions : of the window, which may be filled later"""

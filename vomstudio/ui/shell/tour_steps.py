@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from PySide6.QtGui import QAction
@@ -16,6 +16,13 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 _TURNED_DEG = 8.0
+
+
+class PagePlaces(Protocol):
+    """The places of the pages of the window."""
+
+    def place_of(self, name: str) -> QWidget | None:
+        """Return the visible widget around a page, None if the page is hidden."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +56,7 @@ def steps(
     studio: Studio,
     actions: Mapping[str, QAction],
     view: OutcropView,
-    docks: Mapping[str, QWidget],
+    docks: PagePlaces,
 ) -> list[TourStep]:
     """Of a window with these parts."""
 
@@ -60,7 +67,7 @@ def steps(
         return lambda: next((b for n in names if (b := button_of(actions[n])) is not None), None)
 
     def dock(name: str) -> Callable[[], QWidget | None]:
-        return lambda: docks[name] if docks[name].isVisible() else None
+        return lambda: docks.place_of(name)
 
     def direction() -> np.ndarray | None:
         return None if view.viewport is None else view.viewport.camera.direction.copy()
@@ -79,7 +86,11 @@ def steps(
         return len(studio.session.of(Trace))
 
     def looked_at(name: str) -> Callable[[Any], bool]:
-        return lambda _: docks[name].isVisible() and docks[name].underMouse()
+        def is_under_mouse(_: object) -> bool:
+            place = docks.place_of(name)
+            return place is not None and place.underMouse()
+
+        return is_under_mouse
 
     def saved(_: object) -> bool:
         return not (studio.project.untitled or studio.session.dirty)
@@ -141,10 +152,10 @@ def steps(
         TourStep(
             "numbers",
             to_translate(
-                "The properties say how well the plane is known, and why. "
+                "Choose Properties in the inspector. It shows how well the plane is known. "
                 "Rest the cursor on a figure, and press F1 to read about it."
             ),
-            dock("properties"),
+            lambda: docks.place_of("properties") or docks.place_of("tool"),
             nothing,
             looked_at("properties"),
             onward=True,
