@@ -112,6 +112,8 @@ def test_each_column_of_the_table_is_explained_in_its_head_and_in_its_cells(sele
 
 
 def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
+    selected.docks.bring_forward("table")
+    QApplication.processEvents()
     view = selected.table.view
     column = next(i for i, c in enumerate(COLUMNS) if c.figure is catalogue.MAX_CONFIDENCE)
     x = view.columnViewportPosition(column) + 5
