@@ -85,7 +85,9 @@ def test_every_panel_comes_by_its_menu_entry_and_shows_something(interpreted) ->
         actions[name].trigger()
         panel = window.net if name == "stereonet" else dock.widget()
         wait(lambda p=panel: not p.visibleRegion().isEmpty(), f"the panel {name}")
-        wait(lambda p=panel: visible_texts(p), f"the texts of the panel {name}")
+        if name != "stereonet":
+            # The tools of the net appear under the cursor.
+            wait(lambda p=panel: visible_texts(p), f"the texts of the panel {name}")
         wait(lambda p=panel: not is_blank(p), f"the picture of the panel {name}")
         texts = visible_texts(panel)
         assert not [text for text in texts if "{" in text or "nan" in text.lower().split()], name
