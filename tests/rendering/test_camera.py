@@ -70,7 +70,7 @@ def test_a_point_on_a_pixels_ray_projects_to_that_pixel(
     origin, direction = camera.ray(x, y, SIZE)
     pixels, depth = camera.project((origin + 40.0 * direction)[None], SIZE)
     np.testing.assert_allclose(pixels[0], [x, y], atol=1e-4)
-    back = camera.at_depth(x, y, SIZE, float(depth[0]))
+    back = camera.point_at_depth(x, y, SIZE, float(depth[0]))
     np.testing.assert_allclose(back, origin + 40.0 * direction, atol=1e-6)
 
 

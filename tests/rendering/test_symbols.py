@@ -84,7 +84,7 @@ def test_its_size_is_the_same_at_every_zoom(distance, ortho):
 def test_the_strike_line_of_a_symbol_beside_the_axis_is_seen_as_a_line_in_the_plane_is() -> None:
     """Perspective turns lines at the edge of the view: the symbol turns with them."""
     camera = looking(10.0, 20.0, orthographic=False)
-    place = camera.at_depth(730.0, 90.0, SIZE, 10.0)
+    place = camera.point_at_depth(730.0, 90.0, SIZE, 10.0)
     symbol = plane_symbol(60.0, 55.0, place, 1.0)
     signs = SymbolSet([symbol]).signs(camera, SIZE)
     for direction, shown in ((symbol.along, signs.along[0]), (symbol.across, signs.across[0])):

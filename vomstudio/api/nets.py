@@ -295,7 +295,7 @@ def rose(
             options.by,
             bin_deg=options.bin_deg,
             weight=options.weight,
-            by_area=options.scale == "area",
+            is_area_scaled=options.scale == "area",
         )
     check_roses(roses, None)
     figure = plt.figure(figsize=figure_size(roses))

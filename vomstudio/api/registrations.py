@@ -255,16 +255,16 @@ def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def _is_flat(given: Any) -> bool:
+def _is_flat(value: Any) -> bool:
     """Return whether an input is a single row; NumPy cannot convert rows of different lengths."""
     try:
-        return np.ndim(given) < 2
+        return np.ndim(value) < 2
     except ValueError:
         return False
 
 
-def _sigma(given: Any, n: int) -> Any:
-    array = numbers(given, "sigma_m")
+def _sigma(sigma: Any, n: int) -> Any:
+    array = numbers(sigma, "sigma_m")
     if array.shape != (n, 3):
         raise wrong_shape(array, f"({n}, 3)", "sigma_m")
     bad = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
@@ -280,9 +280,9 @@ def _require_error(value: float, name: str) -> None:
         raise InputError(problem, field=name)
 
 
-def _flags(given: Any, n: int) -> Any:
+def _flags(flags: Any, n: int) -> Any:
     try:
-        array = np.asarray(given)
+        array = np.asarray(flags)
     except ValueError:  # Rows of different lengths.
         array = np.empty(0)
     if array.shape != (n,) or array.dtype != bool:

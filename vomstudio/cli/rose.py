@@ -70,7 +70,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         options.by,
         bin_deg=options.bin_deg,
         weight=options.weight,
-        by_area=options.scale == "area",
+        is_area_scaled=options.scale == "area",
     )
     check_roses(roses, args.table)
     roses = replace(roses, colors=colors_among(colors, list(roses.roses)))

@@ -144,7 +144,7 @@ def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
 
 
 def principal_axis(
-    moved: MovedVectors, values: FloatArray, axes: FloatArray, index: int
+    moved_vectors: MovedVectors, values: FloatArray, axes: FloatArray, index: int
 ) -> MovedVectors:
     """Return a principal axis of the vectors' orientation tensor with its derivatives.
 
@@ -160,7 +160,7 @@ def principal_axis(
     -------
     MovedVectors
     """
-    x, axis = moved.vectors, axes[index]
+    x, axis = moved_vectors.vectors, axes[index]
     n = len(x)
     derivative = np.zeros((n, 3, 3))
     for j in range(3):
@@ -169,10 +169,10 @@ def principal_axis(
             continue
         product = (x @ axis)[:, None] * axes[j] + (x @ axes[j])[:, None] * axis
         derivative += axes[j][None, :, None] * product[:, None, :] / (n * gap)
-    return moved.result(axis, derivative)
+    return moved_vectors.result(axis, derivative)
 
 
-def resultant(moved: MovedVectors, signs: FloatArray | None = None) -> MovedVectors:
+def resultant(moved_vectors: MovedVectors, signs: FloatArray | None = None) -> MovedVectors:
     """Return the direction of the sum of vectors.
 
     Parameters
@@ -185,12 +185,12 @@ def resultant(moved: MovedVectors, signs: FloatArray | None = None) -> MovedVect
     -------
     MovedVectors
     """
-    s = np.ones(len(moved.vectors)) if signs is None else signs
-    total = s @ moved.vectors
+    s = np.ones(len(moved_vectors.vectors)) if signs is None else signs
+    total = s @ moved_vectors.vectors
     length = float(np.linalg.norm(total))
     mean = total / length
     flat = (np.eye(3) - np.outer(mean, mean)) / length
-    return moved.result(mean, s[:, None, None] * flat)
+    return moved_vectors.result(mean, s[:, None, None] * flat)
 
 
 def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:

@@ -448,9 +448,9 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
     if cone is None:
         return None
     width = cone.half_width_deg if math.isfinite(cone.half_width_deg) else None
-    line, nearer, by_nearer_ends = cone.axis, cone.by_nearer_ends, None
+    line, nearer, nearer_figures = cone.axis, cone.by_nearer_ends, None
     if nearer is not None:
-        by_nearer_ends = SmallCircleFigures(
+        nearer_figures = SmallCircleFigures(
             nearer.axis.trend_deg, nearer.axis.plunge_deg, nearer.half_angle_deg, nearer.rms_deg
         )
     return ConeFigures(
@@ -460,7 +460,7 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
         width,
         cone.rms_deg,
         cone.p,
-        by_nearer_ends,
+        nearer_figures,
     )
 
 

@@ -73,9 +73,9 @@ class Output:
             lines = self._errors
         return "".join(f"{self.line_for_stderr(text)}\n" for text in lines)
 
-    def line_for_stderr(self, text: str, **more: object) -> str:
+    def line_for_stderr(self, text: str, **extra: object) -> str:
         if self.writes_events:
-            return to_json({"event": "text", "text": text, **more})
+            return to_json({"event": "text", "text": text, **extra})
         return for_terminal(text)
 
 

@@ -25,7 +25,7 @@ MIN_MEMBERS, MIN_CERTAIN_MEMBERS = 3, 5
 """Minimum number of members of a proposed set; below the second number it must also be
 significantly clustered.
 """
-MAX_CHANCE_GROUPS, ANGULAR_RESOLUTION_DEG = 0.05, 2.0
+MAX_RANDOM_GROUPS, ANGULAR_RESOLUTION_DEG = 0.05, 2.0
 """Expected number of random groups of this size and width, and the angle below which differences of
 planes are measurement errors.
 """
@@ -372,7 +372,7 @@ def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:
     return (
         not small_clusters
         or math.prod(expected_random_groups(len(poles), m) for m in small_clusters)
-        < MAX_CHANCE_GROUPS
+        < MAX_RANDOM_GROUPS
     )
 
 

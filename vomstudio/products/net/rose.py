@@ -158,7 +158,7 @@ class RoseArtists:
     def _petal(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
         """Return the lower edge of the petal at a place, and the period of its angles."""
         place = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
-        reach = petal_radius(rose.shares, self.rings[-1], self.contents.by_area)[place]
+        reach = petal_radius(rose.shares, self.rings[-1], self.contents.is_area_scaled)[place]
         if math.hypot(x, y) > float(reach):
             return None
         return place * rose.bin_deg, 180.0 if rose.axial else 360.0
@@ -202,7 +202,13 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             draw_histogram(ax, rose, rings, color, style)
         else:
             draw_rose(
-                ax, rose, rings, contents.by_area, color, style, "N" if contents.north else "y"
+                ax,
+                rose,
+                rings,
+                contents.is_area_scaled,
+                color,
+                style,
+                "N" if contents.north else "y",
             )
         mean_text = mean_words(rose)
         fitting = font * min(1.0, max(0.7, 0.94 * side / text_width(mean_text, font, "normal")))
@@ -245,7 +251,7 @@ def _caption(contents: RoseContents) -> str:
     )
     if contents.of in HISTOGRAM_OF:
         return tr("{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share)
-    if contents.by_area:
+    if contents.is_area_scaled:
         return tr(
             "{title}; bins of {step}°; rings: {share}; areas are to scale",
             title=title,

@@ -59,7 +59,7 @@ class RoseContents:
         By the name of their set.
     weight : str or None
         Name of the weights; None for counts.
-    by_area : bool
+    is_area_scaled : bool
         Whether the area of a petal is its share; else its length is.
     empty : tuple of str
         Sets without any row with an angle and a weight.
@@ -76,7 +76,7 @@ class RoseContents:
     of: str
     roses: Mapping[str, Rose | AngleHistogram]
     weight: str | None = None
-    by_area: bool = True
+    is_area_scaled: bool = True
     empty: tuple[str, ...] = ()
     counted: Mapping[str, Counted] = field(default_factory=dict)
     title: str = ""
@@ -96,7 +96,7 @@ def roses_of_table(
     *,
     bin_deg: float = 10.0,
     weight: str | None = None,
-    by_area: bool = True,
+    is_area_scaled: bool = True,
 ) -> RoseContents:
     """Count roses of each set of a table that has such angles.
 
@@ -107,7 +107,7 @@ def roses_of_table(
     by, weight : str or None
         Name or number of a column; sets by default from `set`, else `kind`, else all rows.
     bin_deg : float
-    by_area : bool
+    is_area_scaled : bool
 
     Raises
     ------
@@ -128,7 +128,7 @@ def roses_of_table(
             else:
                 empty.append(name)
     notes = repeats_note(table.repeats)
-    return RoseContents(of, roses, weight, by_area, tuple(empty), notes=notes)
+    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty), notes=notes)
 
 
 def roses_of_sets(
@@ -138,7 +138,7 @@ def roses_of_sets(
     bin_deg: float = 10.0,
     weights: Mapping[str, float | None] | None = None,
     weight: str | None = None,
-    by_area: bool = True,
+    is_area_scaled: bool = True,
 ) -> RoseContents:
     """Count roses of each set of a net that has such angles.
 
@@ -151,7 +151,7 @@ def roses_of_sets(
         Weight by id, None for none.
     weight : str, optional
         Name of the weights.
-    by_area : bool
+    is_area_scaled : bool
     """
     required_kind = "line" if of in LINE_ANGLES else "plane"
     roses, counted, empty = {}, {}, []
@@ -169,7 +169,7 @@ def roses_of_sets(
             counted[s.name] = Counted(s.ids, angles, s.color)
         else:
             empty.append(s.name)
-    return RoseContents(of, roses, weight, by_area, tuple(empty), counted)
+    return RoseContents(of, roses, weight, is_area_scaled, tuple(empty), counted)
 
 
 def _one(

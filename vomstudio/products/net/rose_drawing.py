@@ -19,16 +19,16 @@ LEFT, RIGHT = -0.82, 1.1
 """Limits of a histogram in its panel."""
 
 
-def petal_radius(share: FloatArray, outermost: float, by_area: bool) -> FloatArray:
+def petal_radius(share: FloatArray, outermost: float, is_area_scaled: bool) -> FloatArray:
     """Return the radii of shares (k,); the outermost ring has the radius 1."""
-    return np.sqrt(share / outermost) if by_area else np.asarray(share / outermost)
+    return np.sqrt(share / outermost) if is_area_scaled else np.asarray(share / outermost)
 
 
 def draw_rose(
     ax: Axes,
     rose: Rose,
     rings: list[float],
-    by_area: bool,
+    is_area_scaled: bool,
     color: str,
     style: NetStyle,
     up: str = "N",
@@ -36,7 +36,7 @@ def draw_rose(
     """Draw a rose with radius 1 at its outermost ring; `up` is the letter at its top."""
     from matplotlib.patches import Circle, Polygon
 
-    radii = petal_radius(np.array(rings), rings[-1], by_area)
+    radii = petal_radius(np.array(rings), rings[-1], is_area_scaled)
     for radius in radii:
         last = radius == radii[-1]
         ring = Circle(
@@ -55,7 +55,7 @@ def draw_rose(
             linewidth=0.5 * style.line_pt,
             zorder=layer("ground"),
         )
-    lengths = petal_radius(rose.shares, rings[-1], by_area)
+    lengths = petal_radius(rose.shares, rings[-1], is_area_scaled)
     for i, length in enumerate(lengths):
         if length > 0:
             azimuth = np.radians(np.linspace(i, i + 1, 13) * rose.bin_deg)

@@ -114,7 +114,7 @@ class DomainProjection:
         Direction and its 95 % error; None for right angles.
     angle_deg : float
         Minimum angle between direction and section.
-    said : str
+    text : str
         Description of the direction, or why there is none.
     faults : int
         Number of faults outside domains projected along it.
@@ -127,7 +127,7 @@ class DomainProjection:
     plunge_deg: float | None
     error95_deg: float | None
     angle_deg: float
-    said: str
+    text: str
     faults: int = 0
     valid: str | None = None
 
@@ -141,7 +141,7 @@ class DomainProjection:
             name=self.name,
             line=format_attitude(Line(self.trend_deg, self.plunge_deg), self.error95_deg),
             angle=self.angle_deg,
-            said=self.said,
+            said=self.text,
         )
         if self.valid == "conditional":
             text = f"{text}; {tr('only conditionally valid')}"

@@ -131,7 +131,7 @@ class ClipHandles(QObject):
 
     def release_face(self) -> None:
         """End the drag of a face."""
-        self._picture.rest()
+        self._picture.schedule_rest()
         self._pane.update()
 
     def hover(self, x: float, y: float, *, free: bool) -> None:

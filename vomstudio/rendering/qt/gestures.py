@@ -329,7 +329,9 @@ class Gestures(QObject):
         if hit is not None:
             about = view.world_of(hit)
         else:
-            about = self._camera.at_depth(at.x(), at.y(), view.extent(), self._camera.distance)
+            about = self._camera.point_at_depth(
+                at.x(), at.y(), view.extent(), self._camera.distance
+            )
         self._camera.zoom(ZOOM_PER_NOTCH**notches, about)
         self._moves.moved()
         event.accept()

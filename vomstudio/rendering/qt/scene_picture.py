@@ -53,10 +53,10 @@ class ScenePicture(QObject):
         self._features_dirty = False
         self._first_done = False
         self._warming: Iterator[None] = iter(())
-        self._rest = QTimer(self)
-        self._rest.setSingleShot(True)
-        self._rest.setInterval(REST_MS)
-        self._rest.timeout.connect(self._come_to_rest)
+        self._rest_timer = QTimer(self)
+        self._rest_timer.setSingleShot(True)
+        self._rest_timer.setInterval(REST_MS)
+        self._rest_timer.timeout.connect(self._come_to_rest)
         self._refine = QTimer(self)
         self._refine.setSingleShot(True)
         self._refine.setInterval(0)
@@ -71,7 +71,7 @@ class ScenePicture(QObject):
             scene is not None
             and scene.picture.complete
             and not self.moving
-            and not self._rest.isActive()
+            and not self._rest_timer.isActive()
         )
 
     # -- requests
@@ -83,7 +83,7 @@ class ScenePicture(QObject):
         if self._life.scene is not None:
             self._life.scene.picture.abandon()
         self._refine.stop()
-        self._rest.start(REST_MS)
+        self._rest_timer.start(REST_MS)
         self._view.update()
 
     def redraw(self) -> None:
@@ -117,7 +117,7 @@ class ScenePicture(QObject):
         scene.picture.abandon()
         self._refine.stop()
         if not self._dirty:
-            self._rest.start(1)
+            self._rest_timer.start(1)
 
     def arrived(self, *, first: bool) -> None:
         """Draw new content after a delay that combines pieces, at once if it is the `first`."""
@@ -125,9 +125,9 @@ class ScenePicture(QObject):
             self.redraw_once()
         self._rest_soon()
 
-    def rest(self) -> None:
+    def schedule_rest(self) -> None:
         """Start to refine: the camera has stopped."""
-        self._rest.start(REFRESH_DELAY_MS)
+        self._rest_timer.start(REFRESH_DELAY_MS)
 
     def rescale(self) -> None:
         """Adapt to another size of the widget, or another screen."""
@@ -140,7 +140,7 @@ class ScenePicture(QObject):
         self.moving = True
         self._dirty = True
         self._refine.stop()
-        self._rest.start(REST_MS)
+        self._rest_timer.start(REST_MS)
         self._view.update()
 
     def device_size(self) -> tuple[int, int]:
@@ -154,14 +154,14 @@ class ScenePicture(QObject):
         self._refine.stop()
 
     def stop(self) -> None:
-        self._rest.stop()
+        self._rest_timer.stop()
         self._refine.stop()
         # Break the reference to the scene.
         self._warming = iter(())
 
     def _rest_soon(self) -> None:
-        if not self._rest.isActive():
-            self._rest.start(REFRESH_DELAY_MS)
+        if not self._rest_timer.isActive():
+            self._rest_timer.start(REFRESH_DELAY_MS)
 
     # -- inside a paint
 
@@ -243,7 +243,7 @@ class ScenePicture(QObject):
                 self._view.update()
             return
         if scene.nodes.waits:
-            self._rest.start(50)
+            self._rest_timer.start(50)
             return
         scene.picture.begin_rest()
         self._refine.start()
@@ -271,7 +271,7 @@ class ScenePicture(QObject):
         self._view.update()
         if not scene.picture.complete:
             # More content has arrived while this frame was being drawn.
-            self._rest.start(REFRESH_DELAY_MS)
+            self._rest_timer.start(REFRESH_DELAY_MS)
 
     def _grab(self, scene: Scene) -> None:
         # The image shares the memory of the array, which must live as long.

@@ -218,7 +218,7 @@ class ShownModels(QObject):
             self._moves.fit(model.corners_world())
             # The camera is not moving: draw new content in its final quality.
             self._picture.moving = False
-            self._picture.rest()
+            self._picture.schedule_rest()
 
     def _content_changed(self) -> None:
         scene = self._life.scene

@@ -60,7 +60,7 @@ class SceneVisibility:
         depth = float((place - self.camera.position) @ self.camera.direction)
         return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
 
-    def in_front(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
+    def is_in_front(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
         """Return whether World points (n, 3) are in the picture, not behind its surface.
 
         Parameters

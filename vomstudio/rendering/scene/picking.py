@@ -239,7 +239,7 @@ def _pick_cloud(
     # to the cursor is picked.
     front = float(depth.min())
     thick = SURFACE_THICKNESS * (radius + spread * front) * MAX_PICK_DISTANCE_PIXELS
-    on_surface = np.flatnonzero(depth <= front + thick)
-    row = int(rows[on_surface[np.argmin(off[on_surface])]])
+    surface_rows = np.flatnonzero(depth <= front + thick)
+    row = int(rows[surface_rows[np.argmin(off[surface_rows])]])
     x, y, z = (float(v) for v in cloud.position(row))
     return Hit(model.model_id, "point", row, (x, y, z))

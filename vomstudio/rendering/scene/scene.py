@@ -267,7 +267,7 @@ class Scene:
 
     def visibility(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
         """Return whether World points (n, 3) are not behind the surface as last drawn."""
-        return self._sight.in_front(points, slack)
+        return self._sight.is_in_front(points, slack)
 
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
         """Return the front-most point of a visible model at a pixel of an image of `size`."""

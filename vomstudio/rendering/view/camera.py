@@ -211,7 +211,9 @@ class Camera:
         d = direction + a * right + b * up
         return self.position.copy(), d / np.linalg.norm(d)
 
-    def at_depth(self, x: float, y: float, size: tuple[float, float], depth: float) -> FloatArray:
+    def point_at_depth(
+        self, x: float, y: float, size: tuple[float, float], depth: float
+    ) -> FloatArray:
         """Return the World point at a pixel and a depth along the view direction."""
         origin, d = self.ray(x, y, size)
         return origin + d * (depth - (origin - self.position) @ self.direction) / (

@@ -113,7 +113,7 @@ class FollowedLine:
     ----------
     cost : str or None
         Cost to follow; None for straight legs, AUTO for the one with the best defined plane.
-    in_photos : bool
+    follows_photos : bool
         Whether a leg whose end was set in a photo is followed there, if the cost is one of
         photos.
     """
@@ -128,7 +128,7 @@ class FollowedLine:
         self._finder, self._on_leg, self._on_finding, self._rank = finder, on_leg, on_finding, rank
         self.cost: str | None = None
         self._best: tuple[object, str] | None = None
-        self.in_photos = True
+        self.follows_photos = True
         self._photos: dict[Point, str] = {}
         self._legs: dict[Key, FollowedPath | None] = {}
         self._requested: set[Key] = set()
@@ -233,7 +233,7 @@ class FollowedLine:
     def _candidates(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
         """Return the candidates for AUTO; for legs in photos only costs of photos."""
         costs = self._finder.costs(model_id)
-        uses_photos = self.in_photos and any(self.photo_of(place) for place in way_points)
+        uses_photos = self.follows_photos and any(self.photo_of(place) for place in way_points)
         photo_costs = tuple(cost for cost in costs if cost in COLOUR_COSTS)
         return photo_costs if uses_photos and photo_costs else costs
 
@@ -268,7 +268,7 @@ class FollowedLine:
         return points
 
     def _key(self, model_id: str, one: Point, other: Point, cost: str) -> Key:
-        photo = self.photo_of(other) if self.in_photos and cost in COLOUR_COSTS else ""
+        photo = self.photo_of(other) if self.follows_photos and cost in COLOUR_COSTS else ""
         return model_id, cost, one, other, photo
 
     def _has(self, key: Key) -> bool:

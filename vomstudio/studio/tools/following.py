@@ -88,15 +88,15 @@ class FollowingTool(PolylineTool[F]):
         return self._line.doubtful(feature.model_id, self._way(feature.vertices), resolution)
 
     @property
-    def in_photos(self) -> bool:
+    def follows_photos(self) -> bool:
         """Whether a piece whose end was set in a photo is followed in that photo."""
-        return self._line.in_photos
+        return self._line.follows_photos
 
     def follow_in_photos(self, enabled: bool) -> None:
         """Set whether pieces that end in a photo are followed there, or over the surface."""
-        if enabled == self._line.in_photos:
+        if enabled == self._line.follows_photos:
             return
-        self._line.in_photos = enabled
+        self._line.follows_photos = enabled
         if self._feature is not None:
             self._keep(self._feature, self._steps, self.current_vertex)
         else:

@@ -171,7 +171,7 @@ class NetSource:
             bin_deg=view_settings.bin_deg,
             weights=weights,
             weight=tr("length") if weights is not None else None,
-            by_area=view_settings.is_area_scaled,
+            is_area_scaled=view_settings.is_area_scaled,
         )
         kind = "line" if view_settings.view in LINE_ANGLES else "plane"
         skipped_count = sum(len(s) for s in sets if s.kind == kind) - sum(

@@ -57,7 +57,7 @@ class PhotoFollowBox(QWidget):
         """Show the current state of the tool."""
         reason = self.why_not()
         with QSignalBlocker(self.check):
-            self.check.setChecked(self._tool.in_photos)
+            self.check.setChecked(self._tool.follows_photos)
         self.check.setEnabled(reason is None)
         self.check.setToolTip(
             str(reason)
