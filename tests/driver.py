@@ -64,6 +64,11 @@ def make_window(paths: list[Path] | None = None) -> MainWindow:
     return window
 
 
+def page(window: MainWindow, name: str) -> QWidget:
+    """The widget of a page, in its dock or over the outcrop."""
+    return window.net if name == "stereonet" else window.docks[name].widget()
+
+
 def focus(window: MainWindow) -> None:
     """Without a window manager nobody else gives the window the keyboard."""
     window.activateWindow()

@@ -64,7 +64,7 @@ def quit_by_key(window) -> None:
 
 
 STEPS = [
-    "workspaces.to_keep",
+    "workspaces.to_store",
     "view.save_camera",
     "viewport.gestures.stop",
     "_photo_shown.close",

@@ -31,6 +31,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 def opened(window, outcrop, picks):
     """The outcrop, looked at, with the keyboard where opening it has put it."""
     # Not where the fixture put it: on what Qt would choose.
+    window.docks.bring_forward("table")
     window.table._filter.setFocus()
     window.open_path(outcrop)
     driver.wait(lambda: driver.dialog_of(window) is not None, "the frame dialog")
@@ -128,12 +129,14 @@ def test_after_opening_a_model_keys_act_on_the_outcrop(opened):
 
 @pytest.mark.full
 def test_after_opening_photos_and_a_project_too(window, photos, tmp_path):
+    window.docks.bring_forward("table")
     window.table._filter.setFocus()
     window.open_path(photos)
     assert QApplication.focusWidget() is window.photos_panel.table, "photos have the middle"
     assert not window.start_page.isVisible()
     window.studio.save_as(tmp_path / "a.vom")
     window.studio.new_project()
+    window.docks.bring_forward("table")
     window.table._filter.setFocus()
     window.open_path(tmp_path / "a.vom")
     assert on_outcrop(window)
@@ -141,6 +144,7 @@ def test_after_opening_photos_and_a_project_too(window, photos, tmp_path):
 
 @pytest.mark.full
 def test_what_was_typed_before_a_model_came_is_not_cut_off(window, outcrop):
+    window.docks.bring_forward("table")
     press(window.table._filter)
     QTest.keyClicks(window.table._filter, "dip")
     window.studio.model_loaded.emit("")
@@ -215,16 +219,16 @@ def test_no_combo_box_of_any_panel_is_changed_by_a_letter(opened):
     """Whatever panel it stands in, also those that come later."""
     boxes = [
         box
-        for dock in opened.docks.values()
-        for box in dock.widget().findChildren(QComboBox)
+        for name in opened.docks
+        for box in driver.page(opened, name).findChildren(QComboBox)
         if not box.isEditable()
     ]
     assert len(boxes) >= 8
     tried = 0
-    for name, dock in opened.docks.items():
+    for name in opened.docks:
         opened.docks.bring_forward(name)
         QApplication.processEvents()
-        for box in dock.widget().findChildren(QComboBox):
+        for box in driver.page(opened, name).findChildren(QComboBox):
             if not box.isVisible() or not box.isEnabled() or box.isEditable():
                 continue
             for letter in {text[:1] for i in range(box.count()) if (text := box.itemText(i))}:
@@ -304,10 +308,10 @@ def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
 @pytest.mark.full
 def test_every_field_of_every_panel_hands_the_keyboard_back(opened):
     tried = 0
-    for name, dock in opened.docks.items():
+    for name in opened.docks:
         opened.docks.bring_forward(name)
         QApplication.processEvents()
-        panel = dock.widget()
+        panel = driver.page(opened, name)
         for field in (*panel.findChildren(QLineEdit), *panel.findChildren(QAbstractSpinBox)):
             if isinstance(field.parent(), QAbstractSpinBox | QComboBox) or not field.isVisible():
                 continue
@@ -396,6 +400,7 @@ def test_letters_on_the_table_of_orientations_open_no_cell(opened):
 @pytest.mark.parametrize("come", [enter, turn_wheel])
 def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened, come):
     one_plane(opened)
+    opened.docks.bring_forward("project")
     field = opened.table._filter
     for other in (opened.table.view, opened.tree.tree, field):
         other.setFocus()

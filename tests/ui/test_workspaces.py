@@ -443,6 +443,7 @@ def test_what_was_arranged_is_there_after_a_crash(window):
     resize(window, 1300, 850)
     press(window, 3)
     window.docks.bring_forward("sets")
+    window.docks.close_page("stereonet")
     driver.pause(SETTLE_MS)
     driver.wait(lambda: read_settings()[0].window.get("workspace") == "results", "the settings")
     second = MainWindow(read_settings()[0])
@@ -453,6 +454,7 @@ def test_what_was_arranged_is_there_after_a_crash(window):
     assert (second.width(), second.height()) == (1300, 850)
     assert second.workspaces.shown.name == "results"
     assert set(docked(second)) == {"project", "sets"}
+    assert not second.docks.is_shown("stereonet")
     second.activateWindow()
     driver.wait(lambda: QApplication.activeWindow() is second, "the second window")
     press(second, 2)
@@ -463,7 +465,7 @@ def test_what_was_arranged_is_there_after_a_crash(window):
 @pytest.mark.parametrize("text", ["", "AAAA", "not base64 \N{SNOWMAN}", "////"])
 def test_damaged_arrangements_are_left_out(own_folders, qtbot, text):
     settings = read_settings()[0]
-    keys = ("geometry", "docks", "pages interpret", "workspace", "net")
+    keys = ("geometry", "docks", "pages interpret", "workspace", "net", "net place")
     settings.window = dict.fromkeys(keys, text)
     window = MainWindow(settings)
     window.show()

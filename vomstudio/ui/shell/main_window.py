@@ -233,7 +233,7 @@ class MainWindow(QMainWindow):
         self.message_bar = MessageBar(self._place.room)
         self._place.set_bar(self.message_bar)
         self.net_overlay = NetOverlay(self._place.room)
-        self.net_overlay.restore(self._settings.window.get("net", ""))
+        self.net_overlay.restore(self._settings.window.get("net place", ""))
         self.docks.set_hosts(self._place, self.net_overlay)
         self.photo_tab.join(self._place, self.actions_table.viewport_actions())
         self.setCentralWidget(self._place)
@@ -508,6 +508,6 @@ class MainWindow(QMainWindow):
         self.workspaces.stop()
         self.studio.settings.window = {
             **self.workspaces.to_store(),
-            "net": self.net_overlay.state(),
+            "net place": self.net_overlay.state(),
         }
         self.studio.keep_settings()

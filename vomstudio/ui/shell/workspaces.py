@@ -19,7 +19,8 @@ from vomstudio.ui.shell.layout import (
     workspace_of,
 )
 
-_GEOMETRY, _SHOWN, _DOCKS, _PAGES = "geometry", "workspace", "docks", "pages"
+_GEOMETRY, _SHOWN, _DOCKS, _PAGES, _NET = "geometry", "workspace", "docks", "pages", "net"
+_OVERLAY, _DOCKED, _HIDDEN = "overlay", "docked", "hidden"
 # Long enough for a drag to end, short enough to lose little in a crash.
 _SETTLE_MS = 300
 _FOLLOWED: tuple[Region, Region] = ("inspector", "drawer")
@@ -53,6 +54,7 @@ class Workspaces(QObject):
         self._pages = {each.name: _read_pages(stored, each) for each in WORKSPACES}
         self._shown = workspace_of(stored.get(_SHOWN, FIRST))
         self._hidden: tuple[QByteArray, bool] | None = None
+        self._net = stored.get(_NET, "")
         self._has_begun = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
@@ -76,13 +78,16 @@ class Workspaces(QObject):
         QTimer.singleShot(0, self._begin)
 
     def _begin(self) -> None:
-        if not self._state or not self._docks.restore(self._state):
+        is_restored = self._state is not None and self._docks.restore(self._state)
+        if not is_restored:
             self._docks.arrange()
+        if is_restored and self._net == _DOCKED:
+            self._docks.dock_net(True)
+        elif not is_restored or self._net != _HIDDEN:
             self._docks.bring_forward("stereonet")
-            self._show_pages()
+        self._show_pages()
+        if not is_restored:
             self._give_sizes()
-        else:
-            self._show_pages()
         self._has_begun = True
         self._window.installEventFilter(self)
         self._docks.rearranged.connect(self._change)
@@ -130,6 +135,7 @@ class Workspaces(QObject):
         """Hide every panel, or show those that were visible again."""
         if self._hidden is None:
             self._docks.leave_center()
+            self._remember()
             self._hidden = (self._docks.state(), self._docks.is_shown("stereonet"))
             self._docks.hide_all()
         else:
@@ -171,6 +177,8 @@ class Workspaces(QObject):
         if self._has_begun and self._hidden is None:
             self._pages[self._shown.name] = {r: self._docks.page(r) for r in _FOLLOWED}
             self._state = self._docks.state()
+            is_shown = self._docks.is_shown("stereonet")
+            self._net = _DOCKED if self._docks.net_docked else _OVERLAY if is_shown else _HIDDEN
 
     def _come_on_screen(self) -> None:
         screens.bring_on_screen(self._window)
@@ -187,6 +195,7 @@ class Workspaces(QObject):
         return {
             _GEOMETRY: screens.to_text(self._window.saveGeometry()),
             _SHOWN: self._shown.name,
+            _NET: self._net,
             _DOCKS: "" if self._state is None else screens.to_text(self._state),
             **{f"{_PAGES} {name}": ",".join(p.values()) for name, p in self._pages.items()},
         }
