@@ -231,7 +231,7 @@ class Hour:
         self.done("undone_and_redone")
 
     def look_at_the_net(self) -> None:
-        key(self.window, Qt.Key.Key_5, CTRL)
+        key(self.window, Qt.Key.Key_3, CTRL)
         net = self.window.net
         wait(lambda: net.isVisible() and net.is_up_to_date and net.artists is not None, "the net")
         driver.pause(200)
@@ -295,7 +295,7 @@ class Hour:
         (slip,) = [row for row in rows if row["slip_sense"]]
         assert slip["slip_sense"] == "normal"
         assert [row["set"] for row in rows].count("J1") == 3
-        key(self.window, Qt.Key.Key_4, CTRL)
+        key(self.window, Qt.Key.Key_2, CTRL)
         self.done("tables")
 
 

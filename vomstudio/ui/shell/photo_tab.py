@@ -45,6 +45,7 @@ class PhotoTab(QObject):
         self._opening, self._docks, self._parent = opening, docks, parent
         self._place: CentralArea | None = None
         self._reported: PhotoPage | None = None
+        self._page_behind = ""
         opening.page_shown.connect(self._show)
         docks.changed.connect(self._follow)
 
@@ -112,12 +113,12 @@ class PhotoTab(QObject):
     def turn_over(self) -> None:
         """From the photo to the outcrop, or from there to the photo."""
         if self.visible_page is not None:
-            self.show_outcrop()
+            self.leave_photo()
         else:
             self.show_photo()
 
     def show_photo(self) -> None:
-        """Look at the photo that is open."""
+        """Show the open photo; the page in the centre comes back after it."""
         page, place = self._opening.page, self._place
         if page is None or place is None:
             return
@@ -125,12 +126,20 @@ class PhotoTab(QObject):
             page.raise_()
             page.activateWindow()
             return
-        self._docks.leave_center()
+        self._page_behind = self._docks.leave_center() or self._page_behind
         place.show_photo(True)
         self._follow()
 
+    def leave_photo(self) -> None:
+        """Show the page that was in the centre before the photo, else the outcrop."""
+        page_behind, self._page_behind = self._page_behind, ""
+        self.show_outcrop()
+        if page_behind:
+            self._docks.take_center(page_behind)
+
     def show_outcrop(self) -> None:
-        """Look at the outcrop."""
+        """Show the outcrop."""
+        self._page_behind = ""
         if self._place is not None:
             self._docks.leave_center()
             self._place.show_photo(False)
@@ -199,7 +208,9 @@ class PhotoTab(QObject):
             self._photo_closed()
 
     def _photo_closed(self) -> None:
-        """There is no tab any more."""
+        page_behind, self._page_behind = self._page_behind, ""
+        if page_behind:
+            self._docks.take_center(page_behind)
         self._report()
 
 

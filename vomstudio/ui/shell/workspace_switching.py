@@ -53,7 +53,9 @@ class WorkspaceSwitching(QObject):
 
     def path_opened(self) -> None:
         """Show the outcrop: the user opened a model or a project."""
-        if self._docks.leave_center() == _PHOTOS:
+        had_photos = self._area.shows_photo or self._docks.center_page == _PHOTOS
+        self._docks.leave_center()
+        if had_photos and self._workspaces.shown.center:
             self._workspaces.switch(_INTERPRET)
 
     # --- inspector ---------------------------------------------------------------------------
