@@ -55,6 +55,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self.center_page = ""
         """Name of the page that has taken the centre."""
         self._docked_before = False
+        self._folded_page = ""
         self.net_docked = False
         for corner in (Qt.Corner.BottomLeftCorner, Qt.Corner.BottomRightCorner):
             window.setCorner(corner, _BOTTOM)
@@ -209,6 +210,16 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """Hide the docked page of a region."""
         if name := self.page(region):
             self.close_page(name)
+
+    def fold_inspector(self, folded: bool) -> None:
+        """Hide the inspector while something in the centre needs its width, or show it again."""
+        if folded:
+            self._folded_page = self.page("inspector") or self._folded_page
+            self.close_region("inspector")
+        elif self._folded_page:
+            page, self._folded_page = self._folded_page, ""
+            if not self.page("inspector"):
+                self.bring_forward(page)
 
     def _make(self, name: str) -> None:
         """Create a page that is created late: callers may use it at once."""

@@ -111,7 +111,7 @@ class MainWindow(QMainWindow):
         self.workspaces = Workspaces(self, self.docks, self._settings.window)
         self._dialogs = OpenDialogs()
         self.photo_opening = PhotoOpening(self.studio, self.survey)
-        self.photo_tab = PhotoTab(self.photo_opening, self.docks, self)
+        self.photo_tab = PhotoTab(self.photo_opening, self.docks, self.workspaces, self)
 
     def _make_actions(self) -> None:
         from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto

@@ -19,6 +19,7 @@ from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
 from vomstudio.ui.panels.photos.photo_page_commands import photo_command
 from vomstudio.ui.shell.central_area import CentralArea
 from vomstudio.ui.shell.docks import WindowDocks
+from vomstudio.ui.shell.workspaces import Workspaces
 
 if TYPE_CHECKING:
     from vomstudio.ui.panels.photos.photo_page import PhotoPage
@@ -39,7 +40,13 @@ class PhotoTab(QObject):
     hinted = Signal(str)
     visible_page_changed = Signal()
 
-    def __init__(self, opening: PhotoOpening, docks: WindowDocks, parent: QWidget) -> None:
+    def __init__(
+        self,
+        opening: PhotoOpening,
+        docks: WindowDocks,
+        workspaces: Workspaces,
+        parent: QWidget,
+    ) -> None:
         """parent : of the window of its own"""
         super().__init__(parent)
         self._opening, self._docks, self._parent = opening, docks, parent
@@ -48,6 +55,7 @@ class PhotoTab(QObject):
         self._page_behind = ""
         opening.page_shown.connect(self._show)
         docks.changed.connect(self._follow)
+        workspaces.changed.connect(self._workspace_changed)
 
     def commands(self) -> list[Command]:
         def nothing_open() -> Finding | None:
@@ -149,6 +157,9 @@ class PhotoTab(QObject):
         if self.visible_page is not None:
             self.show_outcrop()
 
+    def _workspace_changed(self, _: str) -> None:
+        self._docks.fold_inspector(self.visible_page is not None)
+
     def _follow(self) -> None:
         """Report if the widget that is shown has changed."""
         if self._reported is not self.visible_page:
@@ -156,6 +167,8 @@ class PhotoTab(QObject):
 
     def _report(self) -> None:
         self._reported = self.visible_page
+        # A photo has lists of its own and needs the width.
+        self._docks.fold_inspector(self.visible_page is not None)
         self.visible_page_changed.emit()
         self.changed.emit()
         self._hint()
