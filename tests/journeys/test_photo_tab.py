@@ -210,6 +210,7 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     click(page.canvas, middle)
     assert page.marks.marking.labels == ("tie1",)
     assert "tie1" in undo.text()
+    window.docks.bring_forward("photos")
     window.photos_panel.table.setFocus()
     press(Qt.Key.Key_Z, CTRL)
     assert page.marks.marking.labels == ()
