@@ -47,8 +47,9 @@ class Pictures(Journey):
             middle = viewport.mapToGlobal(viewport.rect().center())
             self.wheel(middle.x(), middle.y(), notches)
 
-    def without_panel_of_tools(self) -> None:
-        self.dock("tool").hide()
+    def page(self, name: str) -> None:
+        """Open a page of the drawer or inspector."""
+        self.window.docks.bring_forward(name)
 
     def hide_joints(self) -> None:
         """Their zigzags over the facets tell little in a small picture."""
@@ -69,8 +70,8 @@ class Pictures(Journey):
     def photos(self) -> None:
         verdict = self.named("survey_verdict")
         self.wait(lambda: verdict.text() and "…" not in verdict.text(), "the survey check")
-        self.run("workspace_photos")
-        self.take("photos", self.dock("photos"), MESSAGE_S)
+        self.run("workspace_model")
+        self.take("photos", None, MESSAGE_S)
 
     def pick(self, name: str, count: int) -> None:
         """Click some of the sample's own points of a trace, one after the other."""
@@ -83,10 +84,11 @@ class Pictures(Journey):
     # --- the acts --------------------------------------------------------------------------------
     def measured(self) -> None:
         self.until_drawn(MIDDLE)
-        self.without_panel_of_tools()
+        self.page("table")
         self.hide_joints()
         self.look(40, 16, 2)
         self.row(self.named("orientation_table"), 8)
+        self.page("properties")
         self.take("window", None, MESSAGE_S)
         self.run("along_beta")
         self.run("orthophoto")
@@ -105,6 +107,7 @@ class Pictures(Journey):
             self.pick(name, 9)
             self.key("Return")
         self.press("navigate")
+        self.page("table")
         self.take("first_net", None, MESSAGE_S)
 
 

@@ -304,9 +304,7 @@ class Journey:
         return self.window.findChild(QDockWidget, name)
 
     def show_dock(self, name: str) -> None:
-        if self.dock(name).isHidden():
-            self.dock(name).toggleViewAction().trigger()
-        self.dock(name).raise_()
+        self.window.docks.bring_forward(name)
 
     def action(self, name: str, owner: Any = None) -> Any:
         from PySide6.QtGui import QAction
@@ -442,12 +440,15 @@ class Journey:
         self.pause(0.1)
 
     def press(self, name: str) -> None:
-        """Click the tool bar's button of an action."""
-        from PySide6.QtWidgets import QToolBar
+        """Click the button of an action in one of the bars."""
+        from PySide6.QtWidgets import QToolBar, QToolButton
 
         action = self.action(name)
-        for bar in self.window.findChildren(QToolBar):
-            if (button := bar.widgetForAction(action)) is not None and button.isVisible():
+        bars = self.window.findChildren(QToolBar)
+        buttons = [bar.widgetForAction(action) for bar in bars]
+        buttons += [each for each in action.associatedObjects() if isinstance(each, QToolButton)]
+        for button in buttons:
+            if button is not None and button.isVisible():
                 place = button.mapToGlobal(button.rect().center())
                 self.click(place.x(), place.y())
                 return
