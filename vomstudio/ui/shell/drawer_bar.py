@@ -19,7 +19,8 @@ class DrawerBar(QToolBar):
         super().__init__(tr("Drawer"))
         self.setObjectName("drawer_bar")
         self.setMovable(False)
-        self.setContentsMargins(2, 0, 2, 0)
+        if (layout := self.layout()) is not None:
+            layout.setContentsMargins(2, 0, 2, 0)
         self.toggleViewAction().setVisible(False)
         self.setIconSize(QSize(14, 14))
         theme.highlight_toggles(self)

@@ -17,7 +17,7 @@ from vomstudio.ui.shell.layout import GENERAL_TOOLS, PAGE_TOOLS
 from vomstudio.ui.shell.workspaces import Workspaces
 
 _ICON_PX = 22
-_PADDING_PX = 3
+_PADDING_PX = 7
 _NAVIGATE = "navigate"
 SHORT_NAMES = {
     "station": to_translate("Station"),
@@ -43,7 +43,8 @@ class ToolRail(QToolBar):
         self.setObjectName("tool_rail")
         self.setOrientation(Qt.Orientation.Vertical)
         self.setMovable(False)
-        self.setContentsMargins(0, 0, 0, 0)
+        if (layout := self.layout()) is not None:
+            layout.setContentsMargins(0, 0, 0, 0)
         self.toggleViewAction().setVisible(False)
         self._studio, self._workspaces, self._docks = studio, workspaces, docks
         names = [entry.name for entry in TOOLS]
