@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import wait
-from vomstudio.ui.commands import display as display_commands
 
 
-def menu_of_fields(window, name: str):
-    menu = QMenu(window)
-    display_commands.fill_fields(menu, window.studio)
-    (action,) = [a for a in menu.actions() if a.text().startswith(name)]
-    return action
+def choose_field(window, name: str) -> None:
+    """Choose a field on the page Display as a user does."""
+    window.docks.bring_forward("display")
+    box = window.display_panel.field
+    index = next(i for i in range(box.count()) if box.itemText(i).startswith(name))
+    box.setCurrentIndex(index)
+    box.activated.emit(index)
 
 
 def picture(window) -> np.ndarray:
@@ -28,8 +29,10 @@ def picture(window) -> np.ndarray:
 @pytest.mark.usefixtures("new_window")
 def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path):
     model_id = driver.open_outcrop(window, outcrop)
+    window.docks.bring_forward("display")
+    driver.settled(window)
     before = picture(window)
-    menu_of_fields(window, "Elevation").trigger()
+    choose_field(window, "Elevation")
     wait(lambda: window.viewport.display.scale_of(model_id) is not None, "the field")
     wait(lambda: window.viewport.overlays.bars, "the colour bar")
     driver.settled(window)

@@ -6,14 +6,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QAction, QImage, QKeySequence
+from PySide6.QtGui import QImage, QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
     QHeaderView,
     QLabel,
-    QMenu,
     QWidget,
 )
 
@@ -36,16 +35,6 @@ def interpreted(window, outcrop, picks):
         assert window.studio.attempt(edits.add_trace, trace)
     look_at(window, picks["B04"], 0.0, 10.0)
     return window
-
-
-def page_actions(window) -> dict[str, QAction]:
-    """Entries of the menu of pages by the names of the pages."""
-    menus = window.findChildren(QMenu)
-    menu = next(
-        each for each in menus if any(a.objectName() == "page_table" for a in each.actions())
-    )
-    menu.aboutToShow.emit()
-    return {action.objectName().removeprefix("page_"): action for action in menu.actions()}
 
 
 def visible_texts(panel: QWidget) -> list[str]:
@@ -71,18 +60,16 @@ def is_blank(widget: QWidget) -> bool:
     return bool(counts.max() > 0.998 * counts.sum())
 
 
-def test_every_panel_comes_by_its_menu_entry_and_shows_something(interpreted) -> None:
+def test_every_page_comes_by_the_search_and_shows_something(interpreted) -> None:
     window = interpreted
     window.resize(1500, 950)
-    actions = page_actions(window)
-    assert list(actions) == list(window.docks)
     assert {name for name, _, _ in work_panels()} <= set(window.docks)
     window.studio.info("A message for the panel of messages.")
+    pages = {each.entry.key: each for each in window._search_destinations()}
     for name, dock in window.docks.items():
-        if actions[name].isChecked():
-            actions[name].trigger()
-            assert not window.docks.is_shown(name), name
-        actions[name].trigger()
+        window.docks.close_page(name)
+        assert not window.docks.is_shown(name), name
+        pages[f"page_{name}"].open()
         panel = window.net if name == "stereonet" else dock.widget()
         wait(lambda p=panel: not p.visibleRegion().isEmpty(), f"the panel {name}")
         if name != "stereonet":

@@ -1,18 +1,14 @@
-"""Commands of the menu View > Display and of the clipping box."""
+"""Commands of the display of models and of the clipping box."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
-from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QMenu
+from collections.abc import Callable
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, field_title
+from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.studio import display
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import current_model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.outcrop.camera_view import CameraView
@@ -30,7 +26,7 @@ MODE_NAMES = {
 
 
 def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
-    """Create the commands of the menu View > Display. `docks` contains the display panel."""
+    """Create the commands of the display. `docks` contains the display page."""
     state = studio.display
 
     def models() -> list[display.Data]:
@@ -145,46 +141,6 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             )
         )
     return table
-
-
-def fill_menu(menu: QMenu, actions: Mapping[str, QAction], studio: Studio) -> None:
-    """Fill the menu View > Display."""
-    menu.setToolTipsVisible(True)
-    for name in MODE_NAMES:
-        menu.addAction(actions[name])
-    fields = menu.addMenu(tr("Scalar &field"))
-    fields.aboutToShow.connect(lambda: fill_fields(fields, studio))
-    menu.addSeparator()
-    menu.addAction(actions["display_lit"])
-    menu.addAction(actions["display_eye_dome"])
-    menu.addAction(actions["display_cameras"])
-    sizes = menu.addMenu(tr("&Point size"))
-    for name in ("auto", *(f"{pixels:g}" for pixels in display.POINT_SIZES)):
-        sizes.addAction(actions[f"display_size_{name}"])
-    menu.addSeparator()
-    menu.addAction(actions["display_settings"])
-
-
-def fill_fields(menu: QMenu, studio: Studio) -> None:
-    """Fill a menu with the scalar fields of the current model."""
-    menu.clear()
-    model = current_model(studio)
-    opened = None if model is None else studio.models.get(model.id)
-    if model is None or opened is None:
-        menu.addAction(Finding("action.no-model").message).setEnabled(False)
-        return
-    state = studio.display
-    style = state.styles.get(model.id)
-    group = QActionGroup(menu)
-    for name in field_names(opened.data):
-        text = tr("Elevation (Z)") if name == ELEVATION else field_title(name).replace("&", "&&")
-        action = menu.addAction(text)
-        action.setCheckable(True)
-        action.setChecked(state.mode == "field" and style is not None and style.name == name)
-        group.addAction(action)
-        action.triggered.connect(
-            lambda _=False, n=name, m=model.id: state.show_field(m, FieldStyle(n))
-        )
 
 
 def choose_field(studio: Studio, docks: Docks) -> None:

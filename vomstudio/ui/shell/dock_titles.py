@@ -12,7 +12,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.shell.layout import INSPECTOR_TABS, REGIONS
 
-_MARGIN = 4
+_MARGIN = 2
 
 
 class PageSwitcher(Protocol):
@@ -42,7 +42,7 @@ class DockTitle(QWidget):
         self._tabs: dict[str, QToolButton] = {}
         row = QHBoxLayout(self)
         row.setContentsMargins(_MARGIN, 2, 2, 2)
-        row.setSpacing(2)
+        row.setSpacing(0)
         if REGIONS[self._name] == "inspector":
             for name in (*INSPECTOR_TABS, *({self._name} - set(INSPECTOR_TABS))):
                 self._tabs[name] = self._tab(name)

@@ -6,9 +6,8 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import Protocol
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSignalBlocker, Qt, QTimer, Signal
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QWidget
+from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 from vomstudio.ui.base.controls import LazyScrollArea, PanelScrollArea
 from vomstudio.ui.shell.dock_titles import DockTitle
@@ -106,24 +105,6 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def set_hosts(self, center: PageHost, overlay: PageHost) -> None:
         """Set the places outside the docks, and move the net to its overlay."""
         self._center, self._overlay = center, overlay
-
-    def fill_menu(self, menu: QMenu) -> None:
-        """Add an entry for each page, checked while the page is visible."""
-        actions = {name: QAction(dock.windowTitle(), menu) for name, dock in self._docks.items()}
-        for name, action in actions.items():
-            action.setObjectName(f"page_{name}")
-            action.setCheckable(True)
-            action.triggered.connect(lambda on, page=name: self.toggle(page, on))
-            self._docks[name].windowTitleChanged.connect(action.setText)
-            menu.addAction(action)
-
-        def refresh() -> None:
-            for name, action in actions.items():
-                with QSignalBlocker(action):
-                    action.setChecked(self.is_shown(name))
-
-        menu.aboutToShow.connect(refresh)
-        self.changed.connect(refresh)
 
     def is_shown(self, name: str) -> bool:
         """Return whether a page is in the centre, in an overlay or in a visible dock."""

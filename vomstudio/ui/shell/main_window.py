@@ -184,14 +184,13 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell.work_panels import work_commands
 
         studio, view = self.studio, self.view
-        self._tool_commands = tool_panels.commands(studio)
         self._open_types = partial(feature_commands.open_types, self, studio, self._dialogs)
         return [
             *ortho_commands.commands(studio, view, self.view_panel, self),
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
             *surfaces.commands(studio, self),
-            *(command for some in self._tool_commands.values() for command in some),
+            *(each for some in tool_panels.commands(studio).values() for each in some),
             *net_commands.commands(
                 studio,
                 lambda: getattr(self, "net", None),
@@ -312,7 +311,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell.top_bar import TopBar
 
         actions, bar = self.actions_table.all, self.message_bar
-        fill_menus(self, self.studio, self.files, self.docks, actions, self._tool_commands)
+        fill_menus(self, actions, self.files)
         self.top_bar = TopBar(self, actions)
         self.tool_rail = ToolRail(self.studio, actions, self.workspaces, self.docks)
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_rail)
