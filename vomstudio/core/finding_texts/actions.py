@@ -54,6 +54,14 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("The features define no such direction."),
     ),
+    "action.no-such-type": (
+        "info",
+        to_translate("The list of types has no entry {number}. Add a type first."),
+    ),
+    "action.no-types": (
+        "info",
+        to_translate("No tool with types is active. Choose Trace, Patch or Line first."),
+    ),
     "action.no-feature": (
         "info",
         to_translate("No feature is selected. Select one first."),

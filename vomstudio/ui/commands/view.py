@@ -13,12 +13,12 @@ from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 # (name, text, key)
 _VIEWS = (
-    ("top", to_translate("From above"), "7"),
-    ("north", to_translate("Looking north"), "1"),
-    ("east", to_translate("Looking east"), "2"),
-    ("south", to_translate("Looking south"), "3"),
-    ("west", to_translate("Looking west"), "4"),
-    ("bottom", to_translate("From below"), "8"),
+    ("top", to_translate("From above"), "Alt+1"),
+    ("north", to_translate("Looking north"), "Alt+2"),
+    ("east", to_translate("Looking east"), "Alt+3"),
+    ("south", to_translate("Looking south"), "Alt+4"),
+    ("west", to_translate("Looking west"), "Alt+5"),
+    ("bottom", to_translate("From below"), "Alt+6"),
 )
 _NOTATIONS = (
     ("notation_dipdir", to_translate("Dip direction/dip (132/41)"), "dipdir/dip"),

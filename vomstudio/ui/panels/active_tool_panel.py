@@ -13,6 +13,7 @@ from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.base.controls import action_buttons
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+from vomstudio.ui.widgets.type_box import TypeBox
 
 Panel = TypeVar("Panel", bound=QWidget)
 
@@ -33,6 +34,8 @@ class ActiveToolPanel(QStackedWidget):
         self.addWidget(self._choice)
         for panel in dict.fromkeys(self.panels.values()):
             self.addWidget(panel)
+        boxes = {panel: panel.findChild(TypeBox) for panel in self.panels.values()}
+        self._type_boxes = {panel: box for panel, box in boxes.items() if box is not None}
         self._titles = {entry.name: entry.title for entry in TOOLS}
         self._show_title: Callable[[str], None] = lambda _: None
         # The dock starts as wide as the widest panel, so that the outcrop does not move later.
@@ -49,6 +52,12 @@ class ActiveToolPanel(QStackedWidget):
     def panel(self, kind: type[Panel]) -> Panel:
         """Return the panel of the given class."""
         return next(panel for panel in self.panels.values() if isinstance(panel, kind))
+
+    def type_box(self) -> TypeBox | None:
+        """Return the list of types of the visible panel, None if it has no enabled one."""
+        panel = self.currentWidget()
+        box = None if panel is None else self._type_boxes.get(panel)
+        return box if box is not None and box.isEnabled() else None
 
     def refresh(self, *_: object) -> None:
         """Show the panel of the current tool."""

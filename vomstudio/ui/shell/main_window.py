@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
     from vomstudio.ui.dialogs.command_palette import Destination
     from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
+    from vomstudio.ui.widgets.type_box import TypeBox
 
 # A viewport that cannot draw must not keep the net away.
 _LONGEST_WAIT_MS = 5000
@@ -179,6 +180,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.commands import net as net_commands
         from vomstudio.ui.commands import orthophoto as ortho_commands
         from vomstudio.ui.commands import surfaces
+        from vomstudio.ui.commands import types as type_commands
         from vomstudio.ui.panels import tools as tool_panels
         from vomstudio.ui.shell import tour
         from vomstudio.ui.shell.work_panels import work_commands
@@ -190,6 +192,7 @@ class MainWindow(QMainWindow):
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
             *surfaces.commands(studio, self),
+            *type_commands.commands(self._type_box),
             *(each for some in tool_panels.commands(studio).values() for each in some),
             *net_commands.commands(
                 studio,
@@ -205,6 +208,9 @@ class MainWindow(QMainWindow):
             *help_commands.commands(self.actions_table, self, self._dialogs, self),
             *tour.commands(studio, self.actions_table.all, view, self.docks, self),
         ]
+
+    def _type_box(self) -> TypeBox | None:
+        return self.tool_panel.type_box() if hasattr(self, "tool_panel") else None
 
     def _search_destinations(self) -> list[Destination]:
         """Return the pages and documents that the search finds."""

@@ -45,6 +45,11 @@ class TypeBox(ComboBox):
         with QSignalBlocker(self):
             self.setCurrentIndex(max(0, self.findData(type_id)))
 
+    def choose(self, row: int) -> None:
+        """Choose the type of a row, as the user does in the list."""
+        self.setCurrentIndex(row)
+        self.activated.emit(row)
+
     def _edited(self, edit: Edit) -> None:
         if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self.fill()
