@@ -588,7 +588,39 @@ def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
     assert abs(box.center().x() - pixels[0, 0]) < 60.0
 
 
+def test_many_features_are_labelled_if_selected_or_asked_for(stage: Stage) -> None:
+    stage.show("w", wall())
+    stage.view.moves.look_along(0.0, 0.0)
+    stage.settle()
+
+    def labelled(count: int, mode: str) -> set[str]:
+        drawings = {
+            str(i): FeatureDrawing(
+                str(i),
+                np.zeros((0, 3)),
+                None,
+                (0.9, 0.6, 0.0),
+                "B",
+                UTM + np.array([1.0 + 0.2 * i, -0.6, 1.0 + (i % 5)]),
+                extent=1.0,
+            )
+            for i in range(count)
+        }
+        stage.view.features.change(drawings)
+        stage.view.features.select(frozenset({"3"}))
+        stage.view.set_label_mode(mode)
+        stage.settle()
+        return {key for key, _ in stage.view.overlays.annotations.label_boxes}
+
+    assert len(labelled(20, "auto")) > 5
+    assert labelled(20, "selected") == {"3"}
+    assert labelled(20, "none") == set()
+    assert labelled(40, "auto") == {"3"}
+    assert len(labelled(40, "all")) > 5
+
+
 def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
+    stage.view.set_label_mode("all")
     stage.show("w", wall())
     stage.view.moves.look_along(0.0, 0.0)
     stage.settle()

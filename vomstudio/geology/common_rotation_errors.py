@@ -150,7 +150,7 @@ def principal_axis(
 
     Parameters
     ----------
-    moved : MovedVectors
+    moved_vectors : MovedVectors
     values, axes : (3,) and (3, 3) ndarray
         Result of `statistics.orientation_tensor`.
     index : int
@@ -177,7 +177,7 @@ def resultant(moved_vectors: MovedVectors, signs: FloatArray | None = None) -> M
 
     Parameters
     ----------
-    moved : MovedVectors
+    moved_vectors : MovedVectors
     signs : (n,) ndarray, optional
         Factors 1 or -1 of the vectors.
 

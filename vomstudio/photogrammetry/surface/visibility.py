@@ -269,7 +269,7 @@ def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
         shrunk = cv2.resize(np.abs(band), (half.shape[1], half.shape[0]), interpolation=3)
         energies.append(cv2.GaussianBlur(shrunk, (0, 0), 3))
     ratio = np.log((energies[0] + 0.05) / (energies[1] + 0.05))
-    # As bytes, for the one compiled compute_visibility-up: steps of 0.02.
+    # As bytes, for the one compiled look-up: steps of 0.02.
     steps = np.clip(np.rint(ratio * 50 + 200), 0, 255).astype(np.uint8)[..., None]
     values = np.zeros((len(pixels), 1), np.float32)
     scale = np.array([half.shape[1] / picture.shape[1], half.shape[0] / picture.shape[0]])
