@@ -98,7 +98,7 @@ class Pictures(Journey):
         self.run("open_sample")
         self.until_drawn(MIDDLE)
         self.take("first_opened", None, MESSAGE_S)
-        self.look(31, 11, 2)
+        self.look(31, 11)
         self.press("trace")
         self.pick("B09", 12)
         self.take("first_trace")
