@@ -55,18 +55,18 @@ _MARKERS = {
 }
 MIN_FOLD_PLANES = 3
 MAX_ERROR_ELLIPSES = 500
-"""More ellipses would overlap too much to be legible."""
+"""Maximum number of error ellipses; a larger number would overlap too much to be legible."""
 
 
 class NetSource:
-    """Collect the contents of the net from the project.
+    """Source that collects the contents of the net from the project.
 
     Attributes
     ----------
     groups : Groups or None
         Proposed sets, which replace the sets of the project on the net.
     names : list of str
-        Names of the sets of the last call of `sets`, including hidden ones.
+        Names of the sets returned by the last call of `sets`, including hidden sets.
     """
 
     def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
@@ -77,7 +77,7 @@ class NetSource:
     def sets(self) -> list[NetSet]:
         """Return the sets of visible features, without rotation.
 
-        Each feature type and set has separate sets of planes, lines and compass readings.
+        For each feature type and set, planes, lines and compass readings form separate sets.
         """
         studio = self._studio
         visible_types = {
@@ -97,7 +97,7 @@ class NetSource:
         sets: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
             type_sets = groups.get(kind.id, {})
-            # Picked planes and compass readings of a set share one symbol.
+            # Picked planes and compass readings of the same set share one symbol.
             for variant, name in enumerate(sorted(type_sets, key=natural_sort_key)):
                 title = f"{kind.name}: {name}" if name else kind.name
                 for appearance, members in group_by_appearance(type_sets[name]):
