@@ -301,8 +301,7 @@ class StereonetPanel(QWidget):
         """Return whether the azimuths of all shown features refer to north.
 
         An empty net has north if the axes of the project have it. Compass readings belong to no
-        model and
-        always have north.
+        model and always have north.
         """
         if project_axes(self._studio).north:
             return True

@@ -88,8 +88,7 @@ class PhotoExports(QObject):
         rows : sequence of PhotoRow
         is_external : bool
             Whether the points were imported from files in other folders. Those files are never
-            written,
-            so the first change writes all tables beside the photos.
+            written, so the first change writes all tables beside the photos.
         sidecars : SidecarData, optional
             Data of the files beside the photos, if they have just been imported.
         """
@@ -170,7 +169,7 @@ class PhotoExports(QObject):
         return folder, fallback_folder(self._document.project_folder, folder.resolve())
 
     def table(self, name: str) -> Path | None:
-        """Return the path of a table: beside the photos if possible, else in the project."""
+        """Return the file of a table, beside the photos or else in the project, or None."""
         paths = (folder / name for folder in self._folders)
         return next((path for path in paths if is_regular(path)), None)
 
