@@ -36,7 +36,6 @@ PLANE_STYLES = (
 
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     """Create the feature commands; `open_types` opens the dialog of feature types."""
-
     surroundings = studio.workspace.surroundings
 
     def selected_ids() -> list[str]:

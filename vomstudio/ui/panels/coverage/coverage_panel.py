@@ -130,7 +130,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             self.grids.setCurrentIndex(max(self.grids.findData(selected_id), 0) if grids else -1)
 
     def grid(self) -> FaceGrid | None:
-        """Return the selected grid."""
+        """Return the selected grid, or None if no grid is selected."""
         return get(self._studio.records, self.grids.currentData(), FaceGrid)
 
     def _question(self) -> CoverageRequest:

@@ -58,7 +58,7 @@ class Row(Subject):
 
     @property
     def overturned(self) -> bool | None:
-        """Whether the feature is overturned, or None if features of its kind cannot be."""
+        """Whether the feature is overturned, or None if its kind has no such attribute."""
         value = getattr(self.feature, "overturned", None)
         return None if value is None else bool(value)
 

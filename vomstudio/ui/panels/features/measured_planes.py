@@ -23,7 +23,7 @@ def measured_planes(studio: Studio, features: Sequence[Feature]) -> list[Oriente
 def oriented_planes(
     studio: Studio, measured_features: Iterable[tuple[Feature, Measurement]]
 ) -> list[OrientedPlane]:
-    """Collect the planes of measured features, which need not be in the project."""
+    """Collect the planes of measured features, which need not belong to the project."""
     planes = []
     for feature, figures in measured_features:
         if figures.plane is None:

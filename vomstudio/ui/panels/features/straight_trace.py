@@ -40,7 +40,7 @@ def describe_trace_band(studio: Studio, feature_id: str, measurement: Measuremen
 
 
 def describe_crossing(studio: Studio) -> list[str]:
-    """Describe the plane that contains two selected straight traces."""
+    """Describe the plane that contains two selected straight traces, as rich text."""
     ids = studio.selection.ids
     measurements = studio.measured(ids)
     bands = [band_of_measured(measurements[id_]) for id_ in ids if id_ in measurements]

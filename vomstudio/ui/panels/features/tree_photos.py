@@ -190,7 +190,7 @@ class TreePhotos(QObject):
             self._names[id_] = ()
             folder = self._survey.document.folder_of(photo_set)
 
-            # Reading the folder in a worker thread, because it may be on a slow drive.
+            # The folder is read in a worker thread, because it may be on a slow drive.
             self._background.run(
                 lambda: [] if folder is None else photo_names(folder),
                 partial(self._show_names, id_, item),

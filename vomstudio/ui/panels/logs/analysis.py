@@ -1,4 +1,4 @@
-"""Figure, tables and command line of a log."""
+"""Figure, tables and command line of a bed thickness log."""
 
 from __future__ import annotations
 

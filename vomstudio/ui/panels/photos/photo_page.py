@@ -413,7 +413,7 @@ class PhotoPage(QWidget):
 
     # --- closing -----------------------------------------------------------------------------
     def may_close(self) -> bool:
-        """Return True if no masks are being written; otherwise warn the user and return False."""
+        """Return whether the page may be closed; warn the user if masks are being written."""
         self.tools.cancel()
         if self.masks.busy_reason is not None:
             self.attention_requested.emit()

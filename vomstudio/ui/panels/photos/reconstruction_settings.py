@@ -21,8 +21,7 @@ QUALITIES = (
 )
 """Title, name and description of each quality.
 
-Titles and descriptions are marked for translation. The sizes of the depth maps refer to the long
-side.
+Titles and descriptions are marked for translation. Depth map sizes refer to the long side.
 """
 
 

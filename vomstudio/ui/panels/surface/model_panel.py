@@ -187,7 +187,7 @@ class ProposalsPanel(ModelPanel):
         )
 
     def _area(self, index: int) -> Area | None:
-        """Return the area that is highlighted for a proposal."""
+        """Return the area that is highlighted for a proposal, or None."""
         raise NotImplementedError
 
     def _clicked(self, hit: Hit) -> None:
