@@ -1,1 +1,1 @@
-"""Commands of menus, tool rail and search."""
+"""Commands of the menus, the tool rail and the search."""

@@ -59,7 +59,7 @@ def _compact(studio: Studio, parent: QWidget) -> None:
 
 
 def compaction_text(plan: CompactionPlan) -> str:
-    """Describe what a compaction removes and what it keeps, as text of the question."""
+    """Describe what a compaction removes and what it keeps, for the confirmation question."""
     sentences = [
         tr(
             "{rows} of {total} journal rows hold edits that were undone and then replaced.",

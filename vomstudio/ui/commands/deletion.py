@@ -12,7 +12,8 @@ from vomstudio.ui.base.studio import Studio
 def delete_selected(studio: Studio) -> None:
     """Delete the selected features, except rows hidden in the focused list.
 
-    If no filtered list has the focus, delete all and report how many of them no list shows.
+    If no filtered list has the focus, all selected features are deleted, and the number of those
+    that no list shows is reported.
     """
     ids = selected_features(studio)
     focus = QApplication.focusWidget()

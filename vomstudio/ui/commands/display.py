@@ -1,4 +1,4 @@
-"""Commands of the display of models and of the clipping box."""
+"""Commands for the display of models and for the clipping box."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MODE_NAMES = {
 
 
 def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
-    """Create the commands of the display. `docks` contains the display page."""
+    """Create the display commands; `docks` contains the display page."""
     state = studio.display
 
     def models() -> list[display.Data]:
@@ -144,7 +144,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
 
 
 def choose_field(studio: Studio, docks: Docks) -> None:
-    """Show the scalar field of each model, by default its first, and the display panel."""
+    """Show the display panel and a scalar field of each model, by default the first field."""
     state = studio.display
     for model_id, opened in studio.models.items():
         if model_id not in state.styles:
@@ -155,7 +155,7 @@ def choose_field(studio: Studio, docks: Docks) -> None:
 
 
 def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
-    """Switch the clipping box on or off. Fit an empty box to the models first."""
+    """Switch the clipping box on or off, first fitting an empty box to the models."""
     state = studio.display
     if state.clipping:
         state.set_clip(state.box, False)

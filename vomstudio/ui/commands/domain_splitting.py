@@ -10,7 +10,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def why_not(studio: Studio) -> Finding | None:
-    """Return why the selection cannot split domains, None if it is one plane."""
+    """Return why the selection cannot split domains, or None if it is a single plane."""
     current = studio.selection.current if studio.has_project else None
     if (
         len(studio.selection.ids) == 1
@@ -22,7 +22,7 @@ def why_not(studio: Studio) -> Finding | None:
 
 
 def split_domains(studio: Studio) -> None:
-    """Assign features to domains in one edit, and report how many cross the plane."""
+    """Assign features to domains in one edit and report how many of them cross the plane."""
     current = studio.selection.current
     if current is None:
         return

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class DrawingImport(QObject):
-    """Import a drawing as traces in one edit. Jobs read the files and cast the rays."""
+    """Import of a drawing as traces in one edit; jobs read the files and cast the rays."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -50,7 +50,7 @@ class DrawingImport(QObject):
         return why_no_model(self._studio)
 
     def choose(self) -> None:
-        """Ask for a drawing, and for the sidecar of the picture if it is elsewhere."""
+        """Ask for a drawing, and for the sidecar file of the picture if it is elsewhere."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
             tr("Import lines drawn on an orthophoto"),
@@ -61,7 +61,7 @@ class DrawingImport(QObject):
             self.import_drawing(Path(name))
 
     def import_drawing(self, drawing: Path, sidecar: Path | None = None) -> None:
-        """Find the picture on which a drawing was made, then import its lines."""
+        """Find the picture on which the drawing was made, then import the lines."""
         self._studio.jobs.submit(
             FIND_PICTURES,
             DrawingFile(drawing, sidecar),
@@ -130,7 +130,7 @@ class DrawingImport(QObject):
             self._report_error(event.to_error())
 
     def _find_model(self, content_hash: str) -> Model | None:
-        """Find the open model shown in the picture, else return the current one."""
+        """Return the open model that the picture shows, otherwise the current model."""
         studio = self._studio
         current = current_model(studio)
         models = sorted(studio.session.of(Model), key=lambda m: m is not current)
@@ -160,11 +160,11 @@ class DrawingImport(QObject):
             studio.notice.emit(Notice(finding, "warning", UPDATE_DRAWN))
 
     def _clear(self, *_: object) -> None:
-        # Another project does not have the edited traces.
+        # The edited traces do not exist in another project.
         self._edited_traces = ()
 
     def why_no_update(self) -> Finding | None:
-        """Return why no traces can be updated, None if the last drawing changed some."""
+        """Return why no traces can be updated, or None if the last drawing edited some."""
         return None if self._edited_traces else Finding("action.no-edited-traces")
 
     def update(self) -> None:

@@ -1,4 +1,4 @@
-"""Commands to undo, redo, edit the selected features and find a command."""
+"""Commands that undo, redo, edit the selected features and search for commands."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
-    """Create the editing commands. `find` opens the search."""
+    """Create the editing commands; `find` opens the search."""
 
     def why_no_selection() -> Finding | None:
         return why_no_feature(studio)
@@ -90,12 +90,12 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
 
 
 def _menu_text(label: str) -> str:
-    """Return the title of a step with `&` escaped, which otherwise marks a shortcut."""
+    """Return the title of a step with `&` escaped, because `&` marks a shortcut in menus."""
     return step_title(label).replace("&", "&&")
 
 
 def search(parent: QWidget, actions: Actions, pages: Callable[[], list[Destination]]) -> None:
-    """Open the search of commands, pages and documents, and run what the user selects."""
+    """Open the search for commands, pages and documents, and run the entry that is selected."""
     from vomstudio.ui.dialogs.command_palette import CommandPalette
 
     dialog = CommandPalette(parent, actions, pages())

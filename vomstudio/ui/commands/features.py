@@ -1,4 +1,4 @@
-"""Commands on feature types, plane symbols and the visibility of features."""
+"""Commands for feature types, plane symbols and the visibility of features."""
 
 from __future__ import annotations
 
@@ -35,8 +35,7 @@ PLANE_STYLES = (
 
 
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
-    """Create the feature commands. `open_types` opens the dialog of feature types."""
-
+    """Create the feature commands; `open_types` opens the dialog of feature types."""
     surroundings = studio.workspace.surroundings
 
     def selected_ids() -> list[str]:

@@ -1,4 +1,4 @@
-"""Commands on project, model and export files."""
+"""Commands for project, model and export files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.ui.commands.project_files import Files
 
 
 def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -> list[Command]:
-    """Create the file commands. `quit_program` ends the program."""
+    """Create the file commands; `quit_program` ends the program."""
 
     def why_no_features() -> Finding | None:
         return None if studio.session.features() else Finding("export.no-features")

@@ -1,4 +1,4 @@
-"""Commands on planes that were fitted to picked points."""
+"""Commands for planes that were fitted to picked points."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ from vomstudio.ui.widgets.figure_file import ask_for_figure_file
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """Create the commands for the figure of plane shapes and for copying the fits."""
+    """Create the commands that draw the figure of plane shapes and copy the fits."""
 
     def why_not() -> Finding | None:
-        # Stop at the first plane: this runs after every edit, on thousands of records.
+        # The search stops at the first plane, since it runs after every edit on thousands of
+        # records.
         has_planes = any(
             isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values()
         )
@@ -58,7 +59,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
 
 
 def planes_to_fit(studio: Studio) -> Sequence[Picked]:
-    """Return the selected planes that were fitted to picked points, else all of them."""
+    """Return the selected planes that were fitted to picked points, or else all such planes."""
     records = studio.records
     selected = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
     return selected or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
@@ -71,7 +72,7 @@ def _ask_for_figure(studio: Studio, parent: QWidget) -> None:
 
 
 def write_figure(studio: Studio, path: Path) -> None:
-    """Write the figure of plane shapes as SVG, PDF or PNG. Replaces an existing file."""
+    """Write the figure of plane shapes as SVG, PDF or PNG, replacing an existing file."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.shape_figure import write_shapes
     from vomstudio.project.tables.project_table import project_table
@@ -89,7 +90,7 @@ def write_figure(studio: Studio, path: Path) -> None:
 
 
 def copy_fit(studio: Studio, parent: QWidget) -> None:
-    """Save the points as a table, and copy the command that fits their planes."""
+    """Save the points as a table and copy the command that fits their planes."""
     planes = planes_to_fit(studio)
     measurements = studio.measured(f.id for f in planes)
     methods = {getattr(f, "method", "pca") for f in planes}

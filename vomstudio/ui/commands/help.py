@@ -96,7 +96,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
 
 
 def document_destinations(dialogs: OpenDialogs, parent: QWidget) -> list[Destination]:
-    """Return the pages of the documentation for the search; none if they cannot be read."""
+    """Return the documentation pages for the search, or none if they cannot be read."""
     from vomstudio.ui.dialogs.command_palette import Destination
     from vomstudio.ui.dialogs.help.help_pages import list_pages
 

@@ -1,4 +1,4 @@
-"""Commands of lines and intersections."""
+"""Commands for lines and intersections."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 
 
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
-    """Create the commands on lines, intersections and imported features."""
+    """Create the commands for lines, intersections and imported features."""
 
     def why_too_few_groups() -> Finding | None:
         if len(plane_relations.list_plane_groups(studio)) > 1:

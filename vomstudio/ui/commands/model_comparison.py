@@ -20,7 +20,7 @@ def commands(
     docks: Docks,
     parent: QWidget,
 ) -> list[Command]:
-    """Create the commands to fit and compare models."""
+    """Create the commands that fit and compare models."""
 
     def why_no_model() -> Finding | None:
         model = current_model(studio)

@@ -13,7 +13,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:
-    """Ask whether to copy the photos too, and start the job."""
+    """Ask whether the photos should be copied too, and start the copy job."""
     path = studio.project.find_model(model)
     if path is None:
         return

@@ -1,4 +1,4 @@
-"""Commands on the current model."""
+"""Commands for the current model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vomstudio.ui.commands.project_files import Files
 def commands(
     studio: Studio, files: Files, links: PhotoLinks, parent: QWidget, workspaces: WorkspaceSwitcher
 ) -> list[Command]:
-    """Create the commands on the current model."""
+    """Create the commands for the current model."""
 
     def why_no_model() -> Finding | None:
         return None if studio.session.of(Model) else Finding("action.no-model")

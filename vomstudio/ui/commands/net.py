@@ -42,17 +42,17 @@ def commands(
     fill_middle: Callable[[str], None],
     show_net: Callable[[], None],
 ) -> list[Command]:
-    """Create the commands of the stereonet and the import of field measurements.
+    """Create the commands that export the stereonet and import field measurements.
 
     Parameters
     ----------
     studio : Studio
     find_net : callable
-        Returns the stereonet, None until its library is loaded.
+        Returns the stereonet, or None until its library is loaded.
     parent : QWidget
     dialogs : OpenDialogs
     fill_middle : callable
-        Toggles a dock between its own place and the place of the outcrop.
+        Moves a dock to the centre in place of the outcrop, or back.
     show_net : callable
         Brings the stereonet forward.
     """
@@ -174,7 +174,7 @@ def commands(
 
 # --- field measurements ----------------------------------------------------------------------
 def choose_readings(parent: QWidget, studio: Studio) -> None:
-    """Ask for a table, and import its readings."""
+    """Ask for a table and import the readings it contains."""
     name, _ = QFileDialog.getOpenFileName(
         parent,
         tr("Import field measurements"),
@@ -186,7 +186,7 @@ def choose_readings(parent: QWidget, studio: Studio) -> None:
 
 
 def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
-    """Ask for the meaning of the columns, and add the readings as features."""
+    """Ask for the meaning of the columns and add the readings as features."""
     from vomstudio.project.imports.field_table import read_field_table
     from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
 
@@ -213,7 +213,11 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
 
 
 def project_place(studio: Studio) -> Place:
-    """Return the only CRS of the project and the centre of its open models, in World."""
+    """Return the CRS of the project and the centre of its open models in the World frame.
+
+    The CRS is None unless all models that have a CRS share it. Only models with north contribute to
+    the centre, which is missing if there are none.
+    """
     from vomstudio.ui.dialogs.readings_dialog import Place
 
     models = studio.session.of(Model)
@@ -232,7 +236,7 @@ def project_place(studio: Studio) -> Place:
 
 # --- figure of the net -----------------------------------------------------------------------
 def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
-    """Ask for a file, and write the stereonet to it."""
+    """Ask for a file and write the stereonet to it."""
     path = ask_for_figure_file(parent, studio, tr("Export stereonet"), "stereonet")
     if path is not None:
         export_net(studio, panel, path)
@@ -258,7 +262,7 @@ def copy_net(studio: Studio, panel: NetDock) -> None:
 
 
 def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
-    """Write the stereonet on white, at the size of a printed figure."""
+    """Write the stereonet on a white background at the size of a printed figure."""
     from vomstudio.core.files.atomic import atomic_write
 
     try:

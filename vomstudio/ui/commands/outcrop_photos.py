@@ -29,7 +29,7 @@ def commands(
     docks: Docks,
     parent: QWidget,
 ) -> list[Command]:
-    """Create the commands of the panel. `photos` lists the photos of the selection."""
+    """Create the commands of the panel; `photos` lists the photos that show the selection."""
 
     def no_model() -> Finding | None:
         return why_no_model(studio)
@@ -39,7 +39,7 @@ def commands(
 
     def show_panel() -> None:
         docks.bring_forward(_DOCK_NAME)
-        # A tab that was never shown has its own height until the layout is done.
+        # A tab that was never shown does not adopt the height of the dock until layout is complete.
         QTimer.singleShot(0, parent, lambda: docks.ensure_height(_DOCK_NAME, _MIN_HEIGHT_PX))
 
     def open_cameras() -> None:

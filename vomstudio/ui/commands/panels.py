@@ -1,4 +1,4 @@
-"""Commands that show a panel of the workspaces Analyse, Interpret or Views."""
+"""Commands that show a panel of the Analyse, Interpret or Views workspace."""
 
 from __future__ import annotations
 

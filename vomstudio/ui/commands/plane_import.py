@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class ListedImport(QObject):
-    """Import the features of a file in one edit. The file is read in a thread."""
+    """Import of the features in a file in one edit; the file is read in a worker thread."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -30,7 +30,7 @@ class ListedImport(QObject):
         self._background = QtBackground(self)
 
     def choose(self) -> None:
-        """Ask for a file, and import its features."""
+        """Ask for a file and import its features."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
             tr("Import stations, contact lines and rock areas"),
@@ -41,7 +41,7 @@ class ListedImport(QObject):
             self.import_file(Path(name))
 
     def import_file(self, path: Path) -> None:
-        """Import features on the current model, and report those that were skipped."""
+        """Import features into the current model and report the features that were skipped."""
         studio = self._studio
         model = current_model(studio)
         if model is None:

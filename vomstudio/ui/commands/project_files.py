@@ -1,4 +1,4 @@
-"""Dialogs of the menus File and Model: open, save, export, locate, close."""
+"""Dialogs of the File and Model menus: open, save, export, locate and close."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ _PROGRAMS = {
     "loopstructural": to_translate("LoopStructural (*.csv)"),
     "gems": to_translate("GeMS OrientationPoints (*.csv)"),
 }
-"""File filters of the dialog for each program format."""
+"""File filter of the dialog, by program format."""
 
 
 class Files(QObject):
-    """Open, save and export projects and models through dialogs of `parent`."""
+    """Actions that open, save and export projects and models through dialogs of `parent`."""
 
     opened = Signal()
-    """Emitted when the user opened a model or a project."""
+    """Emitted when the user has opened a model or a project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -74,12 +74,12 @@ class Files(QObject):
         self._last_export: tuple[str, Path] | None = None
 
     def project_name(self) -> str:
-        """Return the name of the open project for titles, or "untitled"."""
+        """Return the name of the open project as used in titles, or "untitled"."""
         project = self._studio.project
         return tr("untitled") if project.untitled else project.name
 
     def window_title(self) -> str:
-        """Return the window title, which shows if the project is saved and can be written."""
+        """Return the window title, which shows whether the project is saved and writable."""
         values = {
             "project": self.project_name(),
             "unsaved": "*" if self._studio.session.dirty else "",
@@ -92,7 +92,7 @@ class Files(QObject):
         return tr("{project}{unsaved} (in memory only) – VOM Studio", **values)
 
     def open_path(self, path: Path) -> None:
-        """Open a model or a project. Before a project, offer to save the open one."""
+        """Open a model or a project; before a project is opened, offer to save the current one."""
         if is_project(path) and not self.ask_to_save():
             return
         self._studio.open_path(path)
@@ -118,14 +118,14 @@ class Files(QObject):
             self.open_path(Path(name))
 
     def new_project(self) -> None:
-        """Open an untitled project, after offering to save the open one."""
+        """Open an untitled project after offering to save the current one."""
         if self.ask_to_save():
             self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
         """Save the project, and return whether it was saved.
 
-        Ask for a folder if the project is untitled or its folder was lost.
+        The user is asked for a folder if the project is untitled or its folder no longer exists.
         """
         project = self._studio.project
         failure = project.write_failure
@@ -141,17 +141,17 @@ class Files(QObject):
         )
 
     def choose_place(self, photos: str) -> bool:
-        """Ask for the folder of an untitled project before a model is made in it.
+        """Ask for the folder of an untitled project before a model is created in it.
 
         Parameters
         ----------
         photos : str
-            Name of the photo folder, proposed as the project name.
+            Name of the photo folder, which is the proposed project name.
 
         Returns
         -------
         bool
-            False if the user cancelled or the project cannot be saved there.
+            False if the user cancelled or the project could not be saved in the folder.
         """
         if not self._studio.project.untitled:
             return True
@@ -161,7 +161,7 @@ class Files(QObject):
         return self._save_to_choice(title, photos)
 
     def _save_to_choice(self, title: str, stem: str) -> bool:
-        """Ask for a folder under a title, with a free name as proposal, and save there."""
+        """Ask for a folder and save the project there; an unused name is proposed."""
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
             title,
@@ -175,7 +175,7 @@ class Files(QObject):
         return self.attempt(lambda: self._studio.save_as(folder))
 
     def export(self, format_: str) -> None:
-        """Ask for a file and export the features, in a format such as "csv"."""
+        """Ask for a file and export the features in a format such as "csv"."""
         path = ask_for_target(
             self._parent,
             self._studio,
@@ -191,7 +191,7 @@ class Files(QObject):
         return "orientations" if project.untitled else project.name
 
     def export_for_program(self) -> None:
-        """Ask for a program and a file, and export in the format of the program."""
+        """Ask for a program and a file, and export the features in the format of the program."""
         formats = {tr(pattern): format_ for format_, pattern in _PROGRAMS.items()}
         answer = ask_for_file(
             self._parent,
@@ -204,7 +204,7 @@ class Files(QObject):
             self.export_to(formats[selected_pattern], path)
 
     def export_to(self, format_: str, path: Path) -> None:
-        """Export the features to `path`. Replaces an existing file."""
+        """Export the features to `path`, replacing an existing file."""
 
         def write() -> None:
             result = export_records(
@@ -221,7 +221,7 @@ class Files(QObject):
         self.attempt(write)
 
     def why_no_export(self) -> Finding | None:
-        """Return that nothing was exported yet; None if something was."""
+        """Return a finding if nothing has been exported yet, otherwise None."""
         return Finding("action.nothing-exported") if self._last_export is None else None
 
     def copy_export(self) -> None:
@@ -234,7 +234,7 @@ class Files(QObject):
             )
 
     def export_model(self) -> None:
-        """Export the current model in World coordinates as a job."""
+        """Start a job that exports the current model in the World frame."""
         from vomstudio.io.models.writing import find_writers
 
         model = current_model(self._studio)
@@ -283,7 +283,7 @@ class Files(QObject):
         )
 
     def attempt(self, action: Callable[[], None]) -> bool:
-        """Call an action, show its error if it fails, and return whether it succeeded."""
+        """Call an action and show its error if it fails; return whether it succeeded."""
         try:
             action()
         except VomError as error:
@@ -292,7 +292,7 @@ class Files(QObject):
         return True
 
     def ask_to_save(self) -> bool:
-        """Offer to save before the project is closed. Return False if the user cancels."""
+        """Offer to save before the project is closed; return False if the user cancels."""
         studio = self._studio
         if studio.has_work_to_save:
             box = QMessageBox(self._parent)
@@ -320,17 +320,17 @@ class Files(QObject):
                 return False
             if answer == QMessageBox.StandardButton.Save:
                 return self.save()
-        # If this cannot be written, the work stays in the journal. A full disk must not keep the
-        # window open.
+        # If this cannot be written, the changes remain in the journal. A full disk must not prevent
+        # the window from closing.
         self.attempt(studio.discard)
         return True
 
     # --- models ------------------------------------------------------------------------------
     def declare_frame(self, model_id: str | None = None) -> None:
-        """Show the frame dialog for a model, by default for the current one.
+        """Show the frame dialog for a model, by default the current one.
 
-        The dialog stays beside the window, because the user finds the up axis by turning the model.
-        Models that are opened meanwhile are queued.
+        The dialog stays beside the window, because the user finds the up axis by rotating the
+        model. Models that are opened in the meantime are queued.
         """
         current = self._frame_dialog
         if (
@@ -356,7 +356,7 @@ class Files(QObject):
         dialog.show()
 
     def _declare_next(self, answer: int) -> None:
-        """Show the frame dialog for the next queued model, unless one was cancelled."""
+        """Show the frame dialog for the next model in the queue, unless the last was cancelled."""
         pending_ids = [
             i for i in self._pending_ids if isinstance(self._studio.records.get(i), Model)
         ]
@@ -369,7 +369,7 @@ class Files(QObject):
         self._studio.warn(Finding("frame.undeclared", count=len(pending_ids)))
 
     def _apply_frame(self, model_id: str, frame: Frame) -> None:
-        """Apply a declared frame. Ask before it replaces a registration."""
+        """Apply a declared frame, asking first if it would replace a registration."""
         model = self._studio.records.get(model_id)
         if not isinstance(model, Model):
             return
@@ -400,7 +400,7 @@ class Files(QObject):
         )
 
     def locate_model(self) -> None:
-        """Ask for the file of the current model and open it."""
+        """Ask for the file of the current model and open the file."""
         model = current_model(self._studio)
         if model is None:
             return
@@ -420,7 +420,7 @@ class Files(QObject):
             self._studio.attempt(edits.remove_model, model.id)
 
     def fill_recent(self, menu: QMenu) -> None:
-        """Fill the menu of recent projects and models. Missing files are disabled."""
+        """Fill the menu of recent projects and models, in which missing files are disabled."""
         menu.clear()
         for text in self._studio.settings.recent:
             action = menu.addAction(text)
@@ -430,7 +430,7 @@ class Files(QObject):
             menu.addAction(tr("No recent projects or models")).setEnabled(False)
 
     def fill_discarded(self, menu: QMenu) -> None:
-        """Fill the menu of untitled projects closed without saving, at most 20."""
+        """Fill the menu of untitled projects that were closed without saving, at most 20."""
         menu.clear()
         for project in list_discarded_works():
             action = menu.addAction(project.describe())
@@ -441,7 +441,7 @@ class Files(QObject):
 
 
 def _free_folder(folder: Path, stem: str) -> Path:
-    """Return a project folder that does not exist, with a number if needed."""
+    """Return the path of a project folder that does not exist, adding a number if needed."""
     suffixes = ("", *(f"-{number}" for number in range(2, 1000)))
     folders = [folder / f"{stem}{suffix}{SUFFIX}" for suffix in suffixes]
     return next((candidate for candidate in folders if not candidate.exists()), folders[0])

@@ -1,4 +1,4 @@
-"""Commands on the results of a reconstruction: alignment, tie points and report."""
+"""Commands for the results of a reconstruction: alignment, tie points and report."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def commands(
     dialogs: OpenDialogs,
     parent: QWidget,
 ) -> list[Command]:
-    """Create the commands on the results of a reconstruction."""
+    """Create the commands for the results of a reconstruction."""
 
     def find_results() -> Path | None:
-        """Return the reconstruction folder of the Photos panel, else of an open model."""
+        """Return the reconstruction folder of the Photos panel, or else of an open model."""
         out = survey.output_folder()
         if out is not None and is_aligned(out):
             return out
@@ -98,9 +98,9 @@ def commands(
 
 
 def _show_tie_points(studio: Studio, out: Path) -> None:
-    """Open the tie points as a model, in the frame of the model from the same photos."""
+    """Open the tie points as a model in the frame of the model made from the same photos."""
     folder = out.resolve()
-    # Symbolic links may lead to the same folder: compare resolved paths.
+    # Symbolic links may lead to the same folder, so resolved paths are compared.
     models = {
         model.id: path.resolve()
         for model in studio.session.of(Model)

@@ -13,7 +13,7 @@ _DOCK_NAME = "surface"
 
 
 def commands(studio: Studio, docks: Docks) -> list[Command]:
-    """Create the commands. They show the panel in the current workspace."""
+    """Create the commands, which show the panel in the current workspace."""
 
     def show(page: str) -> None:
         docks.bring_forward(_DOCK_NAME)

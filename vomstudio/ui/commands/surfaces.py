@@ -14,21 +14,21 @@ from vomstudio.ui.base.studio import Studio
 
 
 def selected_patch(studio: Studio) -> Painted | None:
-    """Return the selected feature if it is the only one and a patch."""
+    """Return the selected feature if it is a patch and the only one selected, else None."""
     ids = studio.selection.ids
     record = studio.records.get(ids[0]) if len(ids) == 1 else None
     return record if isinstance(record, Painted) else None
 
 
 def selected_plane(studio: Studio) -> Feature | None:
-    """Return the selected feature if it is the only one and has a plane."""
+    """Return the selected feature if it has a plane and is the only one, else None."""
     ids = studio.selection.ids
     record = studio.records.get(ids[0]) if len(ids) == 1 else None
     return record if isinstance(record, Feature) and has_plane(record) else None
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """Create the commands on the selected patch or plane."""
+    """Create the commands for the selected patch or plane."""
 
     def why_no_patch() -> Finding | None:
         patch = selected_patch(studio)

@@ -19,7 +19,7 @@ from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
 _DOCK_NAME = "photos"
-# Five rows with thumbnails.
+# Height of five rows with thumbnails.
 _MIN_HEIGHT_PX = 320
 
 
@@ -40,8 +40,8 @@ def commands(
     open_folder : callable
         Called with the selected folder of photos.
     choose_place : callable
-        Returns whether the project has a folder for the model of the photos with this folder
-        name. Asks for it if the project is untitled.
+        Called with the name of the photo folder; returns whether the project has a folder for the
+        model of these photos. The user is asked for one if the project is untitled.
     """
 
     def choose_folder() -> None:
@@ -55,7 +55,7 @@ def commands(
             open_folder(Path(name))
 
     def reconstruct() -> None:
-        # Hours of work must not be saved in a folder that the user does not know.
+        # The results of hours of work must not be saved in a folder that the user does not know.
         if survey.folder is not None and choose_place(survey.folder.name):
             survey.reconstruct()
 
@@ -120,7 +120,7 @@ def commands(
 
 
 class SurveyDialogs:
-    """Open the dialogs on photos. The window fills `actions` after this is created."""
+    """Opens the dialogs for photos; the window fills `actions` after this is created."""
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class SurveyDialogs:
 
 
 def is_photo_folder(path: Path) -> bool:
-    """Return whether a path is a folder but not a project."""
+    """Return whether a path is a folder that is not a project."""
     return path.is_dir() and path.suffix != SUFFIX and not is_project(path)
 
 

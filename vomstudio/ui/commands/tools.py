@@ -1,4 +1,4 @@
-"""Commands that activate a tool, and commands on the open feature."""
+"""Commands that activate a tool, and commands for the open feature."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _NO_OPEN_FEATURE = Finding("tool.nothing-open")
 
 
 class _OpenFeature:
-    """Actions on the open feature, or on the selected one if it can be continued."""
+    """Actions on the open feature, or on the selected feature if it can be continued."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
 
     @property
     def tool(self) -> PolylineTool[Any] | None:
-        """The open tool, None if it does not pick vertices."""
+        """The tool with the open feature, or None if that tool does not pick vertices."""
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 
@@ -62,7 +62,7 @@ class _OpenFeature:
         return None if self._find_continuable() else Finding("action.nothing-to-continue")
 
     def _find_continuable(self) -> tuple[str, str] | None:
-        """Return id and tool of the last selected feature with picked vertices."""
+        """Return the id and tool of the most recently selected feature with picked vertices."""
         studio = self._studio
         for id_ in reversed(studio.selection.ids):
             for name, tool in studio.tools.items():
@@ -73,7 +73,7 @@ class _OpenFeature:
         return None
 
     def continue_feature(self) -> None:
-        """Activate the tool of the selected feature and continue it."""
+        """Activate the tool of the selected feature and continue that feature."""
         target = self._find_continuable()
         if target is None:
             return
@@ -91,7 +91,7 @@ class _OpenFeature:
             tool.delete_vertex()
 
     def delete(self) -> None:
-        """Delete the marked vertex of the open feature, else the selected features."""
+        """Delete the marked vertex of the open feature, or else the selected features."""
         if self.tool is not None:
             self.delete_vertex()
         else:
@@ -103,7 +103,7 @@ class _OpenFeature:
 
 
 class _ContactFollowing:
-    """Contact following of the active tool, or of the trace tool if it cannot follow."""
+    """Contact following with the active tool, or with the trace tool if that cannot follow."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
@@ -126,7 +126,7 @@ class _ContactFollowing:
     def toggle(self) -> None:
         """Switch following with the last cost on or off.
 
-        Activates the trace tool if the active tool cannot follow, because the switch would
+        The trace tool is activated if the active tool cannot follow, because the switch would
         otherwise have no visible effect.
         """
         is_active = isinstance(self._studio.tool, FollowingTool)
@@ -153,7 +153,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
 
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
-    """Create the tool commands. `directions` sets the view, `docks` shows the stereonet."""
+    """Create the tool commands; `directions` sets the view and `docks` shows the stereonet."""
     picking, following = _OpenFeature(studio), _ContactFollowing(studio)
 
     def measure_thickness() -> None:

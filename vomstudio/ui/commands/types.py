@@ -1,4 +1,7 @@
-"""Commands that choose the type of the next feature: keys 1 to 9 while a tool is active."""
+"""Commands that choose the type of the next feature with the keys 1 to 9.
+
+They act while a tool is active.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ def commands(find_box: Callable[[], TypeBox | None]) -> list[Command]:
     Parameters
     ----------
     find_box : callable
-        Returns the list of types of the active tool, None if there is no such list.
+        Returns the type box of the active tool, or None if the tool has none.
     """
 
     def choose(row: int) -> None:

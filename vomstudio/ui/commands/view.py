@@ -1,4 +1,4 @@
-"""Commands on the view of the outcrop, the notation of orientations and the theme."""
+"""Commands for the view of the outcrop, the notation of orientations and the theme."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _THEMES = (
 
 
 def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None]) -> list[Command]:
-    """Create the view commands. `toggle_panels` hides or shows all panels."""
+    """Create the view commands; `toggle_panels` hides or shows all panels."""
 
     def why_no_selection() -> Finding | None:
         if studio.measured(studio.selection.ids):

@@ -19,9 +19,9 @@ Panel = TypeVar("Panel", bound=QWidget)
 
 
 class ActiveToolPanel(QStackedWidget):
-    """Show the panel of the active tool, or of the tool with an unfinished feature.
+    """Stack that shows the panel of the active tool, or of the tool with an open feature.
 
-    Without either, it lists all tools. The size does not depend on the tool.
+    If there is neither, all tools are listed. The size does not depend on the tool.
     """
 
     def __init__(
@@ -38,7 +38,8 @@ class ActiveToolPanel(QStackedWidget):
         self._type_boxes = {panel: box for panel, box in boxes.items() if box is not None}
         self._titles = {entry.name: entry.title for entry in TOOLS}
         self._show_title: Callable[[str], None] = lambda _: None
-        # The dock starts as wide as the widest panel, so that the outcrop does not move later.
+        # The dock is initially as wide as the widest panel, so that the outcrop does not move
+        # later.
         self._fit_page(self._choice, QSizePolicy.Policy.Preferred)
         studio.active_tool_changed.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
@@ -54,7 +55,7 @@ class ActiveToolPanel(QStackedWidget):
         return next(panel for panel in self.panels.values() if isinstance(panel, kind))
 
     def type_box(self) -> TypeBox | None:
-        """Return the list of types of the visible panel, None if it has no enabled one."""
+        """Return the type box of the visible panel, or None if it has no enabled box."""
         panel = self.currentWidget()
         box = None if panel is None else self._type_boxes.get(panel)
         return box if box is not None and box.isEnabled() else None
@@ -75,7 +76,7 @@ class ActiveToolPanel(QStackedWidget):
     def _fit_page(
         self, current_page: QWidget, other_width: QSizePolicy.Policy = QSizePolicy.Policy.Ignored
     ) -> None:
-        """Ignore the size of hidden pages, so that the highest adds no scroll bar to the others."""
+        """Ignore the size of hidden pages, so that the tallest one adds no scroll bar."""
         ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
         for page in (self._choice, *self.panels.values()):
             if page is current_page:
@@ -85,7 +86,7 @@ class ActiveToolPanel(QStackedWidget):
 
 
 class _ToolChoice(QWidget):
-    """List of the tools, shown while none is active."""
+    """List of all tools, displayed while no tool is active."""
 
     def __init__(self, actions: list[QAction]) -> None:
         super().__init__()

@@ -24,7 +24,7 @@ Question = TypeVar("Question")
 Answer = TypeVar("Answer")
 
 _REFRESH_DELAY_MS = 120
-"""Changes within this delay share one refresh."""
+"""Changes within this delay are combined into one refresh."""
 
 
 class LazyPanel(QWidget):
@@ -51,13 +51,13 @@ class LazyPanel(QWidget):
         raise NotImplementedError
 
     def refresh(self) -> None:
-        """Update the panel if it is visible, otherwise when it is next painted."""
+        """Update the panel if it is visible, otherwise the next time it is painted."""
         self._stale = self.visibleRegion().isEmpty()
         if not self._stale:
             self.show_now()
 
     def _soon(self, *_: object) -> None:
-        """Schedule a refresh; a hidden panel is refreshed when it is next painted."""
+        """Schedule a refresh; a hidden panel is refreshed the next time it is painted."""
         if self.visibleRegion().isEmpty():
             self._stale = True
         elif not self._timer.isActive():
@@ -74,7 +74,7 @@ class LazyPanel(QWidget):
 
 
 class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
-    """Panel that computes a result from the project in a worker thread and shows it.
+    """Panel that computes a result from the project in a worker thread and displays it.
 
     Parameters
     ----------
@@ -84,12 +84,12 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
     topic : str
         Help page of the panel.
     busy : str
-        Text that is shown while a result is computed.
+        Text displayed while a result is being computed.
 
     Attributes
     ----------
     result : Answer or None
-        The result that is shown; None if it could not be computed.
+        The displayed result, or None if it could not be computed.
     message : Label
         Summary of the result, or the reason why it could not be computed.
     """
@@ -124,7 +124,7 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         """Update the lists of the form."""
 
     def _question(self) -> Question:
-        """Return the question in the form. Raises VomError, which states what is missing."""
+        """Return the input defined by the form. Raises VomError if an input is missing."""
         raise NotImplementedError
 
     def _answer(self, question: Question) -> Answer:

@@ -1,4 +1,4 @@
-"""Panel of fault displacement from cut-off traces on both sides of a fault."""
+"""Panel that computes fault displacement from cut-off traces on both sides of a fault."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ _MIN_TABLE_HEIGHT_PX = 96
 
 @dataclass(frozen=True, eq=False)
 class DisplacementResult:
-    """Input and result of the analysis; `names` and `cuts` have one item per pair."""
+    """Input and result of the analysis; `names` and `cuts` have one item per trace pair."""
 
     names: tuple[str, ...]
     cuts: tuple[Cutoffs, ...]
@@ -76,14 +76,14 @@ class DisplacementResult:
 
 
 class DisplacementPanel(LazyPanel):
-    """Panel of the displacement along a fault.
+    """Panel that computes the displacement along a fault.
 
     Attributes
     ----------
     pairs : list of (str, str)
-        Ids of two traces of the same bed on either side of the fault.
+        Ids of two traces of the same bed, one on each side of the fault.
     result : DisplacementResult or None
-        The result that is shown; None if it could not be computed.
+        The displayed result, or None if it could not be computed.
     """
 
     def __init__(self, studio: Studio) -> None:
@@ -123,7 +123,7 @@ class DisplacementPanel(LazyPanel):
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._refresh())
         studio.jobs.closed.connect(self._timer.stop)
-        # Before the first result there is nothing to copy.
+        # There is nothing to copy before the first result.
         self._refresh()
 
     def _arrange(self) -> None:
@@ -145,7 +145,7 @@ class DisplacementPanel(LazyPanel):
         records, ids = self._studio.records, self._studio.selection.ids
         fault = self.fault.id
         traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
-        # Thousands may be selected.
+        # Thousands of traces may be selected.
         picked = tuple(islice(traces, 3))
         return (picked[0], picked[1]) if len(picked) == 2 else None
 
@@ -177,7 +177,7 @@ class DisplacementPanel(LazyPanel):
         self.options.reset()
         self._soon()
 
-    # --- the answer --------------------------------------------------------------------------
+    # --- result ------------------------------------------------------------------------------
     def show_now(self) -> None:
         if not self._studio.has_project:
             return
@@ -188,7 +188,7 @@ class DisplacementPanel(LazyPanel):
         self._show(message)
 
     def _answer(self) -> DisplacementResult | None:
-        """Compute the displacements. Raises VomError, which states what is missing."""
+        """Compute the displacements. Raises VomError if an input is missing."""
         from vomstudio.geology.beds.common_attitude import fit_common_bed
         from vomstudio.geology.faults.displacement_pairs import displacements
 
@@ -245,7 +245,7 @@ class DisplacementPanel(LazyPanel):
         )
 
     def _names(self) -> list[str]:
-        """Return a unique name for each pair."""
+        """Return a unique name for each pair of traces."""
         records = self._studio.records
 
         def name(id_: str) -> str:
@@ -254,7 +254,7 @@ class DisplacementPanel(LazyPanel):
         return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
 
     def _slip(self, fault: Plane) -> tuple[float | None, Line | None]:
-        """Return the rake of the slip, and its line if that was typed."""
+        """Return the rake of the slip, and the slip line if it was typed as one."""
         from vomstudio.geology.orientation import rake_of
 
         text = self.slip.line.text().strip()
@@ -286,7 +286,7 @@ class DisplacementPanel(LazyPanel):
                     item.setTextAlignment(alignment)
                 self.table.setItem(row, column, item)
         self.message.setText(message if result is None else self._result_text(result))
-        # In a low window the user has to scroll to text below the table, so errors are above it.
+        # In a low window the text below the table is out of sight, so errors are shown above it.
         self._column.removeWidget(self.message)
         place = self._column.indexOf(self.table)
         self._column.insertWidget(place if result is None else place + 1, self.message)
@@ -351,9 +351,9 @@ class DisplacementPanel(LazyPanel):
         allow(self.remove, None if is_row_selected else Finding("action.no-row"))
         self.copy.allow(None if self.result is not None else Finding("action.no-result"))
 
-    # --- the command -------------------------------------------------------------------------
+    # --- command -----------------------------------------------------------------------------
     def copy_command(self) -> None:
-        """Ask for the table of the points, and put the command on the clipboard."""
+        """Ask for the file of the point table and copy the command to the clipboard."""
         result = self.result
         if result is not None:
             copy_with_file(
@@ -366,7 +366,7 @@ class DisplacementPanel(LazyPanel):
 
 
 def displacement_command(result: DisplacementResult, points: Path) -> CommandArguments:
-    """Return the command that gives the same result from a table of points."""
+    """Return the command that reproduces the result from a table of points."""
     return ["displacement", points, *option_words(result.options)]
 
 
@@ -388,7 +388,7 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
 def _find_cutoffs(
     name: str, first: FloatArray, second: FloatArray, fault: Plane, fault_point: FloatArray
 ) -> Cutoffs:
-    """Find the cut-offs of a pair. Raises InputError with the name of the pair."""
+    """Find the cut-offs of a pair of traces. Raises InputError with the name of the pair."""
     from vomstudio.geology.faults.cutoffs import find_cutoffs
 
     try:

@@ -1,4 +1,4 @@
-"""Display panel: mode, point size, lighting, scalar field, range and clipping box."""
+"""Display panel: mode, point size, lighting, scalar field, colour range and clipping box."""
 
 from __future__ import annotations
 
@@ -68,14 +68,14 @@ _KIND_NAMES = {
 
 
 class DisplayPanel(QWidget):
-    """Panel of the display settings.
+    """Panel with the display settings.
 
     Parameters
     ----------
     studio : Studio
     actions : dict of QAction
     current : callable
-        Returns the model whose field is shown, or None.
+        Returns the model whose scalar field is displayed, or None.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class DisplayPanel(QWidget):
         ----------
         viewport : Viewport
         models_box : callable
-            Returns the box around all visible models, or None.
+            Returns the bounding box of all visible models, or None.
         """
         self._models_box = models_box
         self._view_display = viewport.display
@@ -311,7 +311,7 @@ class DisplayPanel(QWidget):
             self._display.set_clip(box.move_face(axis, side, value))
 
     def _why_not_move(self, axis: int, value: float) -> Finding | None:
-        """Return a finding if a face of the box would be far from all models."""
+        """Return a finding if a face of the clipping box would be far from all models."""
         models_box = self._models_box()
         if models_box is None:
             return check_coordinates((value,))
@@ -378,7 +378,7 @@ class DisplayPanel(QWidget):
                 )
         style = self._current_style()[1]
         if self.field.findData(style.name) < 0:
-            # A project stores the style of a field, but not always its values.
+            # A project stores the display style of a field, but not always its values.
             with QSignalBlocker(self.field):
                 self.field.addItem(
                     tr("{field}: not there, calculate it again", field=field_title(style.name)),
@@ -436,7 +436,7 @@ class DisplayPanel(QWidget):
 
 
 def _number_text(value: float) -> str:
-    """Format a number for a narrow field, with decimals of large numbers."""
+    """Format a number for a narrow field, keeping the decimals of large numbers."""
     return f"{value:.6g}" if abs(value) < 1e5 else f"{value:.10g}"
 
 

@@ -27,12 +27,12 @@ _COLUMNS = (
     "",
 )
 _MAX_ENDED_JOBS = 50
-# Shorter jobs are not listed after their end.
+# Shorter jobs are not listed once they have ended.
 _MIN_DURATION_S = 2.0
 
 
 class JobsPanel(QTableWidget):
-    """Table of running jobs, each with a stop button, above finished jobs."""
+    """Table of running jobs, each with a stop button, followed by finished jobs."""
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__(0, len(_COLUMNS))
@@ -111,7 +111,7 @@ class JobsPanel(QTableWidget):
 
 
 def _end_text(job: RunningJob) -> str:
-    """Return how and when a job has ended."""
+    """Return how and when a job ended."""
     now = datetime.now()
     if job.outcome == "stopped" and job.resumable:
         return tr("Paused at {time:%H:%M}", time=now)

@@ -1,4 +1,4 @@
-"""Panel that offers picks again and compares their spread with their stated errors."""
+"""Panel that requests repeated picks and compares their spread with the reported errors."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _CORNERS = 48
 
 
 class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
-    """Panel that offers picks a second time, and shows their repeatability."""
+    """Panel that requests a second pick of features and shows the repeatability."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__(studio, "repeats", "fractures.md#picked-again", tr("Counting…"))
@@ -96,9 +96,9 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             self._studio.fail(error)
         self._refresh()
 
-    # --- a round -----------------------------------------------------------------------------
+    # --- round of repeated picks -------------------------------------------------------------
     def _begin(self) -> None:
-        # The clicked button has the keyboard focus, which the tool needs.
+        # The clicked button has the keyboard focus, but the tool needs it.
         self._round.begin(self._share() or 0.0, self.interpreter.text().strip())
         if self._view.viewport is not None:
             self._view.viewport.setFocus()
@@ -113,7 +113,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         studio.attempt(set_interpreter, ids, interpreter)
 
     def _offer(self) -> None:
-        """Show which feature is to be picked again, and its place."""
+        """Show which feature is to be picked again, and where it is."""
         records, id_ = self._studio.records, self._round.current
         feature = get(records, id_, Repeatable)
         if feature is None:
@@ -137,7 +137,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._refresh()
 
     def _show_place(self) -> None:
-        """Look at the face around the place, not at the plane, whose attitude stays hidden."""
+        """Look at the face around the feature, without revealing the attitude of its plane."""
         id_, viewport = self._round.current, self._view.viewport
         if id_ is None or viewport is None:
             return
@@ -162,7 +162,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._mark((middle - 0.5 * radius * toward, radius * ring))
 
     def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
-        """Draw the ring, or remove it. It cannot be selected."""
+        """Draw the ring, which cannot be selected, or remove it if `ring` is None."""
         viewport = self._view.viewport
         if viewport is None:
             return
@@ -214,14 +214,14 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._refresh_name()
 
     def _refresh_name(self) -> None:
-        # The picks that can be offered do not depend on the selection.
+        # The picks available for repetition do not depend on the selection.
         if not self._studio.has_project:
             return
         allow(self.name, why_no_feature(self._studio))
 
 
 def figures_html(repeats: TableRepeats, names: dict[str, str]) -> str:
-    """Return the repeatability as HTML; `names` are those of features by id."""
+    """Format the repeatability as HTML; `names` contains the names of features by id."""
     lines = []
     if repeats.spread is not None:
         spread = repeats.spread

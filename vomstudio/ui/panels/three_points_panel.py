@@ -1,4 +1,4 @@
-"""Panel of the three-point problem: the plane through picked, typed or imported points."""
+"""Panel for the three-point problem: the plane through picked, typed or imported points."""
 
 from __future__ import annotations
 
@@ -60,14 +60,14 @@ _ROW_HEIGHT_PX = 24
 
 
 class ThreePointsPanel(LazyPanel):
-    """Panel of the three-point problem.
+    """Panel for the three-point problem.
 
     Attributes
     ----------
     trace_id : str
-        Id of the trace that the points were taken from; "" if they were typed or imported.
+        Id of the trace that supplied the points, or an empty string if they were typed or imported.
     plane : ThreePoints or None
-        The plane through the points; None if it cannot be computed.
+        Plane through the points, or None if it cannot be computed.
     """
 
     def __init__(self, studio: Studio) -> None:
@@ -124,7 +124,7 @@ class ThreePointsPanel(LazyPanel):
         ):
             row.setSpacing(3)
             for part in parts:
-                # Otherwise the dock would become wider at the cost of the outcrop.
+                # Otherwise the dock would widen at the expense of the outcrop.
                 part.setMinimumWidth(_MIN_WIDTH_PX)
                 row.addWidget(part)
             row.addStretch()
@@ -167,7 +167,7 @@ class ThreePointsPanel(LazyPanel):
             header_item.setText(title)
             header_item.setToolTip(tip if axes.north else "")
 
-    # --- the points --------------------------------------------------------------------------
+    # --- points ------------------------------------------------------------------------------
     def _pick(self) -> None:
         """Pick the points with the trace tool, which stores them as a trace."""
         self._studio.activate("trace")
@@ -196,7 +196,7 @@ class ThreePointsPanel(LazyPanel):
         self.trace_id = feature.id
         scatter, misfit = pick_scatter_m([measured]), measured.fit and measured.fit.rms
         if len(measured.points) > _MIN_POINTS and misfit and misfit >= scatter:
-            # The misfit of few points is uncertain, so it is not entered as a known sigma.
+            # The misfit of a few points is uncertain, so it is not entered as a known sigma.
             scatter = 0.0
         self.sigma.setText(f"{scatter:.3g}" if scatter else "")
         self._soon()
@@ -217,7 +217,7 @@ class ThreePointsPanel(LazyPanel):
             self._studio.warn(warning)
 
     def _fill(self, rows: list[list[str]]) -> None:
-        """Fill the table, with empty rows up to the minimum number of points."""
+        """Fill the table, adding empty rows up to the minimum number of points."""
         self.trace_id = ""
         rows = rows + [["", "", ""]] * (_MIN_POINTS - len(rows))
         was_blocked = self.table.blockSignals(True)
@@ -229,7 +229,7 @@ class ThreePointsPanel(LazyPanel):
         self._soon()
 
     def _follow_typing(self, _: QTableWidgetItem) -> None:
-        """Forget the trace, because typed points are no longer its points."""
+        """Clear the trace id, because edited points no longer belong to the trace."""
         self.trace_id = ""
         self._soon()
 
@@ -248,12 +248,12 @@ class ThreePointsPanel(LazyPanel):
         self._soon()
 
     def _reset(self) -> None:
-        """Clear the form for another project."""
+        """Clear the form when another project is opened."""
         self._is_picking = False
         self.sigma.clear()
         self._fill([])
 
-    # --- the plane ---------------------------------------------------------------------------
+    # --- plane -------------------------------------------------------------------------------
     def show_now(self) -> None:
         from vomstudio.geology.faults.three_points import plane_of_three_points
 
@@ -270,7 +270,7 @@ class ThreePointsPanel(LazyPanel):
         self._refresh()
 
     def _numbers(self) -> FloatArray:
-        """Return the points (n, 3) of the rows in World. Raises InputError for invalid rows."""
+        """Return the points (n, 3) of the rows in the World frame. Raises InputError if invalid."""
         rows = []
         for i in range(self.table.rowCount()):
             cells = [self.table.item(i, j) for j in range(3)]
@@ -325,7 +325,7 @@ class ThreePointsPanel(LazyPanel):
 
     # --- export ------------------------------------------------------------------------------
     def _add(self) -> None:
-        """Add the plane as a reading at the centre of the points, with its error in the notes."""
+        """Add the plane as a reading at the centroid of the points, with its error in the notes."""
         result, points = self.plane, self._points
         if result is None or points is None:
             return
@@ -345,7 +345,7 @@ class ThreePointsPanel(LazyPanel):
             self._studio.selection.set((reading.id,))
 
     def copy_command(self) -> None:
-        """Ask for the table of the points, and put the command on the clipboard."""
+        """Ask for the file of the point table and copy the command to the clipboard."""
         points, sigma = self._points, self._sigma
         if points is None:
             return
@@ -369,7 +369,7 @@ class ThreePointsPanel(LazyPanel):
 
 
 def _warnings_text(result: ThreePoints) -> str:
-    """Return the warnings, each after a space."""
+    """Return the warnings as one text, each preceded by a space."""
     return "".join(f" {warning}" for warning in result.warnings)
 
 

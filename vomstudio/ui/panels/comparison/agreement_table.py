@@ -1,4 +1,4 @@
-"""Table of the planes that were measured on both models, with angles and errors."""
+"""Table of the planes measured on both models, with angles and errors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MIN_TABLE_HEIGHT_PX = 130
 
 
 class AgreementTable(QWidget):
-    """Table of matching planes; hidden unless both models of the project have planes."""
+    """Table of matching planes, hidden unless both models of the project have planes."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -50,13 +50,14 @@ class AgreementTable(QWidget):
         self.hide()
 
     def invalidate(self) -> None:
-        """Discard the shown result after a change of features or models."""
+        """Discard the displayed result after features or models have changed."""
         self._model_ids = None
 
     def show_models(self, model_id: str, other_id: str) -> None:
-        """Show the agreement of two models by id; an empty id is a model outside the project.
+        """Show the agreement of two models, given by id.
 
-        The same pair is recomputed only after `invalidate`.
+        An empty id represents a model outside the project. The same pair is recomputed only after a
+        call of `invalidate`.
         """
         if self._model_ids == (model_id, other_id):
             return

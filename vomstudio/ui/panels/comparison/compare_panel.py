@@ -63,7 +63,7 @@ _COLORED_PERCENT = 98.0
 
 @dataclass(frozen=True)
 class ModelComparison:
-    """Compared models, figures of the command `compare`, and the file of distance fields."""
+    """Compared models, the figures of the command `compare`, and the file of distance fields."""
 
     model: PlacedModel
     benchmark: PlacedModel
@@ -72,12 +72,12 @@ class ModelComparison:
 
 
 class ComparePanel(QWidget):
-    """Panel of the comparison of a model with a benchmark.
+    """Panel that compares a model with a benchmark.
 
     Attributes
     ----------
     comparison : ModelComparison or None
-        The last comparison.
+        The most recent comparison.
     """
 
     def __init__(self, studio: Studio) -> None:
@@ -224,7 +224,7 @@ class ComparePanel(QWidget):
         self._show_comparison(model_id, comparison, content)
 
     def _reset(self, *_: object) -> None:
-        """Clear the comparison for another project."""
+        """Clear the comparison when another project is opened."""
         self.comparison, self._searched_model = None, None
         self.agreement.invalidate()
         self.message.setText("")
@@ -266,7 +266,7 @@ class ComparePanel(QWidget):
             return Finding("action.no-other-model")
         return None
 
-    # --- the command -------------------------------------------------------------------------
+    # --- command -----------------------------------------------------------------------------
     def _copy_command(self) -> None:
         model, other = self._model, self.other.current()
         path = None if model is None else self._studio.project.find_model(model)
@@ -277,7 +277,7 @@ class ComparePanel(QWidget):
         copy_command(self._studio, ["compare", path, other.path, place, *options])
 
     def _options(self, model: Model) -> CompareOptions:
-        """Return the options, with the error of the model's registration if none was typed."""
+        """Return the options; the registration error of the model is the default error."""
         if self.method.currentIndex() != 1:
             return CompareOptions()
         options = self.limits.options()
@@ -285,7 +285,7 @@ class ComparePanel(QWidget):
             return options
         return replace(options, registration_error_m=self._error_of(model))
 
-    # --- the job -----------------------------------------------------------------------------
+    # --- job ---------------------------------------------------------------------------------
     def _start_or_stop(self) -> None:
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
@@ -332,7 +332,7 @@ class ComparePanel(QWidget):
         def read() -> tuple[dict[str, Any], float, Any]:
             if record is not None:
                 store_comparison(record)
-            # Takes seconds for many millions of points.
+            # Reading many millions of points takes seconds.
             return _read(result.out)
 
         self._background.run(read, lambda read: self._show_comparison(model_id, comparison, read))
@@ -363,7 +363,7 @@ class ComparePanel(QWidget):
         if self.comparison is not None:
             self.figures.setText(result_text(self.comparison))
 
-    # --- the file ----------------------------------------------------------------------------
+    # --- file --------------------------------------------------------------------------------
     def _ask_for_file(self) -> None:
         if self.comparison is None:
             return
@@ -374,11 +374,11 @@ class ComparePanel(QWidget):
             self.export_to(path)
 
     def export_to(self, path: Path) -> None:
-        """Write the compared model, in World, with its distances as fields."""
+        """Write the compared model, in the World frame, with the distances as scalar fields."""
         if self.comparison is None:
             return
         comparison, studio = self.comparison, self._studio
-        # "Save as" since then has moved the file to the new folder.
+        # A "Save as" in the meantime has moved the file to the new folder.
         fields = distances_file(studio.project.folder, comparison.fields.stem)
 
         def done(result: ExportedModel) -> None:
@@ -422,7 +422,7 @@ def _comparison_record(
 
 
 def _read_stored(path: Path) -> tuple[dict[str, Any], float, Any] | None:
-    """Read a stored comparison in a worker thread; None if the file is damaged."""
+    """Read a stored comparison in a worker thread; return None if its file is damaged."""
     try:
         return _read(path)
     except (OSError, ValueError, TypeError, KeyError):
@@ -430,7 +430,17 @@ def _read_stored(path: Path) -> tuple[dict[str, Any], float, Any] | None:
 
 
 def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
-    """Return fields, limit of the colour range (m) and histogram. Runs in a worker thread."""
+    """Read the results of a comparison from a file. Runs in a worker thread.
+
+    Returns
+    -------
+    dict
+        Fields by name.
+    float
+        Limit of the colour range in metres.
+    Any
+        Histogram of the distances.
+    """
     with open_arrays(path) as arrays:
         fields = dict(arrays)
     distances = fields[FIELD]
@@ -444,7 +454,7 @@ def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
 
 
 def result_text(comparison: ModelComparison) -> str:
-    """Return accuracy, precision and significance as lines of text."""
+    """Format the accuracy, precision and significance as lines of text."""
     figures = comparison.figures
 
     def metres(name: str) -> str:

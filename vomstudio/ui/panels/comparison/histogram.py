@@ -20,14 +20,14 @@ _MARGIN = 8.0
 def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
     """Count distances (n,) in bins from -limit_m to limit_m.
 
-    NaN is ignored. Larger distances count in the outermost bins.
+    NaNs are ignored. Distances beyond the limits are counted in the outermost bins.
     """
     clipped = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
     return np.histogram(clipped, bins=_BINS, range=(-limit_m, limit_m))[0]
 
 
 class Histogram(QWidget):
-    """Histogram with lines at zero (thin) and at the median (dashed)."""
+    """Histogram with a thin line at zero and a dashed line at the median."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -39,14 +39,14 @@ class Histogram(QWidget):
 
     @cached_property
     def _colors(self) -> ByteArray:
-        """Return the colour table, which loads matplotlib on first use."""
+        """Colour table; reading it loads Matplotlib on first use."""
         return map_table(PALETTES["diverging"][0])
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 130)
 
     def show_counts(self, counts: IndexArray, limit_m: float, median_m: float) -> None:
-        """Show the counts of `count_distances`."""
+        """Show the counts returned by `count_distances`."""
         self.counts, self._limit_m, self._median_m = counts, limit_m, median_m
         self.update()
 
@@ -68,7 +68,7 @@ class Histogram(QWidget):
                 plot.left() + number * bar_width, plot.bottom() - bar_height, bar_width, bar_height
             )
             painter.fillRect(bar, QColor(int(red), int(green), int(blue)))
-        # A base line, because pale bars are barely visible.
+        # A base line is drawn because pale bars are barely visible.
         painter.setPen(QPen(text, 1.0))
         painter.drawLine(plot.bottomLeft(), plot.bottomRight())
         self._line(painter, plot, 0.0, QPen(text, 1.0))

@@ -1,1 +1,1 @@
-"""Coverage of the face by a grid of inspected cells."""
+"""Coverage of a face by a grid of inspected cells."""

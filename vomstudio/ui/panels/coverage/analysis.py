@@ -30,13 +30,14 @@ class GridRequest:
     Attributes
     ----------
     points : (n, 3) array
-        Points to be covered, in the model file frame, or World if `world` is True.
+        Points to be covered, in the frame of the model file, or in the World frame if `world` is
+        True.
     plane : Plane or None
-        Plane of the face, None for the plane that faces the view.
+        Plane of the face, or None for the plane that faces the view.
     view : (float, float)
-        Trend and plunge of the view.
+        Trend and plunge of the view direction in degrees.
     cell_m : float or None
-        Side of a cell, None for the proposed side.
+        Side length of a cell in metres, or None for the proposed length.
     """
 
     model: Model
@@ -77,7 +78,7 @@ def create_face_grid(request: GridRequest) -> FaceGrid:
 
 
 def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
-    """Return a cell side of 1, 2 or 5 times a power of ten, metres."""
+    """Return the proposed side length of a cell: 1, 2 or 5 times a power of ten, in metres."""
     if not len(points):
         return 1.0
     projection = points @ np.stack([frame.right, frame.down], axis=1)
@@ -109,7 +110,7 @@ def compute_share(request: CoverageRequest) -> FaceCoverage:
 
 
 def figures_html(coverage: FaceCoverage, unit: str) -> str:
-    """Return the figures of a coverage as HTML; `unit` is "m" for metric lengths."""
+    """Format the figures of a coverage as HTML; `unit` is "m" if lengths are metric."""
     rows = [
         (tr("Looked at"), _percent_text(coverage.looked_at_share)),
         *(

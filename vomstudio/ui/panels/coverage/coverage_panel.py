@@ -1,4 +1,4 @@
-"""Panel of sampling grids over faces and of their coverage."""
+"""Panel for sampling grids on faces and their coverage."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _MODEL, _SELECTED = "model", "selected"
 
 
 class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
-    """Panel of grids over faces, and of their coverage."""
+    """Panel for sampling grids on faces and their coverage."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "looked_at", "fractures.md#what-was-looked-at", tr("Counting…"))
@@ -125,12 +125,12 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             self.grids.clear()
             for name, id_ in grids:
                 self.grids.addItem(name, id_)
-            # A new grid is selected.
+            # A new grid becomes the selected one.
             selected_id = new_ids[-1] if new_ids else previous_id
             self.grids.setCurrentIndex(max(self.grids.findData(selected_id), 0) if grids else -1)
 
     def grid(self) -> FaceGrid | None:
-        """Return the selected grid."""
+        """Return the selected grid, or None if no grid is selected."""
         return get(self._studio.records, self.grids.currentData(), FaceGrid)
 
     def _question(self) -> CoverageRequest:

@@ -1,4 +1,4 @@
-"""Format rows of the orientation table for a spreadsheet, with one unit per column."""
+"""Formatting of orientation table rows for a spreadsheet, with one unit per column."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _AZIMUTHS = {
 
 
 def format_rows(rows: Sequence[Row], columns: Sequence[FeatureColumn]) -> str:
-    """Format rows as tab-separated lines, the first with titles and units.
+    """Format rows as tab-separated lines, the first of which has titles and units.
 
-    An attitude has two columns, in the notation of the rows. Undefined and infinite values give
-    empty cells.
+    An attitude has two columns, in the notation of the rows. Cells of undefined and infinite values
+    are empty.
     """
     metric = all(row.measured.metric for row in rows)
     lines = [[cell for column in columns for cell in _format_titles(column, rows, metric)]]
@@ -70,5 +70,5 @@ def _format_value(figure: Figure, row: Row) -> str:
 def _format_number(value: Any, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return ""
-    # No attitude is known to 0.01°.
+    # No attitude is known to within 0.01°.
     return f"{value:.2f}" if unit == "deg" else f"{value:.6g}"

@@ -1,4 +1,4 @@
-"""Parse feature filters: words, and conditions on figures such as `dip>30`."""
+"""Parser of feature filters, which consist of words and conditions such as `dip>30`."""
 
 from __future__ import annotations
 
@@ -72,9 +72,10 @@ def help_text() -> str:
 
 
 def _figures_by_word() -> dict[str, tuple[Figure, ...]]:
-    """Map each word to its figures, including all figures by their names in files.
+    """Map each word to its figures, including every figure by its name in files.
 
-    `kind` means the feature type in files and the class of the feature in filters; it maps to both.
+    `kind` means the feature type in files but the class of the feature in filters, so it is mapped
+    to both.
     """
     figures_by_word: dict[str, tuple[Figure, ...]] = {}
     for figure in (*_TEXT_FIGURES, *_NUMBER_FIGURES, *FIGURES.values()):
@@ -98,7 +99,7 @@ Test = Callable[[Row], bool]
 
 
 def parse_filter(text: str) -> Test:
-    """Parse a filter into a test of rows.
+    """Parse a filter into a test that is applied to rows.
 
     Raises
     ------
@@ -126,7 +127,7 @@ def _create_test(token: str) -> Test:
                 Finding("filter.similar-column", name=condition["key"], similar=similar[0])
             )
         raise UsageError(Finding("filter.unknown-column", name=condition["key"]))
-    # Messages use the common word of a figure.
+    # Messages use the common word for a figure.
     if key not in _COMMON_WORDS and figures[0].words:
         key = figures[0].words[0].casefold()
     op, value = condition["op"], condition["value"].replace('"', "").strip()
@@ -182,13 +183,13 @@ def _create_number_test(token: str, key: str, figure: Figure, op: str, value: st
 
         def is_within(x: float) -> bool:
             if figure.form == "azimuth" and a > b:
-                # The range contains north.
+                # The range includes north.
                 return x >= a or x <= b
             return a <= x <= b
 
         return _test_defined(figure, (lambda x: not is_within(x)) if op == "!=" else is_within)
     n = _parse_number(token, key, figure, value)
-    # A value matches within the precision of its written decimals.
+    # A value matches within the precision of the decimals that were typed.
     _, _, decimals = value.replace(",", ".").partition(".")
     tolerance = 0.5 * 10.0 ** -len(re.match(r"\d*", decimals)[0])  # type: ignore[index]
     compare: dict[str, Callable[[float], bool]] = {
@@ -204,7 +205,7 @@ def _create_number_test(token: str, key: str, figure: Figure, op: str, value: st
 
 
 def _test_defined(figure: Figure, compare: Callable[[float], bool]) -> Test:
-    """Create a test that rejects undefined figures."""
+    """Create a test that rejects undefined values of a figure."""
 
     def test(row: Row) -> bool:
         value = row.value(figure)

@@ -1,4 +1,4 @@
-"""Row of a feature and its figures for table, tree and filter."""
+"""Row of a feature and its figures, for the table, the tree and the filter."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ CLASS = Figure(
     "text",
     words=("kind", "class"),
 )
-# Shown for planes only; files also contain them for lines.
+# Shown for planes only, although files contain them for lines, too.
 _PLANE_FIGURES = (catalogue.N_POINTS, catalogue.EXTENT, catalogue.RMS)
-# Figures of single kinds that a filter searches too.
+# Figures that only some kinds have, which a filter also searches.
 _SEARCHED_FIGURES = (LITHOLOGY, NUMBER, PHOTO)
 _KIND_FIGURES = {kind.name: {figure.name: figure for figure in kind.figures} for kind in KINDS}
 
@@ -43,45 +43,45 @@ class Row(Subject):
 
     @property
     def class_name(self) -> str:
-        """Return the name of the feature's kind, such as trace."""
+        """Name of the feature's kind, such as trace."""
         return kind_of(self.feature).noun(self.feature)
 
     @property
     def has_orientation(self) -> bool:
-        """Return whether features of this kind have an orientation."""
+        """Whether features of this kind have an orientation."""
         return bool(kind_of(self.feature).orientations)
 
     @property
     def set_name(self) -> str:
-        """Return the name of its set, empty without one."""
+        """Name of the feature's set, empty if it belongs to no set."""
         return str(getattr(self.feature, "set_name", ""))
 
     @property
     def overturned(self) -> bool | None:
-        """Return whether it is overturned; None if its kind cannot be."""
+        """Whether the feature is overturned, or None if its kind has no such attribute."""
         value = getattr(self.feature, "overturned", None)
         return None if value is None else bool(value)
 
     @property
     def azimuth(self) -> float | None:
-        """Return the dip direction of a plane or the trend of a line, in degrees."""
+        """Dip direction of a plane or trend of a line, in degrees; None if it is unknown."""
         if self.measured.plane is not None:
             return self.measured.plane.dip_direction_deg
         return None if self.measured.line is None else self.measured.line.trend_deg
 
     @property
     def quality(self) -> str | None:
-        """Return the verdict: good, doubtful or poor; None without one."""
+        """Verdict (good, doubtful or poor), or None if there is no verdict."""
         return self.measured.verdict.quality if self.measured.verdict else None
 
     @property
     def reasons(self) -> str:
-        """Return the reasons of the verdict."""
+        """Reasons for the verdict."""
         return str(catalogue.REASONS.value(self) or "")
 
     @cached_property
     def search_text(self) -> str:
-        """Return all texts in lower case, for filter words without a column."""
+        """All texts in lower case, searched for filter words that name no column."""
         return "\n".join(
             (
                 self.feature.name,
@@ -102,19 +102,19 @@ class Row(Subject):
         ).casefold()
 
     def _find_figure(self, figure: Figure) -> Figure | None:
-        """Return the kind's own version of a figure, None if it has none of that name."""
+        """Return the kind's own version of a figure, or None if it has no figure of that name."""
         if figure is CLASS:
             return figure
         kind_figure = _KIND_FIGURES[kind_of(self.feature).name].get(figure.name)
         return None if figure in _PLANE_FIGURES and self.measured.fit is None else kind_figure
 
     def value(self, figure: Figure) -> Any:
-        """Return the value of a figure, None if the feature does not have it."""
+        """Return the value of a figure, or None if the feature does not have it."""
         kind_figure = self._find_figure(figure)
         return None if kind_figure is None else kind_figure.value(self)
 
     def text(self, figure: Figure) -> str:
-        """Format a figure; the text is empty if the feature's kind does not have it."""
+        """Format a figure as text, which is empty if the feature's kind does not have it."""
         kind_figure = self._find_figure(figure)
         if kind_figure is None:
             return figure.words_for(None) if self.has_orientation else ""
@@ -122,7 +122,7 @@ class Row(Subject):
 
 
 def create_row(studio: Studio, feature: Feature, measurement: Measurement) -> Row:
-    """Create the row of a feature of the project."""
+    """Create the row for a feature of the project."""
     subject = studio.subject(feature, measurement)
     return Row(
         feature=feature,

@@ -12,12 +12,12 @@ from vomstudio.ui.panels.features.feature_filter import Test, help_text, parse_f
 
 
 class FilterLine(QLineEdit):
-    """Parse the text into a test of rows.
+    """Line edit that parses its text into a test of rows.
 
     Attributes
     ----------
     test : callable or None
-        Last valid test, None without a filter.
+        Last valid test, or None if there is no filter.
     problem : Label
         Error message of an invalid filter; the owner adds it to a layout.
     """
@@ -30,7 +30,7 @@ class FilterLine(QLineEdit):
         self.problem = Label()
         self.problem.setWordWrap(wraps)
         if not wraps:
-            # The label must not widen the panel; its tooltip has the full text.
+            # The label must not widen the panel; its tooltip contains the full text.
             self.problem.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.problem.hide()
         self.setPlaceholderText(placeholder)

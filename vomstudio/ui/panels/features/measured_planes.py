@@ -1,4 +1,4 @@
-"""Collect the planes of features for comparison with other planes."""
+"""Collection of the planes of features, for comparison with other planes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def measured_planes(studio: Studio, features: Sequence[Feature]) -> list[OrientedPlane]:
-    """Collect the planes of project features, skipping features without one."""
+    """Collect the planes of project features, skipping features that have none."""
     measurements: Mapping[str, Measurement] = studio.measured(f.id for f in features)
     return oriented_planes(
         studio, ((f, measurements[f.id]) for f in features if f.id in measurements)
@@ -23,7 +23,7 @@ def measured_planes(studio: Studio, features: Sequence[Feature]) -> list[Oriente
 def oriented_planes(
     studio: Studio, measured_features: Iterable[tuple[Feature, Measurement]]
 ) -> list[OrientedPlane]:
-    """Collect the planes of measured features, which need not be in the project."""
+    """Collect the planes of measured features, which need not belong to the project."""
     planes = []
     for feature, figures in measured_features:
         if figures.plane is None:

@@ -1,4 +1,4 @@
-"""Describe selected traces as parallel beds, with their distances."""
+"""Description of selected traces as parallel beds, with the distances between them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_ANGLE_DEG = 15.0
 def describe_parallel_beds(studio: Studio) -> list[str]:
     """Describe the selected traces as parallel beds in rich text.
 
-    The result is empty if the traces are of several types or do not determine a plane.
+    The result is empty if the traces have different types or do not determine a plane.
     """
     ids = list(studio.selection.ids)
     if not 2 <= len(ids) <= MAX_TRACES:

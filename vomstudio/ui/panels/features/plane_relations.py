@@ -29,14 +29,17 @@ from vomstudio.ui.base.studio import Studio
 
 
 def default_line_type(studio: Studio) -> str:
-    """Return the default feature type of an intersection: lineation, else another line type."""
+    """Return the default type of an intersection: lineation, or else another line type."""
     kinds = studio.session.of(FeatureType)
     order = sorted(kinds, key=lambda k: (k.id != "lineation", k.geometry != "line"))
     return order[0].id
 
 
 def selected_intersection(studio: Studio) -> Intersection | None:
-    """Create the intersection of two selected planes without storing it; else return None."""
+    """Create the intersection of the two selected planes without storing it.
+
+    Returns None if the selection is not two planes.
+    """
     ids = studio.selection.ids
     if len(ids) != 2 or not all(has_plane(studio.records.get(i)) for i in ids):
         return None
@@ -55,7 +58,7 @@ def create_intersection(studio: Studio, first: Group, second: Group) -> Intersec
 
 
 def why_not_keep(studio: Studio) -> Finding | None:
-    """Return why the intersection of the selected planes cannot be stored; None if it can."""
+    """Return why the intersection of the selected planes cannot be stored, or None if it can."""
     relation = selected_intersection(studio)
     if relation is None:
         return Finding("selection.not-two-planes")
@@ -63,7 +66,7 @@ def why_not_keep(studio: Studio) -> Finding | None:
 
 
 def why_no_line(measurement: Measurement) -> Finding | None:
-    """Return the finding that the intersection line is unknown; None if it is known."""
+    """Return why the intersection line is unknown, or None if it is known."""
     return None if measurement.line is not None else Finding("action.no-intersection")
 
 
@@ -75,7 +78,7 @@ def keep_intersection(studio: Studio) -> None:
 
 
 def format_relation(measurement: Measurement) -> list[str]:
-    """Format angle, intersection line, error and reasons as lines of rich text."""
+    """Format the angle, intersection line, error and reasons as lines of rich text."""
     if measurement.line is None:
         return [escape(str(measurement.problem or "–"))]
     intersection = (
@@ -99,7 +102,7 @@ def format_relation(measurement: Measurement) -> list[str]:
 
 
 class IntersectionDialog(QDialog):
-    """Select two groups of planes and show the intersection line of their mean planes.
+    """Dialog that shows the intersection line of the mean planes of two selected groups.
 
     A group is a feature type or one of its sets.
     """
@@ -129,7 +132,8 @@ class IntersectionDialog(QDialog):
         for kind in sorted(studio.session.of(FeatureType), key=lambda k: k.geometry != "line"):
             self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
         self.type_box.setCurrentIndex(max(0, self.type_box.findData(default_line_type(studio))))
-        # The default is the most common case: a fault cuts bedding (textbook, fig. 30).
+        # By default, the most common case is selected: a fault that cuts bedding (textbook, fig.
+        # 30).
         self.first.setCurrentIndex(self._find_group(groups, "bedding", 0))
         self.second.setCurrentIndex(self._find_group(groups, "fault", min(1, len(groups) - 1)))
         form = QFormLayout()
@@ -184,11 +188,11 @@ class IntersectionDialog(QDialog):
 
 
 def list_plane_groups(studio: Studio) -> list[tuple[str, str, Group]]:
-    """Return text, colour and group of each feature type with planes and of its sets."""
+    """Return the text, colour and group of each feature type with planes and of its sets."""
     counts: Counter[tuple[str, str]] = Counter()
     sizes = studio.session.records.count_by(group_and_set)
     for (type_id, set_name, is_plane), count in sizes.items():
-        # The empty name means all sets.
+        # The empty name represents all sets.
         for name in {"", set_name} if is_plane else ():
             counts[type_id, name] += count
     groups = []

@@ -1,4 +1,4 @@
-"""Project tree of models, photo sets and features by type, with visibility boxes."""
+"""Project tree with models, photo sets and features by type, each with a visibility box."""
 
 from __future__ import annotations
 
@@ -55,20 +55,20 @@ from vomstudio.ui.panels.features.tree_view import (
     sort_children,
 )
 
-# Number of features that are added to the tree between two events.
+# Number of features added to the tree between two events.
 _PORTION = 500
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 
 class ProjectTree(QWidget):
-    """Show the records of the project and edit them in place.
+    """Tree that shows the records of the project and edits them in place.
 
     Parameters
     ----------
     menu_actions : callable
-        Return the actions of a record's context menu.
+        Returns the actions in the context menu of a record.
     edit_type : callable
-        Open the dialog of feature types at the given id, "" for the current type.
+        Opens the dialog of feature types at the given id; an empty string means the current type.
     """
 
     def __init__(
@@ -150,7 +150,7 @@ class ProjectTree(QWidget):
 
     # --- display -----------------------------------------------------------------------------
     def rebuild(self) -> None:
-        """Rebuild the tree from the project; features are added in portions."""
+        """Rebuild the tree from the project; the features are added in portions."""
         with QSignalBlocker(self.tree):
             self.tree.clear()
             self._items.clear()
@@ -169,17 +169,17 @@ class ProjectTree(QWidget):
             for record in self._studio.session.of(Model):
                 self._show_model(record)
             for id_, _, _ in self._studio.session.records.count_by(group_and_set):
-                # A damaged journal may lack the type of its features.
+                # The feature types may be missing from a damaged journal.
                 if id_ not in self._items:
                     self._add_group(id_, id_.capitalize(), "1")
             self.tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
         self._portions.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
-        """Add the features in their order, yielding after each portion."""
+        """Add the features in order, yielding after each portion."""
         features = list(self._studio.session.features())
         if len(features) > _PORTION:
-            # All panels refresh when a project opens; this one yields to them first.
+            # All panels refresh when a project opens; this one lets them go first.
             yield
         features.sort(key=lambda f: natural_sort_key(f.name))
         for start in range(0, len(features), _PORTION):
@@ -212,7 +212,10 @@ class ProjectTree(QWidget):
     def _find_or_create_item(
         self, record: Model | Feature, group: str
     ) -> tuple[QTreeWidgetItem, QTreeWidgetItem | None]:
-        """Return the record's item and its new parent, None if it is in its group already."""
+        """Return the item of a record, which is created if necessary, and its new parent.
+
+        The new parent is None if the item is already in the right group.
+        """
         parent = self._items.get(group) or self._add_group(group, group.capitalize(), "1")
         item = self._items.get(record.id)
         new_parent = None
@@ -240,7 +243,7 @@ class ProjectTree(QWidget):
             new_parent.addChild(item)
 
     def _show_features(self, features: Iterable[Feature]) -> None:
-        """Update the items of features; new items are added at the end of their group."""
+        """Update the items of features; new items are added at the end of their groups."""
         new_items: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         features = list(features)
         measurements = self._studio.measured(feature.id for feature in features)
@@ -287,7 +290,7 @@ class ProjectTree(QWidget):
         item.setToolTip(NAME, escape_markup("\n".join(tooltip_lines)))
 
     def _update_counts(self) -> None:
-        """Show counts, hide empty types and apply the filter."""
+        """Update the feature counts, hide empty types and apply the filter."""
         studio = self._studio
         features = studio.session.features()
         totals: Counter[str] = Counter()
@@ -301,7 +304,7 @@ class ProjectTree(QWidget):
                 item = self._items.get(id_)
                 if item is not None:
                     item.setHidden(id_ in hidden_ids)
-            # Items that are added later are hidden when filling ends.
+            # Items that are added later are hidden once filling ends.
             self._hidden_ids = {id_ for id_ in hidden_ids if id_ in self._items}
             for kind in studio.session.of(FeatureType):
                 self._show_type(kind, totals.get(kind.id, 0), passing.get(kind.id, 0))
@@ -315,7 +318,15 @@ class ProjectTree(QWidget):
     def _test_features(
         self, features: list[Feature], totals: dict[str, int]
     ) -> tuple[set[str], dict[str, int]]:
-        """Return the ids of features that fail the filter and the passing count per group."""
+        """Apply the filter to features.
+
+        Returns
+        -------
+        set of str
+            Ids of the features that fail the filter.
+        dict
+            Number of features that pass the filter, by group.
+        """
         test = self.filter.test
         if test is None:
             return set(), totals
@@ -324,7 +335,7 @@ class ProjectTree(QWidget):
         passing: dict[str, int] = {}
         rows: dict[str, Row] = {}
         for feature in features:
-            # A row caches its texts between changes of the filter.
+            # A row caches its texts until the filter changes.
             row, measurement = self._rows.get(feature.id), measurements[feature.id]
             if row is None or row.feature is not feature or row.measured is not measurement:
                 row = create_row(self._studio, feature, measurement)
@@ -338,7 +349,7 @@ class ProjectTree(QWidget):
         return hidden_ids, passing
 
     def _show_type(self, kind: FeatureType, count: int, passing: int) -> None:
-        """Show a feature type with its feature count and the number that pass the filter."""
+        """Show a feature type with its number of features and the number that pass the filter."""
         item = self._items.get(kind.id)
         if item is None:
             return
@@ -357,7 +368,7 @@ class ProjectTree(QWidget):
         if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self.rebuild()
             return
-        # Changed items are inserted into sorted siblings.
+        # Changed items are inserted among sorted siblings.
         self._portions.finish()
         unsorted: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         with QSignalBlocker(self.tree):
@@ -380,7 +391,7 @@ class ProjectTree(QWidget):
                     continue
                 if before.get(id_) != (after, after.text(NAME)):
                     unsorted.setdefault(id(parent), (parent, []))[1].append(after)
-                    # Qt resets the hidden state of an item that moves.
+                    # Qt resets the hidden state of an item that is moved.
                     self._hidden_ids.discard(id_)
             for parent, items in unsorted.values():
                 sort_children(parent, items)
@@ -400,7 +411,7 @@ class ProjectTree(QWidget):
         with QSignalBlocker(self.tree):
             if len(ids) < MAX_SINGLE_ITEMS:
                 items = [item for id_ in ids if (item := self._items.get(id_))]
-                # Clearing a selection takes time in all rows; most edits do not change it.
+                # Clearing the selection takes time for every row; most edits do not change it.
                 if self.tree.selectedItems() != items:
                     self.tree.clearSelection()
                     for item in items:
@@ -423,7 +434,7 @@ class ProjectTree(QWidget):
     # --- actions -----------------------------------------------------------------------------
     def _apply_selection(self) -> None:
         ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
-        # A photo is not a record, so it stays selected here when the selection changes.
+        # A photo is not a record, so it remains selected here when the selection changes.
         self._is_selecting = True
         self._studio.selection.set(id_ for id_ in ids if id_ in self._items)
         self._is_selecting = False
@@ -456,7 +467,7 @@ class ProjectTree(QWidget):
         self.change_type(ids, type_id)
 
     def change_type(self, ids: Iterable[str], type_id: str) -> None:
-        """Change the type of features in one edit."""
+        """Change the type of the given features in one edit."""
         ids = [
             i
             for i in ids
@@ -473,7 +484,7 @@ class ProjectTree(QWidget):
             menu.exec(self.tree.viewport().mapToGlobal(position))
 
     def create_item_menu(self, item: QTreeWidgetItem | None) -> QMenu:
-        """Create the context menu of a row, or of the tree without one."""
+        """Create the context menu of an item, or of the whole tree if `item` is None."""
         photos = QMenu(self)
         photos.setToolTipsVisible(True)
         if item is not None and self._photos.fill_menu(photos, item):
@@ -481,7 +492,7 @@ class ProjectTree(QWidget):
         return self.create_menu("" if item is None else str(item.data(NAME, ID)))
 
     def create_menu(self, id_: str) -> QMenu:
-        """Create the context menu of a record or group, or of the tree for an empty id."""
+        """Create the context menu of a record or group, or of the whole tree if `id_` is empty."""
         return self._menus.create_menu(id_)
 
 

@@ -1,4 +1,4 @@
-"""Panel of the selected feature or model: attributes, figures and reasons."""
+"""Panel with the attributes, figures and reasons of the selected feature or model."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from vomstudio.ui.widgets.type_box import TypeBox
 
 
 class PropertiesPanel(QWidget):
-    """Show the selection and edit its attributes; each change is one edit."""
+    """Panel that shows the selection and edits its attributes; each change is one edit."""
 
     def __init__(self, studio: Studio, declare_action: QAction, keep_action: QAction) -> None:
         super().__init__()
@@ -143,7 +143,7 @@ class PropertiesPanel(QWidget):
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
     def _apply_typed_text(self) -> bool:
-        """Apply typed text to the features that were shown when it was typed.
+        """Apply typed text to the features that were displayed when it was typed.
 
         Returns
         -------
@@ -172,7 +172,7 @@ class PropertiesPanel(QWidget):
     def refresh(self, *_: object) -> None:
         """Show the current state of the selected feature or model."""
         selected_ids = self._selected_ids()
-        # The selection may change before the field loses the focus.
+        # The selection may change before the field loses focus.
         if self._shown_ids != selected_ids and self._apply_typed_text():
             selected_ids = self._selected_ids()
         self._shown_ids = selected_ids
@@ -189,13 +189,13 @@ class PropertiesPanel(QWidget):
             self._stack.setCurrentIndex(0)
 
     def _set_plane(self, field: str, plane_id: str) -> None:
-        """Set the plane of lines; without a plane the sense of slip is cleared."""
+        """Set the plane that contains the lines; removing it clears the sense of slip."""
         records = self._studio.records
         has_slip = any(hasattr(records.get(id_), "slip") for id_ in self._shown_ids)
         self._change(**{field: plane_id}, **({"slip": ""} if has_slip and not plane_id else {}))
 
     def _show_relation(self) -> None:
-        """Show the relation of two selected planes, and of traces of one type as beds."""
+        """Show the relation of two selected planes, and that of bed traces of one type."""
         relation = plane_relations.selected_intersection(self._studio)
         bed_lines = describe_parallel_beds(self._studio)
         self._relation.setVisible(relation is not None or bool(bed_lines))
@@ -239,7 +239,7 @@ class PropertiesPanel(QWidget):
         ]
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
-        # This call lays out the panel, so it comes last.
+        # This call lays out the panel, so it must come last.
         self._fit.show_measurement(
             measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
@@ -297,7 +297,7 @@ class PropertiesPanel(QWidget):
 
 
 def _has_different_values(records: Iterable[Record | None], name: str) -> bool:
-    """Return whether the values of an attribute differ, skipping records without it."""
+    """Return whether the records that have an attribute differ in its value."""
     return len({getattr(record, name, None) for record in records} - {None}) > 1
 
 
@@ -311,7 +311,7 @@ def _show_mixed_value(widget: QWidget) -> None:
         widget.show_text(text)
     elif isinstance(widget, QLineEdit):
         widget.setPlaceholderText(text)
-        # After clear() the field would count as modified by the user.
+        # After clear() the field would be flagged as modified by the user.
         widget.setText("")
 
 

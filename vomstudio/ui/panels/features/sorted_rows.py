@@ -11,15 +11,15 @@ from vomstudio.ui.panels.features.feature_filter import Test
 from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel, column_flags
 
 _Index = QModelIndex | QPersistentModelIndex
-# The view is reset if more rows are added or removed.
+# The view is reset if a larger number of rows is added or removed.
 MAX_SINGLE_UPDATES = 200
 
 
 class SortedRows(QAbstractTableModel):
-    """Sort and filter the rows of a source table.
+    """Model that sorts and filters the rows of a source table.
 
-    Each row is evaluated once. Qt's proxy reads two values per comparison, which takes a second
-    with thousands of rows. A source row is the number of a row in the unsorted table.
+    Each row is evaluated once. Qt's proxy model reads two values per comparison, which takes a
+    second for thousands of rows. A source row is the number of a row in the unsorted table.
     """
 
     def __init__(self, source: OrientationModel) -> None:
@@ -39,7 +39,7 @@ class SortedRows(QAbstractTableModel):
         source.dataChanged.connect(self._update_rows)
 
     def set_test(self, test: Test | None) -> None:
-        """Show the rows that pass the test, all rows without a test."""
+        """Show only the rows that pass the test; None shows all rows."""
         self.test = test
         self._passes = [
             self._passes_test(source_row) for source_row in range(self._source.rowCount())
@@ -47,18 +47,18 @@ class SortedRows(QAbstractTableModel):
         self._update_shown_rows(self._sort_rows())
 
     def mapToSource(self, index: _Index) -> QModelIndex:  # noqa: N802 - as Qt's proxies have it
-        """Return the index in the unsorted table."""
+        """Return the corresponding index in the unsorted table."""
         if not index.isValid():
             return QModelIndex()
         return self._source.index(self._shown_rows[index.row()], index.column())
 
     def mapFromSource(self, index: _Index) -> QModelIndex:  # noqa: N802 - as Qt's proxies have it
-        """Return the index of a source index, an invalid index if it is not shown."""
+        """Return the index of a source index, which is invalid if its row is not shown."""
         row = self._positions.get(index.row()) if index.isValid() else None
         return QModelIndex() if row is None else self.index(row, index.column())
 
     def find_row(self, source_row: int | None) -> int | None:
-        """Return the position of a source row, None if it is not shown."""
+        """Return the position of a source row, or None if it is not shown."""
         return None if source_row is None else self._positions.get(source_row)
 
     # --- order -------------------------------------------------------------------------------
@@ -71,7 +71,7 @@ class SortedRows(QAbstractTableModel):
         return self.test is None or self.test(self._source.row(source_row))
 
     def _sort_rows(self) -> list[int]:
-        """Return the passing source rows in order; undefined values come last in both orders."""
+        """Return the passing source rows in sort order; undefined values always come last."""
         passing = [source_row for source_row, passes in enumerate(self._passes) if passes]
         if self._column < 0:
             return passing
@@ -87,7 +87,7 @@ class SortedRows(QAbstractTableModel):
         self._positions = dict(zip(source_rows, count(), strict=False))
 
     def _update_shown_rows(self, target: list[int]) -> None:
-        """Show these source rows in order, with the smallest change for the views."""
+        """Show these source rows in order, with the smallest possible change to the views."""
         if target == self._shown_rows:
             return
         target_set = set(target)
@@ -168,7 +168,7 @@ class SortedRows(QAbstractTableModel):
             if (row := self._positions.get(source_row)) is not None
         ]
         if rows:
-            # Views repaint only visible rows.
+            # Views repaint only the visible rows.
             self.dataChanged.emit(
                 self.index(min(rows), first.column()), self.index(max(rows), last.column())
             )

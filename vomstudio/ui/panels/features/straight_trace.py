@@ -1,4 +1,4 @@
-"""Describe the plane band of a straight trace and the plane of two crossing traces."""
+"""Descriptions of the plane band of a straight trace and the plane of crossing traces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def describe_trace_band(studio: Studio, feature_id: str, measurement: Measurement) -> list[str]:
-    """Describe the band of planes of a straight trace; empty for other features."""
+    """Describe the band of planes of a straight trace; the list is empty for other features."""
     band = band_of_measured(measurement)
     if band is None:
         return []
@@ -40,7 +40,7 @@ def describe_trace_band(studio: Studio, feature_id: str, measurement: Measuremen
 
 
 def describe_crossing(studio: Studio) -> list[str]:
-    """Describe the plane that contains two selected straight traces."""
+    """Describe the plane that contains two selected straight traces, as rich text."""
     ids = studio.selection.ids
     measurements = studio.measured(ids)
     bands = [band_of_measured(measurements[id_]) for id_ in ids if id_ in measurements]
@@ -68,7 +68,7 @@ def describe_crossing(studio: Studio) -> list[str]:
 
 
 def _format_set_name(studio: Studio, feature: object) -> str:
-    """Format the type and set of a feature as the stereonet does."""
+    """Format the type and set of a feature as on the stereonet."""
     feature_type = get(studio.records, getattr(feature, "type_id", ""), FeatureType)
     name = "" if feature_type is None else feature_type.name
     set_name = getattr(feature, "set_name", "")

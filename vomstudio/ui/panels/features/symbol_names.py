@@ -1,4 +1,4 @@
-"""Names of the symbols of feature types, as menus and dialogs show them."""
+"""Names of the symbols of feature types in menus and dialogs."""
 
 from __future__ import annotations
 
@@ -12,4 +12,4 @@ SYMBOL_NAMES = {
     "pentagon": to_translate("Pentagon"),
     "star": to_translate("Star"),
 }
-"""Names by symbol code, one of `theme.SYMBOLS`; marked for translation."""
+"""Names by symbol code, which is one of `theme.SYMBOLS`; marked for translation."""

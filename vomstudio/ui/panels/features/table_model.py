@@ -1,4 +1,4 @@
-"""Qt model of the orientation table, with figures of the catalogue as columns."""
+"""Qt model of the orientation table, whose columns are figures of the catalogue."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.feature_row import Row, create_row
 
 _Index = QModelIndex | QPersistentModelIndex
-# The table is reset if more rows change.
+# The table is reset if a larger number of rows changes.
 MAX_SINGLE_UPDATES = 200
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
@@ -41,15 +41,15 @@ class FeatureColumn:
     Attributes
     ----------
     title, tip : str
-        Marked for translation; the title is also the name in the settings.
+        Title and tooltip, marked for translation; the title is also the name in the settings.
     text : callable
-        Return the displayed text of a row.
+        Returns the displayed text of a row.
     value : callable
-        Return the sort key of a row.
+        Returns the sort key of a row.
     field : str or None
-        Attribute that the column edits.
+        Attribute edited in this column, or None if the column is read-only.
     figure : Figure or None
-        Figure of the catalogue, None if the column combines several.
+        Figure of the catalogue, or None if the column combines several figures.
     """
 
     title: str
@@ -62,7 +62,7 @@ class FeatureColumn:
 
 
 def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) -> FeatureColumn:
-    """Create the column of a figure; `value` replaces the sort key."""
+    """Create the column of a figure; `value` overrides the default sort key."""
     is_text = figure.form in ("text", "flag")
     field = figure.attribute if figure.form == "text" else ""
     return FeatureColumn(
@@ -150,13 +150,13 @@ def column_flags(index: _Index) -> Qt.ItemFlag:
 
 
 def _is_listed(feature: Feature) -> bool:
-    """Return whether the table lists a feature: planes, lines and some other kinds."""
+    """Return whether the table lists a feature: planes, lines and a few other kinds."""
     kind = kind_of(feature)
     return bool(kind.orientations) or kind.listed
 
 
 class OrientationModel(QAbstractTableModel):
-    """Table with a row per listed feature and the columns of COLUMNS."""
+    """Table with one row per listed feature and the columns in COLUMNS."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -219,11 +219,11 @@ class OrientationModel(QAbstractTableModel):
                 self.endRemoveRows()
 
     def row(self, source_row: int) -> Row:
-        """Return a source row."""
+        """Return the row with this number in the source table."""
         return self._rows[source_row]
 
     def update_comparisons(self) -> None:
-        """Update the comparisons of readings after changes of other rows."""
+        """Update the comparisons of readings after other rows have changed."""
         if self._rows and any(self._studio.session.of(record) for record in _READING_RECORDS):
             self.dataChanged.emit(
                 self.index(0, _TO_PICK_COLUMN), self.index(len(self._rows) - 1, _TO_PICK_COLUMN)
@@ -234,7 +234,7 @@ class OrientationModel(QAbstractTableModel):
         return str(self._rows[source_row].feature.id)
 
     def find_source_row(self, id_: str) -> int | None:
-        """Return the source row of a feature, None if it is not listed."""
+        """Return the source row of a feature, or None if the feature is not listed."""
         return self._source_rows.get(id_)
 
     # --- Qt interface ------------------------------------------------------------------------
@@ -264,7 +264,7 @@ class OrientationModel(QAbstractTableModel):
             if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
                 return Qt.CheckState.Checked if row.overturned else Qt.CheckState.Unchecked
             if role == Qt.ItemDataRole.DisplayRole:
-                # The check box shows the value.
+                # The check box shows the value instead.
                 return None
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
             return column.text(row)

@@ -1,4 +1,4 @@
-"""Orientation table of planes and lines with errors and verdicts, sorted and filtered."""
+"""Sortable and filterable orientation table of planes and lines with errors and verdicts."""
 
 from __future__ import annotations
 
@@ -35,14 +35,17 @@ from vomstudio.ui.panels.features.filter_line import FilterLine
 from vomstudio.ui.panels.features.sorted_rows import SortedRows
 from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel
 
-# Column widths are measured on a sample of rows: a thousand would block the window.
+# Column widths are measured on a sample of rows; measuring a thousand would block the window.
 WIDTH_SAMPLE_ROWS, MAX_WIDENING_ROWS = 50, 15
-# More features are listed in steps between events.
+# A larger number of features is listed in steps between events.
 MAX_IMMEDIATE_FEATURES = 200
 
 
 class TablePanel(QWidget):
-    """Show the table below filter, count and export button, and share the selection."""
+    """Panel with the orientation table, a filter, a count and an export button.
+
+    The table shares its selection with the other views.
+    """
 
     def __init__(self, studio: Studio, export: QAction) -> None:
         super().__init__()
@@ -53,7 +56,7 @@ class TablePanel(QWidget):
         self.model = OrientationModel(studio)
         self._sorted = SortedRows(self.model)
         self.view = QTableView()
-        # Typing a letter must not start editing: letters are keys of the outcrop view.
+        # Typing a letter must not start editing, because letters are shortcuts of the outcrop view.
         self.view.setEditTriggers(
             QAbstractItemView.EditTrigger.DoubleClicked
             | QAbstractItemView.EditTrigger.EditKeyPressed
@@ -119,7 +122,7 @@ class TablePanel(QWidget):
         studio.filters.append((self, self._find_hidden))
 
     def _find_hidden(self, ids: Iterable[str]) -> set[str]:
-        """Return the features among `ids` that the filter hides."""
+        """Return the ids of the features among `ids` that the filter hides."""
         if self._filter.test is None:
             return set()
         return {
@@ -147,7 +150,7 @@ class TablePanel(QWidget):
         if is_large:
             self.model.clear()
             yield
-            # An edit in between finishes this before it updates its rows.
+            # An edit in the meantime completes this step before it updates its own rows.
             rows = self.model.read_rows()
             yield
         self.model.reset(rows)
@@ -159,7 +162,7 @@ class TablePanel(QWidget):
 
     # --- columns and clipboard ---------------------------------------------------------------
     def column_menu(self) -> QMenu:
-        """Create the header's context menu, which shows and hides columns."""
+        """Create the header's context menu, with which columns are shown or hidden."""
         menu = QMenu(self)
         hidden_titles = self._studio.settings.hidden_columns
         for column in COLUMNS[1:]:
@@ -182,7 +185,7 @@ class TablePanel(QWidget):
         self._studio.keep_settings()
 
     def copy_rows(self) -> None:
-        """Copy the selected rows to the clipboard for a spreadsheet."""
+        """Copy the selected rows to the clipboard in a form for spreadsheets."""
         rows = sorted(self.view.selectionModel().selectedRows(), key=lambda i: i.row())
         if not rows:
             return
@@ -216,7 +219,7 @@ class TablePanel(QWidget):
         self._show_selection(self._studio.selection.ids)
 
     def _widen(self, ids: list[str]) -> None:
-        """Widen columns to fit these rows."""
+        """Widen columns to fit the rows of these features."""
         source_rows = [
             source_row
             for id_ in ids[:MAX_WIDENING_ROWS]
@@ -266,7 +269,7 @@ class TablePanel(QWidget):
         positions = (self._sorted.find_row(self.model.find_source_row(id_)) for id_ in ids)
         rows = [row for row in positions if row is not None]
         last = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
-        # Runs of rows are faster: Qt checks each column of each range.
+        # Runs of rows are faster, because Qt checks each column of each range.
         rows.sort()
         ranges = QItemSelection()
         start = 0

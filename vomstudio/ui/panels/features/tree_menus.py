@@ -23,16 +23,16 @@ GROUP_IDS = ("models", *(group.id for group in GROUPS))
 
 
 class TreeMenus(QObject):
-    """Create the context menus of the project tree.
+    """Factory of the context menus of the project tree.
 
     Parameters
     ----------
     actions : callable
-        Return the actions of a record.
+        Returns the actions of a record.
     edit_type : callable
-        Open the dialog of feature types at the given id, "" for the current type.
+        Opens the dialog of feature types at the given id; an empty string means the current type.
     change_type : callable
-        Change the type of features, given by id.
+        Changes the type of the features with the given ids.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class TreeMenus(QObject):
         self._change_type = change_type
 
     def create_menu(self, id_: str) -> QMenu:
-        """Create the context menu of a record or group, or of the tree for an empty id."""
+        """Create the context menu of a record or group, or of the whole tree if `id_` is empty."""
         menu = QMenu(self._parent)
         menu.setToolTipsVisible(True)
         record = self._studio.records.get(id_)

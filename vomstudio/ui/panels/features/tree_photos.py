@@ -29,9 +29,9 @@ from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
 PHOTO = Qt.ItemDataRole.UserRole + 2
-"""Item data role of the photo name."""
+"""Item data role that stores the photo name."""
 ROWS_PER_STEP = 200
-"""Number of rows created between two events, which takes some milliseconds."""
+"""Number of rows created between two events, which takes a few milliseconds."""
 _MENU_ACTIONS = (
     "take_in_photos",
     "|",
@@ -43,23 +43,23 @@ _MENU_ACTIONS = (
     "show_tie_points",
     "open_report",
 )
-"""Actions of the photos panel in the context menu of its set."""
+"""Actions of the photos panel in the context menu of a photo set."""
 _RECORD_KINDS = (PhotoSet, ReconstructionRecord, ImageMark, MarkedPoint, Mask)
 
 
 class TreePhotos(QObject):
-    """Show a branch per photo set, with a row per photo once it is expanded.
+    """Branches of the photo sets, each with one row per photo once it is expanded.
 
     Parameters
     ----------
     actions : mapping
         Actions of the window, by name.
     show_panel : callable
-        Raise the photos panel.
+        Brings the photos panel forward.
     """
 
     photo_selected = Signal(str)
-    """Name of the selected photo of the set in the photos panel."""
+    """Emitted with the name of the selected photo of the set shown in the photos panel."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class TreePhotos(QObject):
         self._actions, self._show_panel = actions, show_panel
         self._branches: dict[str, QTreeWidgetItem] = {}
         self._names: dict[str, Sequence[str]] = {}
-        """Photo names of each branch that is filled or being filled, by set id."""
+        """Photo names in each branch that is filled or being filled, by set id."""
         self._background = QtBackground(self)
         self._timer = QTimer(self)
         self._timer.setInterval(0)
@@ -89,19 +89,19 @@ class TreePhotos(QObject):
         tree.itemDoubleClicked.connect(lambda item, _: self._open(item))
         tree.itemSelectionChanged.connect(self._emit_selected_photo)
         for code in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            # Only if the tree has the focus: in an editor, Enter ends editing.
+            # The shortcut acts only while the tree has the focus: in an editor, Enter ends editing.
             key = QShortcut(QKeySequence(code), tree)
             key.setContext(Qt.ShortcutContext.WidgetShortcut)
             key.activated.connect(lambda: self._open(tree.currentItem()))
 
     @property
     def has_photos(self) -> bool:
-        """Return whether the project has photo sets."""
+        """Whether the project has photo sets."""
         return bool(self._branches)
 
     # --- display -----------------------------------------------------------------------------
     def rebuild(self) -> None:
-        """Add the branches to the cleared tree and expand those that were filled."""
+        """Add the branches to the cleared tree and expand those that were filled before."""
         names_by_set = dict(self._names)
         self._branches.clear()
         self._names.clear()
@@ -132,7 +132,7 @@ class TreePhotos(QObject):
     def _add_branch(self, photo_set: PhotoSet) -> None:
         item = TreeItem(self._tree)
         item.setData(NAME, ID, photo_set.id)
-        # Photo sets follow the models.
+        # Photo sets are listed after the models.
         item.setData(NAME, SORT, ("0", 1 + len(self._branches)))
         item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
         item.setIcon(NAME, theme.icon("image-multiple-outline"))
@@ -190,7 +190,7 @@ class TreePhotos(QObject):
             self._names[id_] = ()
             folder = self._survey.document.folder_of(photo_set)
 
-            # The folder may be on a slow drive.
+            # The folder is read in a worker thread, because it may be on a slow drive.
             self._background.run(
                 lambda: [] if folder is None else photo_names(folder),
                 partial(self._show_names, id_, item),
@@ -235,7 +235,7 @@ class TreePhotos(QObject):
         self._timer.stop()
 
     def _update_labels(self, photos: set[str], set_id: str = "") -> None:
-        """Show the marks and masks of these photos, in one set if `set_id` is given."""
+        """Update the marks and masks in the labels of photos; `set_id` limits this to one set."""
         for id_ in [set_id] if set_id else self._names:
             branch = self._branches[id_]
             names = self._names[id_][: branch.childCount()]
@@ -271,7 +271,7 @@ class TreePhotos(QObject):
             self._opening.open_set_photo(record, str(photo))
 
     def fill_menu(self, menu: QMenu, item: QTreeWidgetItem) -> bool:
-        """Fill the context menu of a photo set or photo; return False for other rows."""
+        """Fill the context menu of a photo set or photo; return False for rows of other kinds."""
         record = self._studio.records.get(str(item.data(NAME, ID)))
         if not isinstance(record, PhotoSet):
             return False

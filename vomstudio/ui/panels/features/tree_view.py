@@ -36,7 +36,7 @@ ID = Qt.ItemDataRole.UserRole
 SORT = Qt.ItemDataRole.UserRole + 1
 NAME, ORIENTATION, SET = 0, 1, 2
 MAX_SET_WIDTH_PX = 80
-# A narrower column shows only an ellipsis.
+# A narrower column would show only an ellipsis.
 MIN_SET_WIDTH_PX = 34
 FIT_DELAY_MS = 100
 _FEATURES_MIME = "application/x-vomstudio-features"
@@ -45,17 +45,17 @@ MAX_SINGLE_ITEMS = 20
 
 
 class TreeItem(QTreeWidgetItem):
-    """Item that sorts by its SORT data."""
+    """Item that is sorted by its SORT data."""
 
     def __lt__(self, other: QTreeWidgetItem) -> bool:
         return bool(self.data(NAME, SORT) < other.data(NAME, SORT))
 
 
 class FeatureTree(QTreeWidget):
-    """Tree whose features can be dragged onto types."""
+    """Tree whose features can be dragged onto feature types."""
 
     features_dropped = Signal(str)
-    """Id of the group onto which the selected features were dropped."""
+    """Emitted with the id of the group onto which the selected features were dropped."""
 
     def __init__(self, is_target: Callable[[str], bool]) -> None:
         super().__init__()
@@ -100,7 +100,7 @@ class FeatureTree(QTreeWidget):
         self._fit_timer.start()
 
     def _fit_sets(self) -> None:
-        """Fit the set column into the width that names and orientations do not need."""
+        """Fit the set column to the width that the names and orientations leave."""
         header = self.header()
         width = self.viewport().width() - header.sectionSize(ORIENTATION)
         width -= self.sizeHintForColumn(NAME)
@@ -113,13 +113,13 @@ class FeatureTree(QTreeWidget):
         trigger: QAbstractItemView.EditTrigger,
         event: QEvent,
     ) -> bool:
-        """Edit names and sets; orientations are read-only."""
+        """Start editing a name or set; orientations are read-only."""
         if index.isValid() and index.column() == ORIENTATION:
             return False
         return super().edit(index, trigger, event)
 
     def find_ranges(self, ids: set[str]) -> QItemSelection:
-        """Return the rows of these ids as the fewest ranges."""
+        """Return the rows of these ids as the smallest number of ranges."""
         selection = QItemSelection()
         for i in range(self.topLevelItemCount()):
             group = self.topLevelItem(i)
@@ -158,7 +158,7 @@ class FeatureTree(QTreeWidget):
         label.adjustSize()
         drag.setPixmap(label.grab())
         drag.setHotSpot(QPoint(-12, 4))
-        # A move would make Qt remove the rows, which the edit does.
+        # A move action would make Qt remove the rows, but the edit does that.
         drag.exec(Qt.DropAction.CopyAction)
         self._highlight(None)
 
@@ -172,7 +172,7 @@ class FeatureTree(QTreeWidget):
         if not event.mimeData().hasFormat(_FEATURES_MIME):
             event.ignore()
             return
-        # Qt scrolls at the edges.
+        # Qt scrolls when the cursor is near an edge.
         super().dragMoveEvent(event)
         group = self._group_at(event.position().toPoint())
         self._highlight(group)
@@ -203,7 +203,7 @@ class FeatureTree(QTreeWidget):
         return None
 
     def _highlight(self, group: QTreeWidgetItem | None) -> None:
-        """Highlight the group that receives the drop."""
+        """Highlight the group that receives the dropped features, or none."""
         if group is self._target:
             return
         with QSignalBlocker(self):
@@ -218,7 +218,7 @@ class FeatureTree(QTreeWidget):
 
 
 def sort_children(parent: QTreeWidgetItem, items: list[QTreeWidgetItem]) -> None:
-    """Move these children to their sorted positions; all others are in order."""
+    """Move these children to their sorted positions, assuming that all others are in order."""
     if len(items) > MAX_SINGLE_ITEMS:
         parent.sortChildren(NAME, Qt.SortOrder.AscendingOrder)
         return

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 _MARGIN = 0.01
-"""Margin around the traces as a share of their longer side."""
+"""Margin around the traces as a fraction of their longer side."""
 EVERYTHING, WINDOW, CIRCLE, SCANLINE = "everything", "window", "circle", "scanline"
 GRID = "grid"
 _CELL_COLOR = "#9a9a9a"
@@ -36,7 +36,7 @@ _CELL_COLOR = "#9a9a9a"
 
 @dataclass(frozen=True, eq=False)
 class MappedTrace:
-    """Trace of a fracture: points (n, 3) in World and the colour of its type."""
+    """Trace of a fracture: points (n, 3) in the World frame and the colour of its type."""
 
     id: str
     name: str
@@ -52,9 +52,9 @@ class GridCells:
     Attributes
     ----------
     corners : (n, 4, 3) float64
-        Corners in World of the inspected cells, done or empty.
+        Corners, in the World frame, of the inspected cells, which are marked as done or empty.
     example_cell : (4, 3) float64
-        Corners in World of any cell, which define the plane of the grid.
+        Corners of an arbitrary cell, in the World frame, which define the plane of the grid.
     """
 
     name: str
@@ -78,17 +78,18 @@ class FractureQuestion:
     Attributes
     ----------
     plane : Plane or None
-        Plane of the face; None for the plane of the grid, or else the best-fit plane.
+        Plane of the face. If None, the plane of the grid is used or, without a grid, the best-fit
+        plane.
     region_kind : str
         One of `EVERYTHING`, `WINDOW`, `CIRCLE`, `SCANLINE` and `GRID`.
     region_numbers : tuple of float
         Coordinates (and radius) of the sampling region on the face.
     options : FractureOptions
-        Only snapping distance and Terzaghi cap.
+        Only the snapping distance and the Terzaghi cap are used.
     cells : GridCells or None
         Cells that form the sampling region.
     crs : str or None
-        CRS of World; None for a local frame.
+        CRS of the World frame, or None for a local frame.
     """
 
     traces: Sequence[MappedTrace]
@@ -109,11 +110,12 @@ class FractureAnswer:
     Attributes
     ----------
     lines : list of (n, 2) float64
-        Traces on the face.
+        Traces in face coordinates.
     plane : TracePlane
         Plane of the face.
     mapped : MappedNetwork or None
-        None if nothing can be counted, see `reason`; the map is drawn anyway.
+        Mapped traces, or None if nothing can be counted (see `reason`). The map is drawn in any
+        case.
     """
 
     question: FractureQuestion
@@ -128,7 +130,7 @@ class FractureAnswer:
 
 
 def parse_numbers(text: str) -> tuple[float, ...] | None:
-    """Return numbers between commas, semicolons or blanks; None if one is invalid."""
+    """Parse numbers separated by commas, semicolons or blanks; return None if one is invalid."""
     words = text.replace(";", ",").replace(",", " ").split()
     values = [parse_number(word) for word in words]
     if any(v is None or not np.isfinite(v) for v in values):
@@ -137,7 +139,13 @@ def parse_numbers(text: str) -> tuple[float, ...] | None:
 
 
 def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Finding | None:
-    """Return why numbers do not define a region of this kind; None if valid or empty."""
+    """Check the numbers that define a sampling region of this kind.
+
+    Returns
+    -------
+    Finding or None
+        Why the numbers are not valid, or None if they are valid or missing.
+    """
     n, text = len(numbers), ", ".join(f"{value:g}" for value in numbers)
     if region_kind in (EVERYTHING, GRID) or not n:
         return None
@@ -151,7 +159,7 @@ def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Findin
 
 
 def region_mark(region_kind: str, numbers: tuple[float, ...]) -> DrawingMark | None:
-    """Return the outline of a sampling region on the map; None if it has none."""
+    """Return the outline of a sampling region on the map, or None if it has no outline."""
     if (
         region_kind == EVERYTHING
         or not numbers
@@ -231,9 +239,9 @@ def answer(question: FractureQuestion) -> FractureAnswer:
 
 
 def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
-    """Return the corners of a window around points (n, 2) on the face.
+    """Return the corners of a window around points (n, 2) in face coordinates.
 
-    The margin keeps trace ends off the edge, where they would count as censored.
+    A margin separates the trace ends from the edge, where they would count as censored.
     """
     lower, upper = points.min(axis=0), points.max(axis=0)
     margin = _MARGIN * float((upper - lower).max()) + 2.0 * snap_m
@@ -241,7 +249,7 @@ def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
 
 
 def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
-    """Return the corners (n, 4, 2) of cells in face coordinates."""
+    """Return the corners (n, 4, 2) of the cells in face coordinates."""
     from vomstudio.products.section.trace_map import map_to_face
 
     if cells is None or not len(cells.corners):
@@ -251,7 +259,7 @@ def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
 
 
 def _merge_cells(cells: FloatArray) -> SamplingRegion:
-    """Merge cells into one sampling area."""
+    """Merge cells into a single sampling region."""
     import shapely
 
     from vomstudio.geology.fractures.network import SamplingRegion

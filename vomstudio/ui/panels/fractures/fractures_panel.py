@@ -1,4 +1,4 @@
-"""Panel of fracture traces, counted along a line, in a circle, in a window or in cells."""
+"""Panel that counts fracture traces along a line, or in a circle, window or grid cells."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ _NO_COLOR = "#404040"
 
 
 class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
-    """Panel that counts traces along a line, in a circle, in a window or in cells."""
+    """Panel that counts traces along a line, or in a circle, window or grid cells."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "fracture", "fractures.md", tr("Counting…"))
@@ -162,7 +162,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self._follow_region()
 
     def _reset(self) -> None:
-        """Clear the form for another project."""
+        """Clear the form when another project is opened."""
         self.region_field.clear()
         self._soon()
 
@@ -209,7 +209,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.region_field.setText(", ".join(f"{v:g}" for v in self._region_numbers(ends)))
 
     def _selected_line(self) -> FloatArray | None:
-        """Return the points (n, 3) of the selected line in World; None without one."""
+        """Return the points (n, 3) of the selected line in the World frame, or None."""
         line = current_line(self._studio, Picked)
         return None if line is None else self._studio.measured([line.id])[line.id].points
 
@@ -242,7 +242,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             self._soon()
         self._refresh_take()
 
-    # --- the question ------------------------------------------------------------------------
+    # --- input -------------------------------------------------------------------------------
     def _list(self) -> None:
         self.group_box.list_groups()
         self.region_box.list_grids()
@@ -298,7 +298,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             crs=_crs_of(models),
         )
 
-    # --- the answer --------------------------------------------------------------------------
+    # --- result ------------------------------------------------------------------------------
     def _result_text(self, result: FractureAnswer) -> str:
         notes = [str(result.reason)]
         if result.mapped is not None:
@@ -329,7 +329,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 *(
                     str(warning)
                     for warning in result.mapped.found.warnings
-                    # The first line already states the plane.
+                    # The first line already reports the plane.
                     if warning.code != "lines.not-planar"
                 ),
                 *map(str, result.mapped.found.notes),
@@ -384,7 +384,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             self._write(write_figure, network, path)
 
     def copy_command(self) -> None:
-        """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
+        """Ask for the GeoPackage of the traces and copy the command to the clipboard."""
         result = self.result
         if result is None or result.mapped is None:
             return
@@ -423,9 +423,9 @@ def _cells_text(result: FractureAnswer) -> list[str]:
 
 
 def fractures_command(result: FractureAnswer, traces: Path) -> CommandArguments:
-    """Return the command that gives the same result from a GeoPackage of the traces.
+    """Return the command that reproduces the result from a GeoPackage of the traces.
 
-    The sampling region is in files next to the GeoPackage.
+    The sampling region is stored in files next to the GeoPackage.
     """
     from vomstudio.products.section.trace_map import map_files, map_to_outcrop
 
@@ -445,7 +445,7 @@ def fractures_command(result: FractureAnswer, traces: Path) -> CommandArguments:
 
 
 def _crs_of(models: Iterable[Model | None]) -> str | None:
-    """Return the CRS that all these models have; None for a local frame."""
+    """Return the common CRS of the models, or None for a local frame."""
     frames = {None if m is None else (m.frame.crs, m.frame.unit_m) for m in models}
     frame = frames.pop() if len(frames) == 1 else None
     return None if frame is None else world_crs(*frame)
@@ -472,6 +472,6 @@ def _html(result: FractureAnswer | None) -> str:
 
 
 def _typeset(text: str) -> str:
-    """Replace plain-text symbols of the terminal by typographic ones."""
+    """Replace the plain-text symbols used in the terminal with typographic ones."""
     repeated_note = tr(" (95 %, of traces placed independently)")
     return text.replace(repeated_note, "").replace("+-", "±").replace("m2", "m²")

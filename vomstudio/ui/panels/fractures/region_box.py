@@ -1,4 +1,4 @@
-"""Box that selects the sampling region: window, circle, scanline or inspected grid cells."""
+"""Combo box for the sampling region: window, circle, scanline or inspected grid cells."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _GRID_PREFIX = f"{GRID}:"
 
 
 class RegionBox(ComboBox):
-    """Box that selects the kind of sampling region, or a grid of the project."""
+    """Combo box that selects the kind of sampling region, or a grid of the project."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -44,7 +44,7 @@ class RegionBox(ComboBox):
         return GRID if data.startswith(_GRID_PREFIX) else data
 
     def list_grids(self) -> None:
-        """List the grids of the project; a window replaces a selected grid that is gone."""
+        """List the grids of the project; if the selected grid is missing, select the window."""
         grids = {f"{_GRID_PREFIX}{g.id}": g.name for g in self._studio.session.of(FaceGrid)}
         shown_titles = {
             str(self.itemData(i)): self.itemText(i) for i in range(self._fixed_count, self.count())
@@ -65,7 +65,7 @@ class RegionBox(ComboBox):
             self.currentIndexChanged.emit(self.currentIndex())
 
     def cells(self) -> GridCells | None:
-        """Return the inspected cells of the selected grid; None if no grid is selected."""
+        """Return the inspected cells of the selected grid, or None if no grid is selected."""
         data = str(self.currentData())
         grid = get(self._studio.records, data.removeprefix(_GRID_PREFIX), FaceGrid)
         if self.kind() != GRID or grid is None:

@@ -12,7 +12,7 @@ from vomstudio.studio.photos import ModelPhotos
 from vomstudio.ui.widgets.photo_canvas import Drawn
 
 _MAX_EDGES = 3000
-"""Maximum number of edges of a patch that are drawn."""
+"""Maximum number of patch edges that are drawn."""
 _STEP_PX = 5.0
 _BATCH_SIZE = 25
 
@@ -23,7 +23,7 @@ def draw_features(
     view: int,
     drawings: Sequence[FeatureDrawing],
 ) -> list[Drawn]:
-    """Draw features over a photo in their order, and emit the result in batches."""
+    """Draw features over a photo in order, and emit the result in batches."""
     overlays: list[Drawn] = []
     for number, drawing in enumerate(drawings, start=1):
         overlays += _draw_feature(photos, view, drawing)
@@ -34,7 +34,7 @@ def draw_features(
 
 
 def _draw_feature(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
-    """Return the drawing of a feature over a photo, empty if it is not visible."""
+    """Return the drawing of a feature over a photo, or an empty list if it is not visible."""
     views = photos.views
     pairs = False
     if len(drawing.line) > 1:

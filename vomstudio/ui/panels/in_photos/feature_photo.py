@@ -1,4 +1,4 @@
-"""Photo of a model with features drawn over it; its gestures act on the model."""
+"""Photo of a model with features drawn over it; gestures in the photo act on the model."""
 
 from __future__ import annotations
 
@@ -34,15 +34,16 @@ class FeaturePhoto(QObject):
     photos : ModelPhotos or None
         Photos of the model.
     view : int or None
-        Number of the photo that is shown.
+        Number of the displayed photo.
     target : (n, 3) array
-        World points that should be visible.
+        Points in the World frame that should be visible.
     pointer : Signal
         Emitted with each gesture as a PointerEvent of the viewport.
     sightings_ready : Signal
         Emitted with the token of a request and the photos that show the target.
     clicked : Signal
-        Emitted with a click without a tool, and the Hit on the model or None.
+        Emitted when the user clicks without a tool, with the click and the Hit on the model or
+        None.
     """
 
     pointer = Signal(object)
@@ -66,7 +67,7 @@ class FeaturePhoto(QObject):
         studio.active_tool_changed.connect(self._tool_changed)
 
     def watch(self, viewport: Viewport) -> None:
-        """Draw the features of this viewport, and show its cursor in the photo."""
+        """Draw the features of this viewport, and show its cursor position in the photo."""
         self._viewport = viewport
         viewport.pointer.connect(self._follow_cursor)
         viewport.left.connect(lambda: self.canvas.set_cross(None))
@@ -80,17 +81,20 @@ class FeaturePhoto(QObject):
     # --- photo -------------------------------------------------------------------------------
     @property
     def name(self) -> str | None:
-        """Name of the photo, None without one."""
+        """Name of the displayed photo, or None."""
         if self.photos is None or self.view is None:
             return None
         return self.photos.views.views[self.view].name
 
     def set_photos(self, photos: ModelPhotos | None) -> None:
-        """Set the photos of a model; no photo is shown."""
+        """Set the photos of a model, and remove the displayed photo."""
         self.photos, self.view = photos, None
 
     def request_sightings(self, token: int, target: FloatArray) -> None:
-        """Search for the photos that show World points (n, 3); emits `sightings_ready`."""
+        """Search for the photos that show points (n, 3) in the World frame.
+
+        Emits `sightings_ready`.
+        """
         self.target = target
         if self.photos is not None:
             views = self.photos.views
@@ -102,7 +106,7 @@ class FeaturePhoto(QObject):
             )
 
     def clear_features(self) -> None:
-        """Remove the features until `draw` is called."""
+        """Remove the features until the next call of `draw`."""
         self.canvas.set_features((), frozenset())
 
     def clear_photo(self) -> None:
@@ -112,7 +116,7 @@ class FeaturePhoto(QObject):
         self.canvas.set_marker(None)
 
     def show(self, view: int, zoom: bool = True) -> None:
-        """Show the photo of this number, and zoom to the target if `zoom` is True."""
+        """Show the photo with this number, and zoom to the target if `zoom` is True."""
         photos = self.photos
         assert photos is not None
         self.view = view
@@ -154,7 +158,7 @@ class FeaturePhoto(QObject):
             )
 
     def look_at_target(self, only_if_lost: bool = False) -> None:
-        """Zoom to the target; with `only_if_lost` only if it is not in view."""
+        """Zoom to the target; with `only_if_lost`, only if the target is not in view."""
         if self.photos is None or self.view is None or not len(self.target):
             return
         pixels = self.photos.views.pixels(self.view, self.target)
@@ -173,7 +177,7 @@ class FeaturePhoto(QObject):
         return views.pixels(self.view, points), visible
 
     def draw(self, place: FloatArray | None) -> None:
-        """Draw features, tool and cross; `place` is the requested World point (3,)."""
+        """Draw the features, the tool and the cross at `place`, a point (3,) in the World frame."""
         if self.photos is None or self.view is None:
             return
         views, spot = self.photos.views, None
@@ -182,7 +186,7 @@ class FeaturePhoto(QObject):
         self.canvas.set_marker(spot)
         selected = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
-        # Selected features are drawn first, since drawing takes time.
+        # Selected features come first, since drawing takes time.
         drawings = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
         )
@@ -201,7 +205,7 @@ class FeaturePhoto(QObject):
         if not self.canvas.isVisible() or self.canvas.projection is None:
             return
         if preview is not None:
-            # Between its vertices the line may run below the surface.
+            # Between its vertices the line may be below the surface.
             lengths = np.linalg.norm(np.diff(preview.line, axis=0), axis=1)
             self._tolerance = 0.1 * float(lengths.max(initial=0.0))
             # The panels show the other readings, and the photo is small.
@@ -259,7 +263,7 @@ class FeaturePhoto(QObject):
 
 
 def world_point(studio: Studio, hit: Hit) -> FloatArray | None:
-    """Return a hit on a model as World point (3,), None if the model is unknown."""
+    """Return a hit on a model as a point (3,) in the World frame, or None for unknown models."""
     model = studio.records.get(hit.model_id)
     if not isinstance(model, Model):
         return None

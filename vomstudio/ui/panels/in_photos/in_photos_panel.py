@@ -1,4 +1,4 @@
-"""In photos panel: photos in which the selection is visible, and one of them."""
+"""In photos panel: list of the photos that show the selection, and one of these photos."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ if TYPE_CHECKING:
 
 
 _MAX_POINTS = 80
-"""Maximum number of points of a feature in the search for photos that show it."""
+"""Maximum number of points per feature used to search for photos that show it."""
 
 
 class InPhotosPanel(QWidget):
-    """Panel with a list of photos that show the selection, and one of these photos.
+    """Panel with a list of the photos that show the selection, and one of these photos.
 
     Attributes
     ----------
     feature_photo : FeaturePhoto
-        The photo that is shown.
+        The displayed photo.
     list : SightingList
         Photos in which the selection is visible.
     list_changed : Signal
@@ -125,7 +125,7 @@ class InPhotosPanel(QWidget):
         return header
 
     def watch(self, viewport: Viewport) -> None:
-        """Draw the features of this viewport, and follow clicks in it."""
+        """Draw the features of this viewport and respond to clicks in it."""
         self._viewport = viewport
         self.feature_photo.watch(viewport)
         viewport.pointer.connect(self._follow_click)
@@ -133,7 +133,7 @@ class InPhotosPanel(QWidget):
     # --- state -------------------------------------------------------------------------------
     @property
     def photo(self) -> str | None:
-        """Name of the photo that is shown."""
+        """Name of the displayed photo, or None."""
         return self.feature_photo.name
 
     @property
@@ -171,18 +171,18 @@ class InPhotosPanel(QWidget):
     def _follow_selection(self, ids: tuple[str, ...]) -> None:
         if ids:
             self._place = None
-        # A selection in the photo does not change the photo.
+        # A selection made in the photo does not change the photo.
         self._follow = not (self._is_user_choice or self.canvas.hasFocus())
         self._schedule_refresh()
 
     def show_place(self, point: FloatArray | None) -> None:
-        """Show the photos in which a World point (3,) is visible."""
+        """Show the photos in which a point (3,) in the World frame is visible."""
         self._place, self._follow = point, True
         self._schedule_refresh()
 
     # --- target ------------------------------------------------------------------------------
     def refresh(self) -> None:
-        """Search again for the photos in which the selection is visible."""
+        """Repeat the search for photos in which the selection is visible."""
         if not self.isVisible():
             return
         photos = self._choose_model()
@@ -210,7 +210,7 @@ class InPhotosPanel(QWidget):
             self._show(photos.views.row(previous), zoom=False)
 
     def _choose_model(self) -> ModelPhotos | None:
-        """Return the photos of the selected feature's model, or else of the first model."""
+        """Return the photos of the selected feature's model, otherwise those of the first model."""
         records, ids = self._studio.records, self._links.models()
         tool = self._studio.open_tool
         candidates = [getattr(getattr(tool, "feature", None), "model_id", None)]
@@ -223,7 +223,7 @@ class InPhotosPanel(QWidget):
         return None
 
     def _find_target(self) -> tuple[FloatArray, str]:
-        """Return World points (n, 3) that should be visible, and their description."""
+        """Return the points (n, 3), World frame, that should be visible, and their description."""
         tool = self._studio.open_tool
         feature = getattr(tool, "feature", None)
         if feature is not None and (vertices := getattr(tool, "vertices", ())):
@@ -283,7 +283,7 @@ class InPhotosPanel(QWidget):
         self._update_summary()
 
     def _choose_photo(self) -> None:
-        """Show the best photo for a new target; keep the current one if it shows the target."""
+        """Show the best photo for a new target; keep the current photo if it shows the target."""
         follow, self._follow = self._follow, False
         self._is_user_choice = False
         photos, view = self.feature_photo.photos, self.feature_photo.view
@@ -311,12 +311,12 @@ class InPhotosPanel(QWidget):
         self.list.select_photo(self.photo)
 
     def _draw(self) -> None:
-        # The selection replaces the clicked place.
+        # The selection replaces the clicked position.
         self.feature_photo.draw(None if self._studio.selection.ids else self._place)
 
     # --- clicks ------------------------------------------------------------------------------
     def _follow_click(self, event: PointerEvent) -> None:
-        """Show the photos of a place that was clicked on the outcrop."""
+        """Show the photos of a position that was clicked on the outcrop."""
         if not self.isVisible() or self.feature_photo.name is None:
             return
         if (
@@ -328,7 +328,7 @@ class InPhotosPanel(QWidget):
             self.show_place(None if event.hit is None else world_point(self._studio, event.hit))
 
     def _navigate(self, at: PhotoPointer, hit: Hit | None) -> None:
-        """Select the feature at a click without a tool, or move the viewport's pivot."""
+        """Select the feature at a click made without a tool, or move the pivot of the viewport."""
         feature_id = self.canvas.feature_at(at.x, at.y)
         self._is_user_choice = True
         if feature_id is not None and at.ctrl:
@@ -344,7 +344,7 @@ class InPhotosPanel(QWidget):
 
     # --- texts -------------------------------------------------------------------------------
     def _is_metric(self) -> bool:
-        """Return whether the lengths of the model are metres."""
+        """Return whether lengths in the model are in metres."""
         photos = self.feature_photo.photos
         model = None if photos is None else self._studio.records.get(photos.model_id)
         return isinstance(model, Model) and model.frame.has_metres
@@ -363,7 +363,7 @@ class InPhotosPanel(QWidget):
         self.summary.setText(text)
 
     def _update_message(self) -> None:
-        """Show the message of an empty panel, and the buttons that help."""
+        """Show the message of an empty panel, and the buttons that remedy it."""
         button_names: set[str] = set()
         message = ""
         models = [m for m in self._studio.session.of(Model) if m.id in self._studio.models]

@@ -1,4 +1,4 @@
-"""List of photos in which a target is visible, with GSD and viewing angle."""
+"""List of photos that show a target, with GSD and viewing angle."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class SightingList(QListWidget):
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def show_rows(self, rows: list[tuple[str, str]], path_of: Callable[[str], Path | None]) -> None:
-        """Show photos, given by name and text. `path_of` returns the file of a photo, or None."""
+        """Show photos given by name and text; `path_of` returns the file of a photo, or None."""
         paths = {str(path): name for name, _ in rows if (path := path_of(name)) is not None}
         if rows == self._rows and paths == self._paths and self.count() == len(rows):
             return
@@ -81,7 +81,7 @@ class SightingList(QListWidget):
             self.setCurrentRow(names.index(name) if name in names else -1)
 
     def step(self, offset: int) -> None:
-        """Select the photo `offset` rows further, cyclically."""
+        """Select the photo that is `offset` rows further down, wrapping around at the ends."""
         if count := self.count():
             self.setCurrentRow((max(self.currentRow(), 0) + offset) % count)
 
@@ -102,7 +102,7 @@ class SightingList(QListWidget):
 
 
 def sighting_text(sighting: Sighting, metric: bool) -> str:
-    """Return GSD of metric models, viewing angle to the normal and visible share, in lines."""
+    """Format the GSD (metric models only), the angle to the normal and the visible share."""
     parts = []
     if metric:
         gsd = sighting.gsd_m

@@ -1,4 +1,4 @@
-"""Figure, tables and command line of a log."""
+"""Figure, tables and command line of a bed thickness log."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
 
 
 def write(result: LogAnswer, path: Path) -> None:
-    """Write the table or figure by the file ending, overwriting. Runs in a worker thread."""
+    """Write the table or figure in the format of the file extension.
+
+    An existing file is replaced. Runs in a worker thread.
+    """
     from vomstudio.project.tables.log_table import about_log, write_log
 
     ending = path.suffix.lower().removeprefix(".")
@@ -48,7 +51,10 @@ def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dp
 
 
 def write_boundaries(result: LogAnswer, path: Path) -> None:
-    """Write the table of boundaries for the command, overwriting. Raises TargetError."""
+    """Write the table of boundaries that the command reads, replacing an existing file.
+
+    Raises TargetError.
+    """
     file = io.StringIO()
     file.write(WORLD_COMMENT)
     writer = csv.writer(file, lineterminator="\n")
@@ -70,7 +76,7 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
 
 
 def log_command(result: LogAnswer, table: Path) -> CommandArguments:
-    """Return the command that gives the same log and its figure from a table of boundaries."""
+    """Return the command that reproduces the log and its figure from a table of boundaries."""
     options = LogOptions(
         sigma_m=result.sigma_m or None,
         bed_error_deg=result.bed95_deg or None,

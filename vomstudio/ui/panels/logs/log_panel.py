@@ -1,4 +1,4 @@
-"""Panel of bed boundaries and thicknesses along a line on the outcrop."""
+"""Panel for bed boundaries and thicknesses along a line on the outcrop."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ _FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
 
 
 class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
-    """Panel of the bed thickness log along a line.
+    """Panel for the bed thickness log along a line.
 
     Attributes
     ----------
     line_id : str
-        Id of the line along which the log runs; "" if no line is taken.
+        Id of the line along which the log runs, or an empty string if no line has been taken.
     """
 
     def __init__(self, studio: Studio) -> None:
@@ -163,7 +163,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         studio.selection_changed.connect(lambda _: self._follow_selection())
         self._line.finished.connect(self._take_picked_line)
 
-    # --- the line ----------------------------------------------------------------------------
+    # --- line --------------------------------------------------------------------------------
     def _take(self, feature: Feature | None) -> None:
         if feature is not None:
             self.line_id = feature.id
@@ -183,14 +183,14 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self._refresh()
 
     def _reset(self) -> None:
-        """Clear the form for another project."""
+        """Clear the form when another project is opened."""
         self.line_id = ""
         self.max_distance.clear()
         self.options.reset()
         self._soon()
 
     def _store_description(self, key: str, description: object) -> None:
-        """Store the description of a bed with the line as one edit."""
+        """Store the description of a bed in the record of the line, as one edit."""
         assert isinstance(description, RockWords)
         line = get_feature(self._studio.records, self.line_id)
         if line is not None and words_along(line).get(key, RockWords()) != description:
@@ -198,7 +198,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
                 describe_bed, line.id, key, description.lithology, description.notes
             )
 
-    # --- the question ------------------------------------------------------------------------
+    # --- input -------------------------------------------------------------------------------
     def _list(self) -> None:
         self.group.list_groups()
         if self.line_id and self.line_id not in self._studio.records:
@@ -235,7 +235,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             frozenset(f.id for f in traces if f.overturned),
         )
 
-    # --- the answer --------------------------------------------------------------------------
+    # --- result ------------------------------------------------------------------------------
     def _result_text(self, result: LogAnswer) -> str:
         from vomstudio.products.section.decimals import format_with_error
 
@@ -297,7 +297,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             self._write(write, self.result, path)
 
     def copy_command(self) -> None:
-        """Ask for the table of the boundaries, and put the command on the clipboard."""
+        """Ask for the file of the boundary table and copy the command to the clipboard."""
         result = self.result
         if result is not None:
             copy_with_file(

@@ -1,4 +1,4 @@
-"""Table of the beds of a log, the youngest on top, with editable lithology and notes."""
+"""Table of the beds in a log, youngest first, with editable lithology and notes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ _ROW_HEIGHT_PX = 24
 
 
 class BedLogTable(QTableWidget):
-    """Table of beds; `description_edited` emits the key and the new description of a bed."""
+    """Table of the beds in a log.
+
+    `description_edited` is emitted with the key of a bed and its new description.
+    """
 
     description_edited = Signal(str, object)
 
@@ -75,14 +78,14 @@ class BedLogTable(QTableWidget):
         self._widen_notes()
 
     def _widen_notes(self) -> None:
-        """Give the notes the remaining width, at least that of their header."""
+        """Give the remaining width to the notes, but at least the width of their header."""
         header = self.horizontalHeader()
         used_width = sum(header.sectionSize(column) for column in range(NOTES))
         min_width = header.sectionSizeHint(NOTES)
         header.resizeSection(NOTES, max(self.viewport().width() - used_width, min_width))
 
     def show_unit(self, unit: str) -> None:
-        """Show the unit of the thicknesses."""
+        """Set the unit in which thicknesses are shown."""
         header_item = self.horizontalHeaderItem(THICKNESS)
         assert header_item is not None
         header_item.setText(tr("Thickness ({unit})", unit=unit))
@@ -136,7 +139,7 @@ class BedLogTable(QTableWidget):
 
 
 class _LithologyEditor(QStyledItemDelegate):
-    """Editor that offers the lithologies of StraboSpot and accepts others."""
+    """Editor that offers the lithologies of StraboSpot and accepts other texts."""
 
     def createEditor(  # noqa: N802
         self, parent: QWidget, option: QStyleOptionViewItem, index: Index
@@ -150,7 +153,7 @@ class _LithologyEditor(QStyledItemDelegate):
         return box
 
     def _commit_choice(self, box: _LithologyBox) -> None:
-        """Commit a choice from the list; typed text is committed with Enter as in other cells."""
+        """Commit a choice from the list; typed text is committed with Enter, as in other cells."""
         if box.is_list_choice:
             self.commitData.emit(box)
             self.closeEditor.emit(box)
@@ -167,7 +170,10 @@ class _LithologyEditor(QStyledItemDelegate):
 
 
 class _LithologyBox(ComboBox):
-    """Box of lithologies; `is_list_choice` is set while no text was typed since it opened."""
+    """Combo box of lithologies.
+
+    `is_list_choice` is True if no text has been typed since the list was last opened.
+    """
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,1 +1,1 @@
-"""The stereonet: its source, settings, drawing and export."""
+"""The stereonet: data source, settings, drawing and export."""

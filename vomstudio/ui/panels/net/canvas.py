@@ -43,7 +43,7 @@ class NetRequest:
     ratio : float
         Device pixels per logical pixel.
     fold_planes : FoldPlanes or None
-        Planes whose fold axis is computed while drawing; None for no fold axis.
+        Planes whose fold axis is computed during drawing; if None, no fold axis is drawn.
     """
 
     contents: NetContents
@@ -81,7 +81,7 @@ class DrawnNet:
 
     @classmethod
     def draw(cls, request: NetRequest) -> DrawnNet:
-        """Draw a net without its emphasis. Runs in any thread."""
+        """Draw a net without emphasising the selection. Runs in any thread."""
         figure, canvas = _empty_figure(request)
         contents = add_fold_axis(request.contents, request.fold_planes)
         return cls(draw_stereonet(figure, contents, request.style), request.ratio, canvas)
@@ -91,7 +91,7 @@ class DrawnNet:
             artist.set_animated(True)
 
     def image(self) -> QImage:
-        """Return the image of the net with its emphasis."""
+        """Return the image of the net, with the selection emphasised."""
         self._exclude_emphasis()
         self._canvas.restore_region(self._background)
         for artist in self.artists.emphasis:
@@ -113,7 +113,7 @@ class DrawnRoses:
 
     @classmethod
     def draw(cls, contents: RoseContents, request: NetRequest) -> DrawnRoses:
-        """Draw roses or histograms in the style and size of a request."""
+        """Draw roses or histograms in the style and size given by a request."""
         figure, canvas = _empty_figure(request)
         artists = draw_roses(figure, contents, request.style)
         canvas.draw()
@@ -134,16 +134,16 @@ def _canvas_image(canvas: Any, ratio: float) -> QImage:
     pixels = np.asarray(canvas.buffer_rgba())
     height, width = pixels.shape[:2]
     view = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
-    # Copied because the canvas reuses its buffer for the next selection.
+    # Copied, because the canvas reuses its buffer for the next selection.
     image = view.copy()
     image.setDevicePixelRatio(ratio)
     return image
 
 
 class NetCanvas(QWidget):
-    """Widget that shows the net, the roses or a message, and the lasso.
+    """Widget that shows the net, the roses or a message, and draws the lasso.
 
-    Mouse signals carry Matplotlib positions: device pixels from the bottom left corner.
+    Mouse signals are emitted with Matplotlib positions: device pixels from the lower-left corner.
     """
 
     mouse_pressed = Signal(QMouseEvent, float, float)
@@ -161,7 +161,7 @@ class NetCanvas(QWidget):
         self.setMouseTracking(True)
 
     def show_net(self, net: DrawnNet | DrawnRoses) -> None:
-        """Show a net or roses with the current emphasis."""
+        """Show a net or roses, and emphasise the current selection."""
         self._image, self._message = net.image(), ""
         self.update()
 

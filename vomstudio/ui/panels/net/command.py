@@ -33,12 +33,12 @@ def net_command(
     colors: Mapping[str, str],
     fold: FoldFilter | None = None,
 ) -> CommandArguments:
-    """Return the command that draws the net, or the roses if those are shown.
+    """Return the command that draws the net, or the roses if they are displayed.
 
     Parameters
     ----------
     table : Path
-        File with the shown features.
+        File that contains the displayed features.
     view_settings : NetViewSettings
     projection : str
     method : str or None
@@ -46,9 +46,9 @@ def net_command(
     notation : str
         Notation of the typed planes.
     style, colors
-        Style of figures, and the colours of feature types by name.
+        Figure style, and the colours of feature types by name.
     fold : FoldFilter, optional
-        Planes of the fold axis; None if it is not shown.
+        Filter of the planes that define the fold axis, or None if the axis is not drawn.
     """
     output: list[CommandArgument | tuple[str, CommandArgument]] = [
         ("-o", result_path(table, "svg")),

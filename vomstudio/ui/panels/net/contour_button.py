@@ -22,7 +22,7 @@ _METHODS = {
 
 
 _SIGMAS = (1.0, 2.0, 3.0, 4.0, 6.0)
-"""Choices of the menu; a larger value smooths more."""
+"""Menu choices of the smoothing, in sigmas; a larger value smooths more."""
 
 
 class ContourButton(QToolButton):
@@ -71,7 +71,7 @@ class ContourButton(QToolButton):
 
     @property
     def method(self) -> str | None:
-        """Return one of `density.DENSITY_METHODS`, or None without contours."""
+        """One of `density.DENSITY_METHODS`, or None if no contours are drawn."""
         name = self._studio.settings.contour
         return name if name in DENSITY_METHODS else None
 
@@ -85,7 +85,7 @@ class ContourButton(QToolButton):
         )
 
     def nextCheckState(self) -> None:  # noqa: N802
-        """Open the menu; the check state follows the contouring method."""
+        """Open the menu instead; the check state follows the contouring method."""
         self.showMenu()
 
     def _store_method(self, method: str | None) -> None:

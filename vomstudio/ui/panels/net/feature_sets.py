@@ -1,4 +1,4 @@
-"""Sets of the net from the features of a project, or from proposed groups."""
+"""Sets of the net, built from the features of a project or from proposed groups."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.project.records import FeatureType, Typed
 from vomstudio.project.repeated_features import is_repeat
 
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
-"""Name and plane ids of each proposed set; planes without a set have the name ""."""
+"""Name and plane ids of each proposed set; the name of unassigned planes is empty."""
 
 _UNASSIGNED_COLOR = "#8c8c8c"
 
@@ -36,7 +36,7 @@ def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, 
 
 
 def net_features(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
-    """Return the features that the net shows, and the repeated picks that it leaves out."""
+    """Return the features that the net shows, and the repeated picks that it omits."""
     features = records.of(Typed)
     has_net = {type(f): kind_of(f).net is not None for f in {type(f): f for f in features}.values()}
     originals: list[Typed] = []
@@ -56,9 +56,9 @@ def build_sets(
     turns: tuple[Mapping[str, int], Turns],
     variant: int = 0,
 ) -> list[NetSet]:
-    """Return one set of the planes and one of the lines among features.
+    """Build a set of the planes and a set of the lines among the features.
 
-    Features without an orientation are left out.
+    Features without an orientation are omitted.
     """
     planes, lines = [], []
     for feature in features:
@@ -111,7 +111,10 @@ def build_sets(
 
 
 def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
-    """Return hanging-wall slip vectors (n, 3), NaN if unknown; None if all are unknown."""
+    """Return the slip vectors (n, 3) of the hanging wall, or None if all are unknown.
+
+    Unknown vectors are NaN.
+    """
     slips = [m.slip_vector() for m in measured]
     if all(slip is None for slip in slips):
         return None
@@ -119,9 +122,9 @@ def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
 
 
 def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
-    """Return one set per proposed group, each with its own colour and symbol.
+    """Build one set per proposed group, each with its own colour and symbol.
 
-    Planes without a group are grey.
+    Planes that belong to no group are grey.
     """
     place_by_id = {
         id_: (k, row)
@@ -152,12 +155,15 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
 
 
 def set_color(number: int, has_name: bool = True) -> str:
-    """Return the colour (#rrggbb) of a proposed set by index; grey for unassigned planes."""
+    """Return the colour (#rrggbb) of a proposed set by index; unassigned planes are grey."""
     return OKABE_ITO[number % len(OKABE_ITO)] if has_name else _UNASSIGNED_COLOR
 
 
 def _turns(sets: Sequence[NetSet], places: Sequence[tuple[int, int]]) -> Turns | None:
-    """Return the rotation errors of some planes; all sets of a net share the same rotations."""
+    """Return the rotation errors of some planes, or None if they are unknown.
+
+    All sets of a net share the same rotations.
+    """
     group, rotations = [], None
     for k, row in places:
         turns = sets[k].turns

@@ -1,4 +1,4 @@
-"""Export of the net or roses as a figure in the user's figure style."""
+"""Export of the net or roses as a figure in the figure style of the user."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class NetDock(Protocol):
-    """Interface of the net panel for commands and dialogs."""
+    """Interface of the net panel that commands and dialogs use."""
 
     view_settings: NetViewSettings
 
@@ -42,7 +42,7 @@ def write_net_figure(
     Raises
     ------
     GeometryError
-        If no set has the angle of the roses.
+        If no set contains the angle that the roses show.
     """
     from vomstudio.products.net.figure import write_stereonet
     from vomstudio.products.net.figure_options import SIZE_MM

@@ -1,4 +1,4 @@
-"""Button with the menu of overlays, shown sets, bins and figure commands."""
+"""Button with the menu of overlays, displayed sets, bins and figure commands."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class NetMenuButton(QToolButton):
     names : callable
         Returns the names of all sets, including hidden ones.
     edit_drawings : callable
-        Opens the dialog of typed circles, lines, rotation and contour levels.
+        Opens the dialog for typed circles and lines, the rotation and the contour levels.
     final_actions : sequence of QAction
         Actions at the end of the menu.
     """

@@ -55,18 +55,18 @@ _MARKERS = {
 }
 MIN_FOLD_PLANES = 3
 MAX_ERROR_ELLIPSES = 500
-"""More ellipses would overlap too much to be legible."""
+"""Maximum number of error ellipses; a larger number would overlap too much to be legible."""
 
 
 class NetSource:
-    """Collect the contents of the net from the project.
+    """Source that collects the contents of the net from the project.
 
     Attributes
     ----------
     groups : Groups or None
         Proposed sets, which replace the sets of the project on the net.
     names : list of str
-        Names of the sets of the last call of `sets`, including hidden ones.
+        Names of the sets returned by the last call of `sets`, including hidden sets.
     """
 
     def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
@@ -77,7 +77,7 @@ class NetSource:
     def sets(self) -> list[NetSet]:
         """Return the sets of visible features, without rotation.
 
-        Each feature type and set has separate sets of planes, lines and compass readings.
+        For each feature type and set, planes, lines and compass readings form separate sets.
         """
         studio = self._studio
         visible_types = {
@@ -97,7 +97,7 @@ class NetSource:
         sets: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
             type_sets = groups.get(kind.id, {})
-            # Picked planes and compass readings of a set share one symbol.
+            # Picked planes and compass readings of the same set share one symbol.
             for variant, name in enumerate(sorted(type_sets, key=natural_sort_key)):
                 title = f"{kind.name}: {name}" if name else kind.name
                 for appearance, members in group_by_appearance(type_sets[name]):
@@ -117,13 +117,13 @@ class NetSource:
         return sets
 
     def visible_sets(self) -> list[NetSet]:
-        """Return the sets that are not hidden, rotated by the view settings."""
+        """Return the sets that are not hidden, rotated according to the view settings."""
         turning, hidden_sets = self._view_settings.turning, self._view_settings.hidden_sets
         sets = [s for s in self.sets() if s.name not in hidden_sets]
         return [turning.rotate_set(s) for s in sets] if turning.turns else sets
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
-        """Return the rotated planes of the fold axis; None if no bedding is shown."""
+        """Return the rotated planes that define the fold axis, or None if no bedding is shown."""
         if self.groups is not None:
             return None
         records = self._studio.records
@@ -137,14 +137,14 @@ class NetSource:
         return replace(planes, azimuth_deg=azimuth, dip_deg=dip, turns=None)
 
     def repeat_notes(self) -> tuple[str, ...]:
-        """Return a note on the number of repeated picks that are left out; empty for none."""
+        """Return a note on the number of omitted repeated picks; empty if there are none."""
         studio = self._studio
         repeats = studio.session.records.cached(net_features)[1]
         count = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in repeats)
         return repeats_note(count)
 
     def type_colors(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
-        """Return the figure colours (#rrggbb) of the types of some features, by type name."""
+        """Return the figure colours (#rrggbb) of the types of features `ids`, by type name."""
         types = {}
         records = self._studio.records
         for id_ in ids:
@@ -152,14 +152,14 @@ class NetSource:
             kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
             if isinstance(kind, FeatureType):
                 types[kind.id] = kind
-        # Tables write type names in lower case.
+        # Tables contain type names in lower case.
         return {
             kind.name.casefold(): style.colors.get(kind.color, kind.color)
             for kind in types.values()
         }
 
     def roses(self, sets: Sequence[NetSet]) -> RoseContents:
-        """Return the roses or histograms of sets, as set in the view settings."""
+        """Return the roses or histograms of the sets according to the view settings."""
         view_settings, weights = self._view_settings, None
         if view_settings.is_length_weighted:
             ids = [id_ for s in sets for id_ in s.ids]
@@ -189,7 +189,10 @@ class NetSource:
 
     # --- errors ------------------------------------------------------------------------------
     def error_ellipses(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:
-        """Return the known 95 % ellipses of the features of sets; empty if there are too many."""
+        """Return the 95 % error ellipses of the features in the sets.
+
+        Features with unknown error are omitted. The result is empty if there are too many ellipses.
+        """
         ids = [id_ for s in sets for id_ in s.ids]
         if len(ids) > MAX_ERROR_ELLIPSES:
             return ()
@@ -198,7 +201,7 @@ class NetSource:
         return self._rotate(e for e in ellipses if e is not None)
 
     def current_ellipses(self) -> tuple[AnyEllipse, ...]:
-        """Return the ellipse of the current plane or line; empty if its error is unknown."""
+        """Return the error ellipse of the current plane or line, or an empty tuple if unknown."""
         current = self._studio.selection.current
         if current is None or get_feature(self._studio.records, current) is None:
             return ()
@@ -211,7 +214,7 @@ class NetSource:
 
     # --- open feature ------------------------------------------------------------------------
     def live(self) -> NetLive | None:
-        """Return the open feature of a tool; None if it has no plane or line yet."""
+        """Return the open feature of a tool, or None if it does not yet define a plane or line."""
         measurement = getattr(self._studio.open_tool, "measurement", None)
         if not isinstance(measurement, Measurement):
             return None
@@ -223,7 +226,7 @@ class NetSource:
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:
-        """Return the distinct planes on which the rakes of lines were measured."""
+        """Return the distinct planes in which the rakes of lines were measured."""
         turning = self._view_settings.turning
         circles: dict[tuple[float, float], NetCircle] = {}
         for s in sets:
@@ -241,9 +244,9 @@ class NetSource:
 
 
 def error_ellipse(measurement: Measurement) -> AnyEllipse | None:
-    """Return the 95 % ellipse of a pole or line; None if its error is unknown.
+    """Return the 95 % error ellipse of a pole or line, or None if its error is unknown.
 
-    A straight trace has a band of possible poles instead.
+    A straight trace is represented by a band of possible poles instead.
     """
     if measurement.line is not None:
         return _line_ellipse(measurement)
@@ -268,7 +271,7 @@ def _line_ellipse(measurement: Measurement) -> NetLineEllipse | None:
     )
     if line is None or largest is None or smallest is None:
         return None
-    # A circular cone has no major axis, so any perpendicular direction is valid.
+    # A circular cone has no major axis, so any perpendicular direction can be used.
     axis = measurement.confidence_axis
     if axis is None:
         axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
@@ -287,14 +290,14 @@ def _rotate_live(live: NetLive, turning: Turning) -> NetLive:
 
 
 def _length(measurement: Measurement) -> float | None:
-    """Return the length of a line, or the longest extent of a plane; None if unknown."""
+    """Return the length of a line or the longest extent of a plane, or None if unknown."""
     if measurement.line_fit is not None:
         return measurement.line_fit.length
     return None if measurement.fit is None else measurement.fit.extent
 
 
 def add_fold_axis(net: NetContents, planes: FoldPlanes | None) -> NetContents:
-    """Return the net with the fold axis of planes. Runs in any thread."""
+    """Return a copy of the net with the fold axis of the planes. Runs in any thread."""
     if planes is None or len(planes) < MIN_FOLD_PLANES:
         return net
     try:

@@ -1,4 +1,4 @@
-"""Stereonet panel, linked with the feature table, the tree and the 3-D view."""
+"""Stereonet panel, linked to the feature table, the project tree and the 3-D view."""
 
 from __future__ import annotations
 
@@ -59,20 +59,23 @@ from vomstudio.ui.widgets.copied_planes import copy_with_table
 
 _MENU_ACTIONS = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 _FONT_PX = 12.0
-# Slow redraws are delayed more, so that they do not block consecutive picks.
+# Slow redraws are delayed longer, so that they do not block consecutive picks.
 _REDRAW_DELAY_MS, _MAX_DIRECT_REDRAW_MS, _MAX_REDRAW_DELAY_MS = 30, 60, 500
 _LABEL_WIDTH_SHARE = 0.4
-"""Width of the corner label as a share of the canvas."""
+"""Width of the corner label as a fraction of the canvas width."""
 _NET_KEY = "net"
 _STOP_TIMEOUT_S = 5.0
 _OVERLAY_OPACITY = "dd"
-"""Of the paper over the outcrop, as two hexadecimal digits."""
+"""Opacity of the paper over the outcrop, as two hexadecimal digits."""
 _MAX_DIRECT_FEATURES = 300
-"""Larger nets are drawn in a worker thread; Matplotlib takes 0.1 s for 5,000 features."""
+"""Maximum number of features drawn in the main thread.
+
+Larger nets are drawn in a worker thread; Matplotlib takes 0.1 s for 5,000 features.
+"""
 
 
 class StereonetPanel(QWidget):
-    """Panel of the stereonet. A click or a lasso selects features."""
+    """Panel with the stereonet, in which a click or a lasso selects features."""
 
     def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
         super().__init__()
@@ -159,11 +162,14 @@ class StereonetPanel(QWidget):
         studio.tool_changed_signal.connect(self._show_live)
         self.view_settings.changed.connect(self._schedule_redraw)
         studio.fold.changed.connect(self._schedule_redraw)
-        # An empty net shows the north note too, and no edit of a feature updates it.
+        # An empty net also shows the note about north, and no edit of a feature updates that note.
         follow_axes(studio, lambda _: self._schedule_redraw())
 
     def set_overlay(self, on: bool) -> None:
-        """Draw on translucent paper over the outcrop, with tools only while they are needed."""
+        """Draw on translucent paper over the outcrop.
+
+        The tools are then visible only while they are needed.
+        """
         self._paper_opacity = _OVERLAY_OPACITY if on else ""
         self.tools.setVisible(not on)
         self._schedule_redraw()
@@ -184,12 +190,12 @@ class StereonetPanel(QWidget):
         self._corner_label.setGeometry(6, 3, width, self._corner_label.sizeHint().height())
 
     def _schedule_redraw(self) -> None:
-        """Schedule a redraw; changes until then share it."""
+        """Schedule a redraw; all changes before it are drawn together."""
         if not self._timer.isActive():
             self._timer.start()
 
     def _show_proposed_sets(self, groups: Groups | None) -> None:
-        """Show only the planes of proposed sets; None restores the sets of the project."""
+        """Show only the planes of the proposed sets; None restores the sets of the project."""
         if groups != self._source.groups:
             self._source.groups = groups
             self._schedule_redraw()
@@ -200,7 +206,8 @@ class StereonetPanel(QWidget):
 
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802
         super().changeEvent(event)
-        # The net has the colours of the theme. Qt sends this event before __init__ ends, too.
+        # The net uses the colours of the theme. Qt also sends this event before __init__ has
+        # finished.
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_timer"):
             self._schedule_redraw()
 
@@ -212,17 +219,17 @@ class StereonetPanel(QWidget):
 
     @property
     def artists(self) -> NetArtists | None:
-        """Return the artists of the net; None before the first one or while roses are shown."""
+        """Artists of the net, or None before the first drawing or while roses are shown."""
         return None if self._net is None else self._net.artists
 
     @property
     def roses(self) -> RoseArtists | None:
-        """Return the artists of the roses or histograms; None while a net is shown."""
+        """Artists of the roses or histograms, or None while a net is shown."""
         return None if self._roses is None else self._roses.artists
 
     @property
     def is_up_to_date(self) -> bool:
-        """Return whether no redraw is scheduled or running."""
+        """Whether the drawing is current: no redraw is scheduled or running."""
         is_scheduled = self._timer.isActive() or self._emphasis.isActive()
         return not is_scheduled and not self._background.is_busy
 
@@ -236,7 +243,15 @@ class StereonetPanel(QWidget):
         return add_fold_axis(*self._contents_without_fold())
 
     def _contents_without_fold(self) -> tuple[NetContents, FoldPlanes | None]:
-        """Return the contents of the net, and the planes of its fold axis; None for no axis."""
+        """Return the contents of the net without its fold axis, and the planes of that axis.
+
+        Returns
+        -------
+        NetContents
+            Contents of the net.
+        FoldPlanes or None
+            Planes of the fold axis; None if the axis is not drawn.
+        """
         source, view_settings, studio = self._source, self.view_settings, self._studio
         sets = source.visible_sets()
         live = source.live()
@@ -283,9 +298,10 @@ class StereonetPanel(QWidget):
         return replace(contents, notes=(*contents.notes, _local_frame_note()), north=False)
 
     def _has_north(self, sets: Sequence[NetSet]) -> bool:
-        """Return whether all shown features have north; an empty net has that of the outcrop.
+        """Return whether the azimuths of all shown features refer to north.
 
-        Compass readings have no model and always have north.
+        An empty net has north if the axes of the project have it. Compass readings belong to no
+        model and always have north.
         """
         if project_axes(self._studio).north:
             return True
@@ -294,12 +310,12 @@ class StereonetPanel(QWidget):
         return bool(models) and all(model is None or model.frame.has_north for model in models)
 
     def _copy_command(self) -> None:
-        """Write the shown features as a table and copy the command that draws them."""
+        """Write the shown features to a table and copy the command that draws them."""
         contours, notation = self.contours, self._studio.settings.notation
         ids = [id_ for s in self._source.visible_sets() for id_ in s.ids]
         style = load_figure_style(self._studio)
         choice = self._studio.fold
-        # A command cannot select planes of a table.
+        # A command cannot select planes in a table.
         shown = self.contents().fold is not None and not choice.selected
         fold = choice.which if shown else None
         copy_with_table(
@@ -321,7 +337,7 @@ class StereonetPanel(QWidget):
         )
 
     def print_contents(self) -> NetContents | RoseContents:
-        """Return the contents for a printed figure: with a title and without selection."""
+        """Return the contents of a printed figure, which has a title and no selection."""
         project, frame = self._studio.project, self._studio.frame_name()
         title = "" if project.untitled else project.name
         notes = (frame,) if frame else ()
@@ -334,7 +350,7 @@ class StereonetPanel(QWidget):
         return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
 
     def redraw(self) -> None:
-        """Redraw the net if it is visible, otherwise when it is next painted."""
+        """Redraw the net if it is visible, otherwise the next time it is painted."""
         # Qt reports a panel behind another tab as visible.
         self._is_stale = self.canvas.visibleRegion().isEmpty()
         if self._is_stale or self.canvas.width() < 50 or self.canvas.height() < 50:
@@ -375,7 +391,7 @@ class StereonetPanel(QWidget):
         )
 
     def _enable_buttons(self) -> None:
-        """Enable the buttons of the net only while a net is shown, and explain it in their tips."""
+        """Enable the buttons of the net only while a net is shown; tooltips state the reason."""
         is_net = self.view_settings.view == "net"
         for button in self._net_buttons:
             title = button.accessibleName()
@@ -474,7 +490,7 @@ class StereonetPanel(QWidget):
             return
         if is_lasso:
             inside_ids = self.artists.features_within(path)
-            # In record order, so that the current feature does not depend on hashing.
+            # In the order of the records, so that the current feature does not depend on hashing.
             lasso_ids = [f.id for f in self._studio.session.features() if f.id in inside_ids]
             selection.set([*selection.ids, *lasso_ids] if is_adding else lasso_ids)
             return
@@ -485,7 +501,7 @@ class StereonetPanel(QWidget):
             selection.set([] if feature_id is None else [feature_id])
 
     def _name_selection(self) -> None:
-        """Show the selected feature or the number of selected features in the corner label."""
+        """Show the selected feature, or the number of selected features, in the corner label."""
         ids = self._studio.selection.ids
         contents = self.artists.contents if self.artists else None
         shown_ids = {i for s in contents.sets for i in s.ids} if contents and ids else set()

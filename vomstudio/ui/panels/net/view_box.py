@@ -1,4 +1,4 @@
-"""Box that selects the view of the net panel: a net, roses or histograms."""
+"""Combo box that selects the view of the net panel: a net, roses or histograms."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ assert _ANGLE_TITLES.keys() == TITLES.keys()
 
 
 class NetViewBox(ComboBox):
-    """Box that selects the view and stores it in the settings."""
+    """Combo box that selects the view and stores it in the settings."""
 
     def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
         super().__init__()

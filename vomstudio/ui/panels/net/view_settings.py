@@ -1,4 +1,4 @@
-"""Overlays, typed drawings, rotation and bins of the net panel."""
+"""Settings of the net panel: overlays, typed drawings, rotation and bins."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.products.net.net_options import Turning
 from vomstudio.ui.base.studio import Studio
 
 OVERLAYS = ("girdles", "maxima", "errors", "averages", "intersections", "slip planes")
-"""Names of the overlays, as stored in the settings."""
+"""Names of the overlays as stored in the settings."""
 BINS = (5.0, 10.0, 15.0, 30.0)
 """Bin widths of roses and histograms in degrees."""
 
@@ -21,18 +21,18 @@ BINS = (5.0, 10.0, 15.0, 30.0)
 class NetViewSettings(QObject):
     """View settings of the net panel.
 
+    All attributes are reset when another project is opened.
+
     Attributes
     ----------
     texts : dict
         Typed text by field name.
     circles, marks
-        Typed circles and marks, before rotation.
+        Typed circles and marks before the rotation.
     turning : Turning
-        Rotation of all orientations.
+        Rotation applied to all orientations.
     hidden_sets : frozenset of str
         Names of hidden sets.
-
-    All are reset when another project is opened.
     """
 
     changed = Signal()
@@ -91,12 +91,12 @@ class NetViewSettings(QObject):
 
     @property
     def view(self) -> str:
-        """Return "net", or one of `roses.ROSE_OF` and `roses.HISTOGRAM_OF`."""
+        """Selected view: "net", or one of `roses.ROSE_OF` and `roses.HISTOGRAM_OF`."""
         view = self._studio.settings.net_view
         return view if view in (*ROSE_OF, *HISTOGRAM_OF) else "net"
 
     def show_view(self, view: str, projection: str) -> None:
-        """Show a net, rose or histogram; an empty projection keeps the current one."""
+        """Show a net, rose or histogram; an empty projection leaves the projection unchanged."""
         self._studio.settings.net_view = view
         if projection:
             self._studio.settings.projection = projection
@@ -132,7 +132,7 @@ class NetViewSettings(QObject):
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Return the typed contour levels, ascending; empty for round levels."""
+        """Typed contour levels in ascending order; empty for round levels."""
         levels = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
         return tuple(sorted({float(v) for v in levels if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
 

@@ -30,14 +30,14 @@ from vomstudio.ui.widgets.photo_canvas import HANDLE_PIXELS, PhotoCanvas
 
 LOOK, MARK, POLYGON, BRUSH = "look", "mark", "polygon", "brush"
 COLORS = {CONTROL: "#e69f00", CHECK: "#56b4e9", TIE: "#f0e442"}
-"""Colours of Okabe and Ito; lists name the role as well."""
+"""Colours from the palette of Okabe and Ito; lists also name the role."""
 
 _MASK_RGBA = (213, 60, 40, 110)
 _LOUPE_RADIUS_PX = 84.0
 _LOUPE_ZOOM = 5.0
 _MIN_LOUPE_SCALE, _MAX_LOUPE_SCALE = 4.0, 40.0
 _SLOW_FACTOR = 10.0
-"""Factor by which a mark moves more slowly than the mouse with Shift."""
+"""Factor by which a mark moves more slowly than the mouse while Shift is pressed."""
 _NUDGE_PX, _LARGE_NUDGE_PX = 0.1, 1.0
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
@@ -54,11 +54,11 @@ class ShownMark:
     Attributes
     ----------
     pixel : Pixel
-        In the photo as stored.
+        Position in the photo as stored.
     is_predicted : bool
-        Whether it is a predicted position instead of a mark.
+        Whether this is a predicted position rather than a mark.
     is_worst : bool
-        Whether it has the largest residual of its point.
+        Whether this mark has the largest residual of its point.
     """
 
     label: str
@@ -76,7 +76,7 @@ class MarkCanvas(PhotoCanvas):
     Attributes
     ----------
     nudged : Signal
-        Emitted with the shift (x, y) of the selected mark, pixels of the stored photo.
+        Emitted with the shift (x, y) of the selected mark in pixels of the stored photo.
     brush_scaled : Signal
         Emitted with the factor by which the brush radius is to change.
     is_masking : bool
@@ -91,7 +91,7 @@ class MarkCanvas(PhotoCanvas):
         self.setObjectName("mark_canvas")
         self.tool = LOOK
         self.radius = 20.0
-        """Radius of the brush, pixels of the photo."""
+        """Radius of the brush in pixels of the photo."""
         self.is_masking = True
         self._mask: BoolArray | None = None
         self._tint: QImage | None = None
@@ -113,12 +113,15 @@ class MarkCanvas(PhotoCanvas):
         self.update()
 
     def set_used(self, used: BoolArray | None) -> None:
-        """Set the (h, w) array that is True at used pixels; call `update_mask` after changes."""
+        """Set the (h, w) array that is True at used pixels.
+
+        Call `update_mask` after changing its values.
+        """
         self._mask = used
         self.update_mask()
 
     def update_mask(self) -> None:
-        """Redraw the mask after a change of its values."""
+        """Redraw the mask after its values have changed."""
         self._version += 1
         self.update()
 
@@ -135,7 +138,7 @@ class MarkCanvas(PhotoCanvas):
         return self._marks
 
     def set_epipolar_line(self, pixels: FloatArray) -> None:
-        """Set the epipolar line of the selected point, (k, 2) pixels of the stored photo."""
+        """Set the epipolar line of the selected point, with shape (k, 2) in pixels as stored."""
         self._epipolar_line = pixels
         self.update()
 
@@ -145,7 +148,7 @@ class MarkCanvas(PhotoCanvas):
         self.update()
 
     def look_closely(self, pixel: Pixel) -> None:
-        """Centre the view on a pixel, at a scale of one to one or more."""
+        """Centre the view on a pixel at a scale of at least one to one."""
         self.fit()
         scale = max(1.0, 2.5 * self._scale)
         centre = self._turn.map(QPointF(*pixel))
@@ -153,7 +156,7 @@ class MarkCanvas(PhotoCanvas):
         self._centre(centre)
 
     def one_to_one(self) -> None:
-        """Zoom until a pixel of the photo is a pixel of the screen."""
+        """Zoom until one pixel of the photo covers one pixel of the screen."""
         self.zoom(1.0 / (self._scale * self.devicePixelRatioF()), self._cursor)
 
     # --- handles -----------------------------------------------------------------------------
@@ -171,9 +174,9 @@ class MarkCanvas(PhotoCanvas):
         return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
     def pixel_of_drag(self, at: Pixel) -> Pixel:
-        """Return the pixel of a dragged mark for a pixel of the cursor.
+        """Return the position of a dragged mark for a cursor position.
 
-        The mark keeps its distance from the cursor, and moves more slowly with Shift.
+        The offset between mark and cursor is constant; with Shift the mark moves more slowly.
         """
         if self._grab is None:
             return at
@@ -216,7 +219,7 @@ class MarkCanvas(PhotoCanvas):
             return
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         step = _LARGE_NUDGE_PX if shift else _NUDGE_PX
-        # The arrow keys follow the screen, whatever the orientation of the stored photo.
+        # The arrow keys refer to the screen, whatever the orientation of the stored photo.
         t = self._turn
         back, _ = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0).inverted()
         vector = back.map(QPointF(*direction))
@@ -384,9 +387,9 @@ class MarkCanvas(PhotoCanvas):
 def _tint_mask(
     mask: BoolArray, size: tuple[int, int], m: QTransform, width: int, height: int
 ) -> QImage | None:
-    """Return the masked pixels as a coloured image of the screen, None if none is visible.
+    """Return the masked pixels as a coloured screen image, or None if no mask is visible.
 
-    Only pixels of the screen are sampled, so that the size of the photo does not matter.
+    Only the pixels of the screen are sampled, so the time does not depend on the size of the photo.
     """
     mask_height, mask_width = mask.shape
     screen_x, screen_y = np.arange(width) + 0.5, np.arange(height) + 0.5

@@ -20,7 +20,7 @@ from vomstudio.ui.panels.photos.points_box import PointsBox
 
 
 class MarkEditing(QObject):
-    """Edits points and marks by mouse and keyboard.
+    """Editor of points and marks that responds to mouse and keyboard.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class MarkEditing(QObject):
 
     # --- display -----------------------------------------------------------------------------
     def show(self) -> None:
-        """Draw marks and predicted positions, and the epipolar line of the selected point."""
+        """Draw the marks, the predicted positions, and the epipolar line of the selected point."""
         marking, selected_label, photo = self._marks.marking, self._points.label, self._photo.name
         pixels = marking.within(photo)
         symbols = []
@@ -86,7 +86,7 @@ class MarkEditing(QObject):
         self._canvas.set_epipolar_line(self._marks.epipolar_line(selected_label, photo))
 
     def look_at_point(self, *, is_forced: bool = False) -> None:
-        """Zoom to the position of the selected point while the mark tool is active."""
+        """Zoom to the selected point if the mark tool is active."""
         label, photo = self._points.label, self._photo.name
         if self._canvas.tool != MARK or not label:
             return
@@ -102,18 +102,18 @@ class MarkEditing(QObject):
 
     # --- points ------------------------------------------------------------------------------
     def why_no_point(self) -> Finding | None:
-        """Return a finding if no point is selected, else None."""
+        """Return a finding if no point is selected, otherwise None."""
         return None if self._points.label else Finding("action.no-point")
 
     def why_no_mark(self) -> Finding | None:
-        """Return a finding if the selected point is not marked in this photo, else None."""
+        """Return a finding if the selected point is not marked in this photo, otherwise None."""
         if (reason := self.why_no_point()) is not None:
             return reason
         is_marked = self._photo.name in self._marks.marking.of(self._points.label)
         return None if is_marked else Finding("action.no-mark")
 
     def new_point(self) -> None:
-        """Add a tie point with a free label, select it and activate the mark tool."""
+        """Add a tie point with an unused label, select it and activate the mark tool."""
         label = self._marks.marking.free_label()
         new_marking = self._marks.marking.begun_with(label)
         self._marks.change(tr("New point"), new_marking)
@@ -122,7 +122,7 @@ class MarkEditing(QObject):
         self._canvas.setFocus()
 
     def remove_point(self) -> None:
-        """Remove the selected point with all its marks."""
+        """Remove the selected point and all its marks."""
         label = self._points.label
         new_marking = self._marks.marking.removed(label)
         self._marks.change(tr("Remove {label}", label=label), new_marking)
@@ -134,7 +134,7 @@ class MarkEditing(QObject):
         Parameters
         ----------
         folder : Path
-            Folder where the file dialog begins.
+            Initial folder of the file dialog.
         parent : QWidget
         marks : bool
             Whether to import marks instead of control points.
@@ -169,7 +169,7 @@ class MarkEditing(QObject):
         self._marks.change(tr("Remove mark of {label}", label=label), new_marking)
 
     def _place(self, x: float, y: float, join: str | None = None) -> None:
-        """Mark the selected point, or a new tie point if none is selected."""
+        """Mark the selected point, or a new tie point if no point is selected."""
         marking, photo = self._marks.marking, self._photo.name
         label = self._points.label or marking.free_label()
         key = None if join is None else (join, label, photo)

@@ -26,7 +26,7 @@ _MIN_RADIUS_PX, _MAX_RADIUS_PX = 2.0, 600.0
 
 
 class MaskBox(QGroupBox):
-    """Box with the masked share, the drawing mode and the brush radius."""
+    """Box with the masked fraction, the drawing mode and the brush radius."""
 
     def __init__(self, canvas: MarkCanvas) -> None:
         super().__init__(tr("Mask"))
@@ -91,12 +91,12 @@ class MaskBox(QGroupBox):
         self.set_radius(canvas.radius)
 
     def set_actions(self, actions: Mapping[str, QAction]) -> None:
-        """Assign actions by name to the buttons."""
+        """Assign actions to the buttons by name."""
         for name, button in self._buttons.items():
             button.setDefaultAction(actions[name])
 
     def set_radius(self, radius: float) -> None:
-        """Set the brush radius, pixels of the photo."""
+        """Set the brush radius in pixels of the photo."""
         self._canvas.radius = min(max(radius, _MIN_RADIUS_PX), _MAX_RADIUS_PX)
         with QSignalBlocker(self.brush_size):
             # The scale of the slider is logarithmic.

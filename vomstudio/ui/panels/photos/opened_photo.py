@@ -1,4 +1,4 @@
-"""Picture and view of the open photo."""
+"""Image and view of the open photo."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 
 class OpenedPhoto(QObject):
-    """Shows one photo at a time on a canvas.
+    """Controller that shows one photo at a time on a canvas.
 
     Attributes
     ----------
     orientation_changed : Signal
-        Emitted when the orientation of the photo has been read after it was opened.
+        Emitted when the orientation of the photo has been read after the photo was opened.
     """
 
     orientation_changed = Signal()
@@ -39,7 +39,7 @@ class OpenedPhoto(QObject):
         return self.rows.get(self.name)
 
     def show(self, name: str) -> None:
-        """Open the photo of this name, and read it if it is not cached."""
+        """Open the photo with this name, reading it if it is not cached."""
         row = self.rows[name]
         self.name, self._viewed_label = name, ""
         self._canvas.set_used(None)
@@ -58,7 +58,7 @@ class OpenedPhoto(QObject):
             self._canvas.message = ""
             self._canvas.set_picture(picture)
             if not self._has_picture:
-                # The full picture follows later and must not change the view.
+                # The full image follows later and must not change the view.
                 self._has_picture = True
                 self.orientation_changed.emit()
         else:
@@ -78,7 +78,7 @@ class OpenedPhoto(QObject):
         self._canvas.look_closely(pixel)
 
     def set_viewed_point(self, label: str) -> None:
-        """Note that the point is already in view."""
+        """Record that the point is already in view."""
         self._viewed_label = label
 
     def close(self) -> None:

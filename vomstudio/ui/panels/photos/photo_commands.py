@@ -1,4 +1,4 @@
-"""Commands that open a photo of any photo set of the project."""
+"""Commands that open a photo from any photo set of the project."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) -> list[Command]:
-    """Return the commands that open and re-import photos.
+    """Return the commands that open photos and import their files again.
 
     Parameters
     ----------
     opening : PhotoOpening
     selected_photo : callable
-        Returns the name of the photo selected in the list.
+        Returns the name of the photo that is selected in the list, or None.
     """
     return [
         Command(
@@ -54,12 +54,12 @@ def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) ->
 
 
 class PhotoOpening(QObject):
-    """Opens one photo at a time in a common page.
+    """Controller that opens one photo at a time in a shared page.
 
     Attributes
     ----------
     page_shown : Signal
-        Emitted with the PhotoPage to be shown.
+        Emitted with the PhotoPage that is to be shown.
     """
 
     page_shown = Signal(object)
@@ -72,7 +72,7 @@ class PhotoOpening(QObject):
         survey.changed.connect(self._survey_changed)
 
     def why_not(self) -> Finding | None:
-        """Return why no photo can be opened; None if one can."""
+        """Return why no photo can be opened, or None if one can be opened."""
         if self._survey.folder is None or not self._survey.rows:
             return Finding("action.no-photos")
         if not self._survey.document.is_imported:
@@ -80,16 +80,16 @@ class PhotoOpening(QObject):
         return None
 
     def import_sidecars(self) -> None:
-        """Import the files beside the photos again."""
+        """Repeat the import of the files beside the photos."""
         self._survey.import_sidecars()
 
     @property
     def page(self) -> PhotoPage | None:
-        """Page of the open photo, None if no photo is open."""
+        """Page of the open photo, or None if no photo is open."""
         return self._page
 
     def open(self, name: str | None = None) -> None:
-        """Open the photo of this name, or the first photo of the panel."""
+        """Open the photo with this name, or the first photo of the panel if `name` is None."""
         from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
         self._pending_request = None
@@ -106,7 +106,7 @@ class PhotoOpening(QObject):
         page.canvas.setFocus()
 
     def open_set(self, photo_set: PhotoSet) -> bool:
-        """Show a photo set in the panel; return False, with a warning, if its folder is missing."""
+        """Show a photo set in the panel; if its folder is missing, warn and return False."""
         document = self._survey.document
         if (current_set := document.photo_set) is not None and current_set.id == photo_set.id:
             return True
@@ -120,7 +120,7 @@ class PhotoOpening(QObject):
         return True
 
     def open_set_photo(self, photo_set: PhotoSet, name: str | None = None) -> None:
-        """Open a photo of a set, after showing the set in the panel."""
+        """Show a photo set in the panel and then open one of its photos."""
         if not self.open_set(photo_set):
             return
         if self.why_not() is None:
@@ -142,12 +142,12 @@ class PhotoOpening(QObject):
         self._page = None
 
     def may_close(self) -> bool:
-        """Return whether the open photo can be closed, and close it."""
+        """Close the open photo if possible; return whether it could be closed."""
         page = self._page
         if page is None:
             return True
         if not page.may_close():
             return False
-        # Before `close`: exceptions in Qt event handlers do not reach the caller.
+        # This precedes `close`, because exceptions in Qt event handlers do not reach the caller.
         page.end()
         return page.close()

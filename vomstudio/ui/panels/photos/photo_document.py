@@ -1,7 +1,7 @@
 """Records of a photo set: points, marks and masks.
 
-Each change is an edit of the project's history. Tables and masks beside the photos are exports
-(`photo_exports`).
+Each change is an edit in the history of the project. The tables and masks beside the photos are
+exports of these records (`photo_exports`).
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class PhotoDocument(QObject):
     points_changed : Signal
         Emitted when points or marks of these photos have changed.
     masks_changed : Signal
-        Emitted with a frozenset of names of photos whose mask has changed; it is empty if only the
-        folder of the project has changed.
+        Emitted with a frozenset of the names of photos whose masks have changed; it is empty if
+        only the folder of the project has changed.
     """
 
     points_changed = Signal()
@@ -62,7 +62,7 @@ class PhotoDocument(QObject):
         studio.history_changed.connect(self._follow_project)
 
     def set_folder(self, folder: Path | None) -> None:
-        """Show the records of a folder, or none."""
+        """Show the records of a folder, or no records if `folder` is None."""
         self.folder = folder
         self._last = None
         self._masks = self.masks()
@@ -71,26 +71,26 @@ class PhotoDocument(QObject):
     # --- state -------------------------------------------------------------------------------
     @property
     def photo_set(self) -> PhotoSet | None:
-        """Record of the folder, None before its import."""
+        """Record of the folder, or None before the folder is imported."""
         if self.folder is None:
             return None
         path = stored_path(self._studio.project.folder, self.folder)
         return next((s for s in photo_sets(self._studio.records) if s.path == path), None)
 
     def last_folder(self) -> Path | None:
-        """Return the existing folder of photos that was added last."""
+        """Return the most recently added folder of photos that still exists."""
         sets = reversed(list(photo_sets(self._studio.records)))
         return next((f for each in sets if (f := self.folder_of(each)) is not None), None)
 
     def folder_of(self, photo_set: PhotoSet) -> Path | None:
-        """Return the folder of a photo set, None if it is missing."""
+        """Return the folder of a photo set, or None if the folder is missing."""
         project_folder = self._studio.project.folder
         # The project may have been moved together with its photos.
         paths = (project_folder / photo_set.path, project_folder.parent / photo_set.name)
         return next((path for path in paths if is_folder(path)), None)
 
     def find_moved_set(self) -> PhotoSet | None:
-        """Return the photo set of the same name whose folder is missing, None without one."""
+        """Return the photo set that has the same name but a missing folder, or None."""
         if self.folder is None or self.photo_set is not None:
             return None
         project_folder = self._studio.project.folder
@@ -103,7 +103,7 @@ class PhotoDocument(QObject):
         return self.photo_set is not None
 
     def marking(self) -> Marking:
-        """Return the points and marks of the records."""
+        """Return the points and marks in the records."""
         photo_set = self.photo_set
         if photo_set is None:
             return Marking()
@@ -122,7 +122,7 @@ class PhotoDocument(QObject):
         )
 
     def masks(self) -> dict[str, Asset]:
-        """Return the mask file of each photo by its name."""
+        """Return the mask files by photo name."""
         photo_set = self.photo_set
         if photo_set is None:
             return {}
@@ -134,7 +134,7 @@ class PhotoDocument(QObject):
         return None if file is None else self._studio.project.assets.path(file)
 
     def states(self) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
-        """Return points and marks in the form that edits take."""
+        """Return the points and marks in the form that edits require."""
         return _states(self.marking())
 
     @property
@@ -148,7 +148,7 @@ class PhotoDocument(QObject):
             self.masks_changed.emit(frozenset())
 
     def fill_mask_paths(self, rows: Sequence[PhotoRow]) -> None:
-        """Set the paths of mask and thumbnail in each row."""
+        """Set the paths of the mask and the thumbnail in each row."""
         thumbnails = self._studio.project.cache / "thumbnails"
         for row in rows:
             if row.thumbnail is not None:
@@ -158,7 +158,7 @@ class PhotoDocument(QObject):
                 row.mask = None if path is None else str(path)
 
     def export_hashes(self) -> dict[str, str]:
-        """Return the SHA-256 of files beside the photos as last imported or written."""
+        """Return the SHA-256 hashes of the files beside the photos, as last imported or written."""
         photo_set = self.photo_set
         hashes = (
             {}
@@ -183,7 +183,7 @@ class PhotoDocument(QObject):
             Title of the edit.
         marking : Marking
         join : object, optional
-            Consecutive edits with an equal `join` become one.
+            Consecutive edits with equal `join` are merged into one.
         crs : str, optional
             CRS of the control points.
 
@@ -263,7 +263,7 @@ def _states(
 
 
 def edited_photo(edit: Edit) -> str:
-    """Return the photo in which an edit of marks or masks is visible, "" for other edits."""
+    """Return the photo in which an edit of marks or masks is visible, or an empty string."""
     for id_ in edit.ids:
         record = edit.after[id_] or edit.before[id_]
         if isinstance(record, ImageMark | Mask):

@@ -1,6 +1,6 @@
 """Export of points, marks and masks to files beside the photos.
 
-The files serve the command line and other programs. They follow the records of the project.
+The command line and other programs use these files, which mirror the records of the project.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _WRITE_DELAY_MS = 300
 
 
 class PhotoExports(QObject):
-    """Keeps the files beside the photos consistent with the records.
+    """Exporter that keeps the files beside the photos consistent with the records.
 
     Attributes
     ----------
@@ -41,11 +41,11 @@ class PhotoExports(QObject):
     tables_written : Signal
         Emitted when control.csv or marks.csv has been written.
     mask_written : Signal
-        Emitted with the name of a photo, and the file of its mask or None.
+        Emitted with the name of a photo and the file of its mask, or None without a mask.
     problem : Finding or None
         Reason why the files are not up to date.
     foreign_files : list of str
-        Names of files beside the photos that other programs have changed.
+        Names of the files beside the photos that other programs have changed.
     """
 
     message = Signal(object, str)
@@ -59,8 +59,10 @@ class PhotoExports(QObject):
         self._disk_marking = Marking()
         self._external_marking: Marking | None = None
         self._hashes: dict[str, str] = {}
-        """SHA-256 of files by name, as last imported or written. Files with another hash are
-        backed up before they are replaced."""
+        """SHA-256 of each file, by name, when it was last imported or written.
+
+        Files with a different hash are backed up before they are replaced.
+        """
         self.foreign_files: list[str] = []
         self._mask_paths: dict[str, Path] = {}
         self._rows: dict[str, PhotoRow] = {}
@@ -85,8 +87,8 @@ class PhotoExports(QObject):
         ----------
         rows : sequence of PhotoRow
         is_external : bool
-            Whether the points were imported from files elsewhere. These are never written, so the
-            first change writes all tables.
+            Whether the points were imported from files in other folders. Those files are never
+            written, so the first change writes all tables beside the photos.
         sidecars : SidecarData, optional
             Data of the files beside the photos, if they have just been imported.
         """
@@ -106,7 +108,7 @@ class PhotoExports(QObject):
             self._store_sidecar_hashes(sidecars.unread)
 
     def _find_foreign_files(self) -> list[str]:
-        """Return the names of files that were changed since they were imported or written."""
+        """Return the names of files that have changed since they were imported or written."""
         files = self._document.masks()
         names = self._find_foreign_tables()
         for row in self._rows.values():
@@ -120,7 +122,7 @@ class PhotoExports(QObject):
         return names
 
     def _find_foreign_tables(self) -> list[str]:
-        """Return the names of tables whose content differs from the records."""
+        """Return the names of tables whose contents differ from the records."""
         tables = {name: self.table(name) for name in (CONTROL, MARKS)}
         names = [
             name
@@ -144,7 +146,7 @@ class PhotoExports(QObject):
         return names
 
     def _store_sidecar_hashes(self, unread: Sequence[str]) -> None:
-        """Store the hashes of imported files, except for tables that cannot be read."""
+        """Store the hashes of the imported files, except for tables that cannot be read."""
         for name in {CONTROL, MARKS} - set(unread):
             self._hashes[name] = _hash_file(self.table(name))
         for row in self._rows.values():
@@ -167,7 +169,7 @@ class PhotoExports(QObject):
         return folder, fallback_folder(self._document.project_folder, folder.resolve())
 
     def table(self, name: str) -> Path | None:
-        """Return the path of a table beside the photos, or else in the project."""
+        """Return the file of a table, beside the photos or else in the project, or None."""
         paths = (folder / name for folder in self._folders)
         return next((path for path in paths if is_regular(path)), None)
 
@@ -190,7 +192,10 @@ class PhotoExports(QObject):
         self.tables_written.emit()
 
     def _write_table(self, name: str, marking: Marking) -> None:
-        """Write a table beside the photos, or else in the project. Raises TargetError."""
+        """Write a table beside the photos or, if that is not possible, in the project.
+
+        Raises TargetError.
+        """
         folder, fallback = self._folders
         target = self.table(name) or folder / name
         try:
@@ -238,7 +243,7 @@ class PhotoExports(QObject):
 
     @property
     def is_busy(self) -> bool:
-        """Whether masks are waiting to be written."""
+        """Whether any masks still have to be written."""
         return self._task is not None or bool(self._pending)
 
     def _write_next_mask(self) -> None:
@@ -266,7 +271,7 @@ class PhotoExports(QObject):
         find_mask = self._document.mask_path
 
         def write() -> object:
-            # The last task writes the newest mask.
+            # The last task to run writes the newest mask.
             with self._write_lock:
                 try:
                     mask = find_mask(name)
@@ -313,7 +318,7 @@ class PhotoExports(QObject):
 
 
 class _OneTimeTask:
-    """Task that runs once, in a worker thread or in a caller that cannot wait for it."""
+    """Task that runs only once, in a worker thread or in a caller that cannot wait for it."""
 
     def __init__(self, name: str, work: Callable[[], object]) -> None:
         self.name = name
@@ -322,7 +327,7 @@ class _OneTimeTask:
         self._lock = Lock()
 
     def result(self) -> object:
-        """Run the task if it has not run, and return its result."""
+        """Run the task unless it has already run, and return its result."""
         with self._lock:
             if self._work is not None:
                 self._result, self._work = self._work(), None
@@ -330,7 +335,7 @@ class _OneTimeTask:
 
 
 def _hash_key(path: str | None) -> str:
-    """Return the key of a mask's hash: its file name, which is usually unique in a folder."""
+    """Return the hash key of a mask: its file name, which is usually unique in a folder."""
     return "" if path is None else Path(path).name
 
 
@@ -339,7 +344,7 @@ def _is_same(first: Marking, second: Marking) -> bool:
 
 
 def _hash_file(path: Path | None) -> str:
-    """Return the SHA-256 of a file, "" without a file."""
+    """Return the SHA-256 of a file, or an empty string if there is no file."""
     try:
         if path is None:
             return ""

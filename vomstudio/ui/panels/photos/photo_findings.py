@@ -1,4 +1,4 @@
-"""Findings on control points and on a finished reconstruction."""
+"""Findings about control points and about a completed reconstruction."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[F
     ----------
     facts : ControlFacts or None
     note : Finding or None
-        Reason why control points beside the photos are not used; reported without facts.
+        Reason why the control points beside the photos are not used; reported only if `facts` is
+        None.
     """
     if facts is None:
         return [] if note is None else [note]
@@ -37,13 +38,13 @@ def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[F
 
 
 def placement_text(model: Model, resolution: float | None) -> str:
-    """Return scale, north and resolution of a placed model of the photos.
+    """Return the scale, north and resolution of a placed model of the photos, as text.
 
     Parameters
     ----------
     model : Model
     resolution : float or None
-        In units of the file, None if unknown.
+        Resolution in units of the model file, or None if unknown.
     """
     from vomstudio.registration.summary import placement_facts
 
@@ -56,7 +57,7 @@ def placement_text(model: Model, resolution: float | None) -> str:
 
 
 def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
-    """Return the notice of a finished reconstruction, with the RMS of its registration.
+    """Return the notice of a completed reconstruction, with the RMS of its registration.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
 
 
 def _registration_rms(registration: Mapping[str, Any]) -> Finding | None:
-    """Return the RMS of the residuals of control and check points, None without any."""
+    """Return the residual RMS of control and check points, or None if there are none."""
     control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
     if control is not None and check is not None:
         return Finding("registration.check-rms", control_m=control, check_m=check)

@@ -1,4 +1,4 @@
-"""Import of control points, marks and masks beside photos as records of the project."""
+"""Import of control points, marks and masks beside photos into the project records."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class PhotoImport:
     Attributes
     ----------
     named_control : Path or None
-        Control points named in the settings, from which those of the project were imported.
+        File selected in the settings from which the control points of the project were imported.
         This file is never written.
     """
 
@@ -53,13 +53,13 @@ class PhotoImport:
         *,
         is_repeat: bool = False,
     ) -> RunningJob | None:
-        """Import the files beside the photos, if they are new or `is_repeat` is True.
+        """Import the files beside the photos if they are new or if `is_repeat` is True.
 
         Parameters
         ----------
         rows : sequence of PhotoRow
         named_tables : (Path or None, Path or None)
-            Files of control points and of marks, for photos without such files beside them.
+            Files of control points and marks, used for photos that have no such files beside them.
         callback : callable
             Called with None, or with the failure.
         is_repeat : bool, default False
@@ -68,7 +68,7 @@ class PhotoImport:
         Returns
         -------
         RunningJob or None
-            None if there is nothing to import.
+            The import job, or None if there is nothing to import.
         """
         folder, project = self._document.folder, self._studio.project
         if folder is not None and (moved_set := self._document.find_moved_set()) is not None:
@@ -139,7 +139,7 @@ class PhotoImport:
 
 
 def _add_default_marks(tables: tuple[Path | None, Path | None]) -> tuple[Path | None, Path | None]:
-    """Complete control points by the marks beside their file, if none are named."""
+    """Add the marks beside the file of control points if no marks are named."""
     control, marks = tables
     if control is not None and marks is None:
         with contextlib.suppress(VomError):

@@ -1,4 +1,4 @@
-"""List of photos beside an open photo, sorted by their use for the selected point."""
+"""List of photos beside an open photo, sorted by usefulness for the selected point."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ class PhotoList(QListWidget):
 
     @property
     def names(self) -> list[str]:
-        """Names of the photos in the order of the list."""
+        """Photo names in the order of the list."""
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def set_label(self, label: str) -> None:
-        """Sort the photos for the point of this label; "" for no point."""
+        """Sort the photos for the point with this label; an empty string means no point."""
         self._label = label
         self.refresh()
 
@@ -76,7 +76,8 @@ class PhotoList(QListWidget):
             name for name in self._rows if name not in marked_pixels and name not in ranked_photos
         ]
         if cameras is not None and marked_pixels:
-            # A second mark in the same component predicts the point in all its photos.
+            # A second mark in the same component predicts the point in all photos of that
+            # component.
             parts = {cameras.part_of(name) for name in marked_pixels}
             other_photos.sort(key=lambda name: cameras.part_of(name) not in parts)
         names = [*marked_photos, *ranked_photos, *other_photos]
@@ -131,7 +132,7 @@ class PhotoList(QListWidget):
         self.setCurrentItem(self._items[name])
 
     def step(self, offset: int) -> None:
-        """Open the photo `offset` rows further, cyclically."""
+        """Open the photo that is `offset` rows further down, wrapping around at the ends."""
         if count := self.count():
             self.setCurrentRow((max(self.currentRow(), 0) + offset) % count)
 

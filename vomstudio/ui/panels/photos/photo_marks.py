@@ -1,4 +1,4 @@
-"""Points marked in a photo set, with their predicted positions."""
+"""Points marked in a photo set, and their predicted positions."""
 
 from __future__ import annotations
 
@@ -70,12 +70,15 @@ class PhotoMarks(QObject):
 
     @property
     def crs(self) -> str | None:
-        """CRS of the control points, "EPSG:n", None if their file does not state one."""
+        """CRS of the control points ("EPSG:n"), or None if their file does not state one."""
         photo_set = self._document.photo_set
         return photo_set.crs or None if photo_set is not None else None
 
     def prediction(self, label: str) -> MarkPrediction:
-        """Return predicted positions and residuals of a point; NO_PREDICTION before alignment."""
+        """Return the predicted positions and residuals of a point.
+
+        Before the alignment the result is NO_PREDICTION.
+        """
         if self._cameras is None:
             return NO_PREDICTION
         marking = self.marking
@@ -89,16 +92,19 @@ class PhotoMarks(QObject):
         return entry[1]
 
     def epipolar_line(self, label: str, photo: str) -> FloatArray:
-        """Return the epipolar line, (k, 2) pixels, of a point marked in exactly one other photo.
+        """Return the epipolar line of a point that is marked in exactly one other photo.
 
-        The array is empty if the point is marked in no or in several other photos.
+        Returns
+        -------
+        (k, 2) float64
+            Pixels of the line; empty if the point is marked in no other photo or in several.
         """
         if self._cameras is None or not label:
             return np.zeros((0, 2))
         return self._cameras.epipolar_line(self.marking, label, photo)
 
     def missing_items(self) -> list[Finding]:
-        """Return findings on the points and marks still needed to place the model."""
+        """Return findings about the points and marks still needed to place the model."""
         if self._missing_items is None:
             self._missing_items = missing(self.marking, self._cameras)
         return self._missing_items
@@ -107,16 +113,19 @@ class PhotoMarks(QObject):
     def change(
         self, title: str, marking: Marking, join: object = None, *, is_ongoing: bool = False
     ) -> None:
-        """Apply a new state of the points as one edit, or only show it while `is_ongoing`."""
+        """Apply a new state of the points as one edit, or only display it if `is_ongoing`."""
         if is_ongoing:
             self.marking = marking
             self._notify()
         elif not self._document.set_marking(title, marking, join):
-            # Writing failed, so the records are shown again.
+            # Writing has failed, so the state of the records is shown again.
             self._reload()
 
     def import_points(self, path: Path) -> int:
-        """Import a table of points, replacing points of the same label. Raises InputError."""
+        """Import a table of points, which replace points with the same label.
+
+        Returns the number of points. Raises InputError.
+        """
         points, crs = read_control(path), crs_of(path)
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
             raise InputError(
@@ -130,14 +139,14 @@ class PhotoMarks(QObject):
         return len(points)
 
     def import_marks(self, path: Path) -> tuple[int, Finding | None]:
-        """Import a table of marks, replacing marks of the same point and photo.
+        """Import a table of marks, which replace marks of the same point and photo.
 
         Returns
         -------
         count : int
             Number of marks.
         warning : Finding or None
-            Marks in photos which the folder does not contain.
+            Warning about marks in photos that the folder does not contain.
 
         Raises
         ------
@@ -150,5 +159,5 @@ class PhotoMarks(QObject):
 
 
 def unknown_photos(photos: Sequence[str]) -> Finding:
-    """Return the warning about marks in photos which the folder does not contain."""
+    """Return the warning about marks in photos that the folder does not contain."""
     return Finding("marks.other-photos", photos=abbreviate_names(photos))

@@ -1,4 +1,4 @@
-"""Masks of a folder of photos while they are drawn; each shape is one edit."""
+"""Masks of the photos in a folder during editing; each shape is one edit."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MAX_STATES = 32
 
 
 class _MaskCache:
-    """Cache of recent masks by their files, so that undo needs no disk access."""
+    """Cache of recent masks by file, so that undo does not read from the disk."""
 
     def __init__(self) -> None:
         self._packed: dict[str, tuple[ByteArray, tuple[int, int]]] = {}
@@ -37,7 +37,7 @@ class _MaskCache:
             del self._packed[path]
 
     def find(self, file: Asset | None, size: tuple[int, int]) -> BoolArray | None:
-        """Return a copy (height, width) of a mask, None if it must be read from its file."""
+        """Return a copy (height, width) of a mask, or None if it must be read from its file."""
         if file is None:
             return np.ones(size, np.bool_)
         if file.path not in self._packed:
@@ -49,7 +49,7 @@ class _MaskCache:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Shape drawn last, and whether it masks."""
+    """The shape drawn last, and whether it masks pixels or unmasks them."""
 
     areas: tuple[PixelArea, ...]
     is_masking: bool
@@ -57,7 +57,7 @@ class Shape:
 
 
 class PhotoMasks(QObject):
-    """Masks as arrays while they are edited; True at used pixels.
+    """Masks as arrays during editing; they are True at used pixels.
 
     Attributes
     ----------
@@ -86,14 +86,14 @@ class PhotoMasks(QObject):
         self._has_changed = False
         self._is_drawing = False
         self._pending_names: frozenset[str] = frozenset()
-        """Photos whose masks in memory already include the edit in progress."""
+        """Names of photos whose masks in memory already include the edit in progress."""
         self.last_shape: Shape | None = None
         self.busy_reason: Finding | None = None
         document.masks_changed.connect(self._reload)
 
     # --- state -------------------------------------------------------------------------------
     def used(self, name: str) -> BoolArray | None:
-        """Return the mask (height, width), True at used pixels; None before it has been read."""
+        """Return the mask (height, width), True at used pixels, or None before it has been read."""
         return self._masks.get(name)
 
     def open(self, name: str) -> None:
@@ -119,7 +119,7 @@ class PhotoMasks(QObject):
         mask = self._document.mask_path(row.name)
         if mask is None:
             return np.ones((row.height, row.width), np.bool_)
-        # A copy, since the array that was read is read-only.
+        # Copied, since the array that was read is read-only.
         return load_mask(mask, row.width, row.height).copy()
 
     def _reload(self, names: frozenset[str]) -> None:
@@ -140,12 +140,12 @@ class PhotoMasks(QObject):
 
     @property
     def is_drawing(self) -> bool:
-        """Whether a stroke is unfinished."""
+        """Whether a stroke is in progress."""
         return self._is_drawing
 
     # --- drawing -----------------------------------------------------------------------------
     def begin(self, name: str, is_masking: bool) -> None:
-        """Begin a shape of one or more areas."""
+        """Begin a shape that consists of one or more areas."""
         self._has_changed, self._is_drawing = False, True
         self.last_shape = Shape((), is_masking, name)
 
@@ -183,7 +183,7 @@ class PhotoMasks(QObject):
             self._store(tr("Invert mask"), name)
 
     def _store(self, title: str, name: str) -> None:
-        """Store the current mask as a record; restore the previous mask if this fails."""
+        """Store the current mask as a record; if this fails, restore the previous mask."""
         try:
             file = self._store_file(self._masks[name])
         except VomError as error:
@@ -211,7 +211,7 @@ class PhotoMasks(QObject):
 
     # --- repetition --------------------------------------------------------------------------
     def why_not_repeat(self) -> Finding | None:
-        """Return why the last shape cannot be drawn in other photos; None if it can."""
+        """Return why the last shape cannot be drawn in other photos, or None if it can."""
         shape = self.last_shape
         if shape is None or not shape.areas:
             return Finding("action.no-shape")
@@ -288,7 +288,7 @@ class PhotoMasks(QObject):
         self.busy_changed.emit()
 
     def _trim(self) -> None:
-        """Remove masks from memory, which cannot contain those of a thousand photos."""
+        """Remove masks from memory, which is too small for the masks of a thousand photos."""
         for name in [n for n in self._masks if n != self._current_photo][:-_MAX_MASKS]:
             del self._masks[name]
 

@@ -1,4 +1,4 @@
-"""Page of an open photo, for drawing masks and marking points."""
+"""Page of an open photo, in which masks are drawn and points are marked."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ from vomstudio.ui.panels.photos.photo_tools import PhotoTools
 from vomstudio.ui.panels.photos.points_box import PointsBox
 from vomstudio.ui.widgets.messages_panel import MessageBar
 
-# The list is hidden on narrower pages.
+# On narrower pages the list is hidden.
 _MIN_WIDTH_WITH_LIST_PX = 1000
 
 
 class PhotoPage(QWidget):
     """Page of an open photo, as a tab of the main window or as a separate window.
 
-    Each mask and mark is one edit of the project's history.
+    Each change of a mask shape or a point mark is one edit in the history of the project.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class PhotoPage(QWidget):
     attention_requested : Signal
         Emitted when the page has a message that the user must see.
     window_toggle_requested : Signal
-        Emitted to move the page into its own window, or back.
+        Emitted to move the page to a separate window, or back to the main window.
     closed : Signal
         Emitted once when the page closes.
     """
@@ -190,9 +190,10 @@ class PhotoPage(QWidget):
         self.set_own_window(False)
 
     def set_own_window(self, is_own_window: bool) -> None:
-        """Adapt the page to its own window or to the main window.
+        """Adapt the page to a separate window or to the main window.
 
-        The main window has a tab with the photo's name, a status line, undo buttons and shortcuts.
+        The main window has its own tab with the name of the photo, status line, undo buttons and
+        shortcuts.
         """
         set_shortcuts(self.actions_table, is_own_window=is_own_window)
         for name in ("undo", "redo"):
@@ -223,7 +224,7 @@ class PhotoPage(QWidget):
         self.canvas.pointed.connect(self._show_position)
         self.survey.history_changed.connect(self._refresh)
         self.survey.edited.connect(self._edited)
-        # After a new alignment, or when another folder is opened.
+        # Emitted after a new alignment, or when another folder is opened.
         self.survey.changed.connect(self._survey_changed)
         self.survey.rows_changed.connect(self._survey_changed)
 
@@ -234,7 +235,7 @@ class PhotoPage(QWidget):
         return self.opened_photo.name
 
     def show_photo(self, name: str) -> None:
-        """Open the photo of this name."""
+        """Open the photo with this name."""
         if name == self.photo:
             self._editing.look_at_point()
             return
@@ -307,7 +308,7 @@ class PhotoPage(QWidget):
         self._set_status(self._hint())
 
     def undo(self, is_redo: bool = False) -> None:
-        """Undo the last edit, or the last vertex of a polygon; redo if `is_redo`."""
+        """Undo the last edit or the last polygon vertex; redo if `is_redo` is True."""
         if self.tools.corner_count and not is_redo:
             self.tools.remove_last_corner()
             return
@@ -324,7 +325,7 @@ class PhotoPage(QWidget):
         self.show_message(Finding("edit.redone" if is_redo else "edit.undone", edit=step), "info")
 
     def _edited(self, edit: Edit) -> None:
-        """Show the photo of an edit that was undone or redone."""
+        """Show the photo to which an undone or redone edit belongs."""
         photo = edited_photo(edit)
         if self._is_stepping and photo in self.opened_photo.rows and photo != self.photo:
             self.show_photo(photo)
@@ -338,7 +339,7 @@ class PhotoPage(QWidget):
             super().keyPressEvent(event)
 
     def show_message(self, message: Finding | VomError, level: str = "info") -> None:
-        """Show information in the status line, and other levels in the message bar."""
+        """Show information in the status line, and messages of other levels in the message bar."""
         if level == "info":
             self._set_status(str(message))
         else:
@@ -349,7 +350,7 @@ class PhotoPage(QWidget):
         self._show_status(f"x {x:.1f}  y {y:.1f}   {self._status_text}")
 
     def _set_status(self, text: str) -> None:
-        """Show a hint or message until the next one, beside the position of the cursor."""
+        """Show a hint or message next to the cursor position until the next one replaces it."""
         self._status_text = text
         self._show_status(text)
 
@@ -390,7 +391,8 @@ class PhotoPage(QWidget):
             for query in (self.actions_table.why_not, self.actions_table.target)
         ]
         if steps != self._steps:
-            # Refreshing the commands of the main window at each move of a mark would be slow.
+            # Refreshing the commands of the main window at each step of a dragged mark would be
+            # slow.
             self._steps = steps
             self.changed.emit()
         used = self.masks.used(self.photo)
@@ -411,7 +413,7 @@ class PhotoPage(QWidget):
 
     # --- closing -----------------------------------------------------------------------------
     def may_close(self) -> bool:
-        """Return whether no masks are being written; otherwise warn the user."""
+        """Return whether the page may be closed; warn the user if masks are being written."""
         self.tools.cancel()
         if self.masks.busy_reason is not None:
             self.attention_requested.emit()
@@ -427,7 +429,7 @@ class PhotoPage(QWidget):
         self.end()
 
     def end(self) -> None:
-        """Release all resources, even if some of them raise. Further calls have no effect."""
+        """Release all resources, even if releasing one raises. Further calls have no effect."""
         if not self.is_open:
             return
         self.is_open = False
@@ -456,7 +458,7 @@ class PhotoPage(QWidget):
 
 
 def _stamp(out: Path | None) -> object:
-    """Return a value that changes with the aligned cameras."""
+    """Return a value that changes when the aligned cameras change."""
     try:
         return None if out is None else (out, (out / FILE_NAME).stat().st_mtime_ns)
     except OSError:

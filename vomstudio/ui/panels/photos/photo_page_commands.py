@@ -32,7 +32,7 @@ _WINDOW_KEYS = {
     "undo": ("Ctrl+Z",),
     "redo": ("Ctrl+Shift+Z", "Ctrl+Y"),
 }
-# The main window has the other shortcuts, and passes them to the photo (`photo_command`).
+# The main window has the other shortcuts and forwards them to the photo (`photo_command`).
 _TAB_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
 _PHOTO_COMMANDS = {
     "undo": "undo",
@@ -44,13 +44,13 @@ _PHOTO_COMMANDS = {
 
 
 def set_shortcuts(table: Actions, *, is_own_window: bool) -> None:
-    """Set the shortcuts that act anywhere in the page.
+    """Set the shortcuts that apply everywhere in the page.
 
     Parameters
     ----------
     table : Actions
     is_own_window : bool
-        Whether the page is a window, so that no other widget has these shortcuts.
+        Whether the page is a separate window, in which no other widget uses these shortcuts.
     """
     keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if is_own_window else _TAB_KEYS
     for name, shortcuts in keys.items():
@@ -66,7 +66,7 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
     ----------
     command : Command
     table : callable
-        Returns the commands of the visible photo, or None.
+        Returns the commands of the visible photo, or None if no photo is visible.
     """
     name = _PHOTO_COMMANDS.get(command.name)
     if name is None:
@@ -102,7 +102,7 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
 
 
 def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
-    """Return the command that moves the page into its own window, or back."""
+    """Return the command that moves the page to a separate window, or back."""
     return Command(
         "own_window",
         tr("Own window"),
@@ -184,7 +184,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
 def undo_commands(
     masks: PhotoMasks, tools: PhotoTools, document: PhotoDocument, undo: Callable[[bool], None]
 ) -> list[Command]:
-    """Return the commands to undo and redo. `undo` is called with True to redo."""
+    """Return the commands for undo and redo; `undo` is called with True to redo."""
     return [
         Command(
             "undo",
@@ -288,13 +288,13 @@ def mask_commands(
 
 
 def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
-    """Return the commands on points and marks.
+    """Return the commands for points and marks.
 
     Parameters
     ----------
     editing : MarkEditing
     folder : Path
-        Folder where the file dialogs begin.
+        Initial folder of the file dialogs.
     parent : QWidget
         Parent of the dialogs.
     """

@@ -1,4 +1,4 @@
-"""Photo as shown in lists and plans."""
+"""Row of a photo in lists and plans."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ class PhotoRow:
     Attributes
     ----------
     width, height : int
-        Pixels as stored.
+        Size in pixels, as stored.
     place : (float, float) or None
-        Position (x, y) in plan view, metres.
+        Position (x, y) in plan view, in metres, or None if unknown.
     looks : (float, float) or None
-        Unit vector of the horizontal viewing direction, None if unknown or vertical.
+        Unit vector of the horizontal viewing direction, or None if it is unknown or vertical.
     gsd_m : float or None
-        Size of a pixel on the rock, metres.
+        Size of a pixel on the rock, in metres.
     gsd : float or None
-        Size of a pixel on the rock, units of a model without metres.
+        Size of a pixel on the rock, in units of a model that is not in metres.
     blur : float or None
-        Edge width, pixels.
+        Width of the sharpest edges, in pixels.
     views : float or None
         Mean number of photos that show the same rock.
     mask, sidecar_mask : str or None
-        Mask in use, and mask beside the photo.
+        Files of the mask in use and of the mask beside the photo.
     """
 
     name: str
@@ -54,7 +54,7 @@ class PhotoRow:
 
 
 def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
-    """Add the findings of a survey check to the rows of their photos."""
+    """Add the findings of a survey check to the rows of the photos they concern."""
     rows_by_name = {row.name: row for row in rows}
     for row in rows:
         row.findings = []

@@ -1,4 +1,4 @@
-"""Photo set with its survey check and reconstruction, computed by workers."""
+"""Photo set with its survey check and reconstruction, which run in worker processes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 # Longer than the time after which a worker is killed.
 _STOP_TIMEOUT_S = 10.0
-# Marks are often set in quick succession.
+# Marks are often placed in quick succession.
 _TABLES_DELAY_MS = 1000
 
 JobRequest = tuple[Job[Request, Result], Request]
@@ -55,7 +55,7 @@ class PhotoSurvey(QObject):
     Attributes
     ----------
     changed : Signal
-        Emitted when anything has changed that is shown.
+        Emitted when anything that the panel shows has changed.
     rows_changed : Signal
         Emitted when the photos have changed.
     masks_changed : Signal
@@ -106,7 +106,8 @@ class PhotoSurvey(QObject):
         self._tables_timer.timeout.connect(self.update_control)
         studio.jobs.closed.connect(self._tables_timer.stop)
         self.marks_changed.connect(self._tables_timer.start)
-        # The masks of this project cannot be found after the next project has been opened.
+        # After the next project has been opened, the masks of this project cannot be found any
+        # more.
         studio.workspace.projects.leaving.connect(self.exports.finish)
         studio.project_opened.connect(self._project_opened)
         studio.jobs_changed.connect(self.changed)
@@ -122,11 +123,11 @@ class PhotoSurvey(QObject):
 
     @property
     def reconstruction_job(self) -> RunningJob | None:
-        """Running reconstruction, None without one."""
+        """Running reconstruction job, or None if no reconstruction is running."""
         return self._reconstruction_job
 
     def why_not_reconstruct(self) -> Finding | None:
-        """Return why no reconstruction can be started; None if one can."""
+        """Return why no reconstruction can be started, or None if one can be started."""
         if self._reconstruction_job is not None:
             return Finding("action.reconstruction-running")
         if self.folder is None:
@@ -147,11 +148,11 @@ class PhotoSurvey(QObject):
 
     @property
     def control_facts(self) -> ControlFacts | None:
-        """Facts on the control points, None without control points or before their check."""
+        """Facts about the control points; None if there are none or they have not been checked."""
         return None if self.forecast is None else self.forecast.control
 
     def output_folder(self) -> Path | None:
-        """Return the folder of the reconstruction in the current quality."""
+        """Return the reconstruction folder for the current quality."""
         if self.folder is None:
             return None
         project = self._studio.project.folder
@@ -161,7 +162,7 @@ class PhotoSurvey(QObject):
         self.apply_settings(replace(self.settings, quality=quality))
 
     def apply_settings(self, settings: ReconstructionSettings) -> None:
-        """Set the settings of the next reconstruction."""
+        """Apply the settings of the next reconstruction."""
         previous, self.settings = self.settings, settings
         if self.reconstruction_job is None and not self.is_reading and self.rows:
             if previous.quality != settings.quality:
@@ -172,19 +173,19 @@ class PhotoSurvey(QObject):
 
     @property
     def is_begun(self) -> bool:
-        """Whether an earlier run has finished some stages only."""
+        """Whether an earlier run has completed some but not all stages."""
         out = self.output_folder()
         return out is not None and reconstruction_folders.is_begun(out)
 
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: ReconstructionSettings | None = None) -> None:
-        """List the photos of a folder, then check them.
+        """List the photos in a folder, then check them.
 
         Parameters
         ----------
         folder : Path
         settings : ReconstructionSettings, optional
-            By default the previous settings with the control points beside these photos.
+            By default, the previous settings with the control points found beside these photos.
         """
         from vomstudio.ui.panels.photos.survey_requests import list_request
 
@@ -228,7 +229,7 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def _masks(self) -> dict[str, Path] | None:
-        """Return the masks of the project, None before the photos are imported."""
+        """Return the masks of the project by photo name, or None before the photos are imported."""
         if not self.document.is_imported:
             return None
         return {row.name: Path(row.mask) for row in self.rows if row.mask is not None}
@@ -256,7 +257,7 @@ class PhotoSurvey(QObject):
         return self._forecast_job is not None
 
     def update_forecast(self) -> None:
-        """Compute the forecast of the settings for these photos; emits `changed`."""
+        """Compute the forecast for these photos and settings; emits `changed`."""
         from vomstudio.ui.panels.photos.survey_requests import forecast_request
 
         if self.folder is None:
@@ -269,7 +270,7 @@ class PhotoSurvey(QObject):
             self._forecast_job = None
             facts = result.control
             if settings.has_sidecar_control and facts is not None and facts.problem:
-                # The user did not name these files, so they must not prevent a reconstruction.
+                # The user did not select these files, so they must not prevent a reconstruction.
                 self.settings = settings.drop_control()
                 self.control_note = Finding(
                     "control.not-used",
@@ -299,7 +300,7 @@ class PhotoSurvey(QObject):
         self._forecast_job = job
 
     def update_control(self) -> None:
-        """Use new control points or marks beside the photos, unless the user named other files."""
+        """Use new control points or marks beside the photos unless the user named other files."""
         self._tables_timer.stop()
         if self.folder is None:
             return
@@ -312,11 +313,11 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def control_findings(self) -> list[Finding]:
-        """Return the findings on the control points."""
+        """Return the findings about the control points."""
         return control_findings(self.control_facts, self.control_note)
 
     def placed_models(self) -> list[Model]:
-        """Return the models of these photos in this quality that have scale or north."""
+        """Return the models reconstructed in the current quality that have scale or north."""
         out = self.output_folder()
         if out is None:
             return []
@@ -329,7 +330,7 @@ class PhotoSurvey(QObject):
         ]
 
     def placement_findings(self) -> list[str]:
-        """Return a sentence on the scale, north and resolution of each placed model."""
+        """Return a sentence about the scale, north and resolution of each placed model."""
         models = self._studio.models
         return [
             placement_text(model, models[model.id].resolution if model.id in models else None)
@@ -337,7 +338,7 @@ class PhotoSurvey(QObject):
         ]
 
     def metres_per_unit(self) -> float | None:
-        """Return the scale by which a model of these photos was placed, None without one."""
+        """Return the scale of a placed model of these photos, or None if no model has one."""
         scales = [
             transform.scale_of(model.to_world)
             for model in self.placed_models()
@@ -351,7 +352,7 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
     def _apply_report(self, report: SurveyReport) -> None:
-        """Show the findings of a survey check, before or after the alignment."""
+        """Show the findings of a survey check made before or after the alignment."""
         self.findings, self.verdict = report.findings, report.verdict
         add_findings(self.rows, report)
 
@@ -363,7 +364,7 @@ class PhotoSurvey(QObject):
 
     # --- masks and marks ---------------------------------------------------------------------
     def tables(self) -> tuple[Path | None, Path | None]:
-        """Return the files of the control points, or None, and of the marks."""
+        """Return the files of the control points (None if there are none) and of the marks."""
         if self.folder is None:
             return None, None
         if (sidecars := find_control(self.folder)) is not None:
@@ -372,7 +373,7 @@ class PhotoSurvey(QObject):
         return (None if marks is None else control), marks
 
     def import_sidecars(self) -> None:
-        """Replace the records by the files beside the photos."""
+        """Replace the records with the contents of the files beside the photos."""
         if self.folder is not None and not self.is_reading and self.reconstruction_job is None:
             self._import_sidecars(is_repeat=True)
 
@@ -404,7 +405,7 @@ class PhotoSurvey(QObject):
         return replace(settings, control=control, marks=marks, has_sidecar_control=True)
 
     def alignment_folder(self) -> Path | None:
-        """Return the reconstruction with cameras in this quality, or else the newest one."""
+        """Return the reconstruction in this quality if it has cameras, else the newest one."""
         out = self.output_folder()
         if out is None or self.folder is None:
             return None
@@ -425,10 +426,10 @@ class PhotoSurvey(QObject):
             return
         request = self.settings.build_request(folder, out)
         if (facts := self.control_facts) is not None and facts.crs:
-            # The reconstruction itself would treat a missing CRS as a local frame.
+            # The reconstruction itself would interpret a missing CRS as a local frame.
             request = replace(request, crs=facts.crs)
         if self.settings.control is None:
-            # Tie points join photos, whatever registers the model.
+            # Tie points connect the photos, whichever observations register the model.
             request = replace(request, marks=self.tables()[1])
         session, name = self._studio.session, folder.name
         self.result = None
@@ -475,14 +476,14 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def stop_to_move(self) -> None:
-        """Stop the work before the project's folder moves; it then continues there."""
+        """Stop running jobs before the project folder moves; they continue in the new folder."""
         if self._reconstruction_job is not None:
             self._restart_pending = True
             self.pause()
             self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOP_TIMEOUT_S)
 
     def pause(self) -> None:
-        """Pause the reconstruction; `reconstruct` continues after the finished stages."""
+        """Pause the reconstruction; `reconstruct` resumes it after the completed stages."""
         if self._reconstruction_job is not None:
             self._studio.jobs.cancel(self._reconstruction_job)
 
@@ -502,7 +503,7 @@ class PhotoSurvey(QObject):
         self.forecast = None
         self.document.set_folder(None)
         self.rows_changed.emit()
-        # The user worked on the newest reconstruction last.
+        # The newest reconstruction is the one the user worked on last.
         project = self._studio.project.folder
         if (newest := reconstruction_folders.find_newest(project)) is not None:
             self.open(*newest)

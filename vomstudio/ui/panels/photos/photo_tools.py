@@ -1,4 +1,4 @@
-"""Tools of an open photo: gestures become marks, polygon vertices or brush strokes."""
+"""Tools of an open photo, which turn gestures into marks, polygon vertices or strokes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class PhotoTools(QObject):
     mark_requested : Signal
         Emitted with the position (x, y) at which the selected point is to be marked.
     mark_moved : Signal
-        Emitted with label, x, y of a mark, and whether the drag continues.
+        Emitted with the label, x and y of a mark, and whether the drag continues.
     mark_picked : Signal
         Emitted with the label of a mark that was clicked.
     """
@@ -56,13 +56,13 @@ class PhotoTools(QObject):
         self.photo, self.size = name, (width, height)
 
     def set_tool(self, tool: str) -> None:
-        """Switch to LOOK, MARK, POLYGON or BRUSH; an unfinished polygon is discarded."""
+        """Switch to LOOK, MARK, POLYGON or BRUSH, discarding an unfinished polygon."""
         self.cancel()
         self._canvas.set_tool(tool)
         self.tool_changed.emit()
 
     def cancel(self) -> None:
-        """Discard the unfinished polygon, and finish the stroke."""
+        """Discard the unfinished polygon and finish the stroke."""
         self.end_stroke()
         self._dragged_label = ""
         self._set_corners([])
@@ -118,7 +118,7 @@ class PhotoTools(QObject):
             elif event.handle is None:
                 self._set_corners([*self._corners, at])
         elif event.kind is Pointer.DOUBLE_CLICK:
-            # The first click of the double click added the last vertex.
+            # The first click of the double click has already added the last vertex.
             self.close_polygon()
         elif (
             event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.is_continued
@@ -128,7 +128,7 @@ class PhotoTools(QObject):
             self._set_corners(corners)
 
     def close_polygon(self) -> None:
-        """Mask or unmask the area of the polygon, if it has three vertices."""
+        """Mask or unmask the area of the polygon if it has at least three vertices."""
         if len(self._corners) > 2 and self._masks.used(self.photo) is not None:
             area = polygon_area(self._corners, *self.size)
             self._masks.draw_once(self.photo, area, self.is_masking)

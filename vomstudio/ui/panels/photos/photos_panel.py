@@ -1,4 +1,4 @@
-"""Photos panel: photos of a folder, survey check and reconstruction."""
+"""Photos panel: photos in a folder, survey check and reconstruction."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ _COLUMNS = (
     (to_translate("Size"), to_translate("Width × height in pixels.")),
     (to_translate("GPS"), to_translate("The photo states its position.")),
 )
-"""Titles and tool tips."""
+"""Titles and tooltips of the columns."""
 _GSD_COLUMN, _MASK_COLUMN, _FINDING_COLUMN = 1, 3, 4
-# Commands that show results of the alignment.
+# Commands that show the results of the alignment.
 _RESULT_ACTIONS = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
     "info": "information-outline",
@@ -79,7 +79,7 @@ class PhotosPanel(QWidget):
     selection_changed : Signal
         Emitted with the set of names of the selected photos.
     opened : Signal
-        Emitted with the name of a photo to be opened.
+        Emitted with the name of a photo that is to be opened.
     """
 
     selection_changed = Signal(object)
@@ -171,12 +171,12 @@ class PhotosPanel(QWidget):
         header = QHBoxLayout(row)
         header.setContentsMargins(0, 0, 0, 0)
         buttons = {}
-        # One word is enough beside the list of photos.
+        # One word is sufficient beside the list of photos.
         self._actions["open_photo"].setIconText(tr("Open"))
         for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
             buttons[name] = button = self._button(name)
             if name == "make_settings":
-                # The buttons beside it state its purpose.
+                # The buttons beside it already state its purpose.
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             header.addWidget(button)
             if name == "pause_model":
@@ -191,7 +191,7 @@ class PhotosPanel(QWidget):
         header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
         self._texts = CollapsingTexts(row, lambda: header.minimumSize().width())
-        # The texts of the most frequent actions are dropped last.
+        # The texts of the most frequent actions are the last to be dropped.
         self._texts.add_group([buttons["choose_photos"], self.results])
         self._texts.add_group([buttons["open_photo"], self._pause])
         self._texts.add_group([buttons["make_model"]])
@@ -332,7 +332,7 @@ class PhotosPanel(QWidget):
         return tr("{photos}, {warnings}", photos=photos, warnings=warning_text)
 
     def _read_failure(self) -> str:
-        """Return the reason why the previous run failed, "" if it did not fail or was paused."""
+        """Return why the previous run failed; empty if it was paused or did not fail."""
         out = self._survey.output_folder() if self._survey.reconstruction_job is None else None
         return "" if out is None else format_sentence(reconstruction_folders.read_failure(out))
 
@@ -349,7 +349,7 @@ class PhotosPanel(QWidget):
             self._add_finding("error", text, [], row=0)
 
     def _show_placements(self) -> None:
-        """Show how the models of these photos are placed, as the last findings."""
+        """Show the placement of the models of these photos as the last findings."""
         texts = self._survey.placement_findings()
         if texts != self._placements:
             for _ in self._placements:
@@ -369,7 +369,7 @@ class PhotosPanel(QWidget):
         return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
 
     def selected_photo(self) -> str | None:
-        """Return the first of the selected photos, None if none is selected."""
+        """Return the first of the selected photos, or None if none is selected."""
         names = self._selected_names()
         return next((row.name for row in self._survey.rows if row.name in names), None)
 
@@ -385,14 +385,14 @@ class PhotosPanel(QWidget):
         self.selection_changed.emit(names)
 
     def select_photo(self, name: str) -> None:
-        """Select the photo of this name and scroll to it."""
+        """Select the photo with this name and scroll to it."""
         for number, row in enumerate(self._survey.rows):
             if row.name == name:
                 self.table.selectRow(number)
                 self.table.scrollTo(self.table.model().index(number, 0))
 
     def _select_photos_of_finding(self) -> None:
-        """Select the photos of the selected findings."""
+        """Select the photos to which the selected findings apply."""
         names: set[str] = set()
         for item in self._findings.selectedItems():
             names.update(item.data(Qt.ItemDataRole.UserRole) or ())
@@ -410,7 +410,7 @@ def _mask_text(row: PhotoRow) -> str:
 
 
 def _truncate(text: str) -> str:
-    """Return the beginning of a finding; the list and the tool tip contain all of it."""
+    """Return the beginning of a finding; the list and the tooltip contain the full text."""
     return text if len(text) <= 48 else text[:46].rstrip() + " …"
 
 

@@ -18,12 +18,12 @@ _GOOD, _FLAGGED, _SELECTED = "#0072b2", "#e69f00", "#d55e00"
 
 
 class PlanView(QWidget):
-    """Plan of the photos with viewing directions; photos with findings are highlighted.
+    """Plan of the photos and their viewing directions; photos with findings are highlighted.
 
     Parameters
     ----------
     click_callback : callable, optional
-        Called with the name of a photo.
+        Called with the name of the photo that was clicked.
     """
 
     def __init__(self, click_callback: object = None) -> None:
@@ -39,14 +39,17 @@ class PlanView(QWidget):
         return QSize(260, 220)
 
     def show_rows(self, rows: Sequence[PhotoRow], selection: set[str], has_north: bool) -> None:
-        """Show photos. `has_north` states whether positions are metres with north upwards."""
+        """Show the photos of these rows.
+
+        `has_north` is True if positions are in metres and north is up.
+        """
         self._has_north = has_north
         self._rows = [row for row in rows if row.place is not None]
         self._selection = selection
         self.update()
 
     def _scale(self) -> tuple[float, float, float]:
-        """Return pixels per metre, and the centre in metres."""
+        """Return the scale in pixels per metre, and the centre (x, y) in metres."""
         xs = [row.place[0] for row in self._rows if row.place]
         ys = [row.place[1] for row in self._rows if row.place]
         width, height = max(xs) - min(xs), max(ys) - min(ys)

@@ -1,4 +1,4 @@
-"""List of points, form of the selected point, and findings on missing points."""
+"""List of points, form of the selected point, and findings about missing points."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 
 
 class PointsBox(QGroupBox):
-    """Box with the points, and the coordinates and mark of the selected point.
+    """Box with the points, and with the coordinates and mark of the selected point.
 
     Attributes
     ----------
     point_selected : Signal
-        Emitted with the label of the selected point, "" without one.
+        Emitted with the label of the selected point, or an empty string if none is selected.
     message : Signal
         Emitted with a message for the user and its level.
     mark_edited : Signal
-        Emitted with the position (x, y) of the point's mark in the open photo, pixels as stored.
+        Emitted with the position (x, y) of the point's mark in the open photo, in pixels as stored.
     """
 
     point_selected = Signal(str)
@@ -162,7 +162,7 @@ class PointsBox(QGroupBox):
         return self.form
 
     def set_actions(self, actions: Mapping[str, QAction]) -> None:
-        """Assign actions by name to the buttons."""
+        """Assign actions to the buttons by name."""
         for name, button in self._buttons.items():
             button.setDefaultAction(actions[name])
 
@@ -232,7 +232,7 @@ class PointsBox(QGroupBox):
         )
 
     def show_photo(self, name: str, width: int, height: int) -> None:
-        """Show the mark in this photo. `width` and `height` are pixels as stored."""
+        """Show the mark in this photo; `width` and `height` are in pixels as stored."""
         self.photo = name
         with QSignalBlocker(self.mark_x), QSignalBlocker(self.mark_y):
             self.mark_x.setMaximum(width)
@@ -264,7 +264,7 @@ class PointsBox(QGroupBox):
 
     # --- selection and editing ---------------------------------------------------------------
     def select_point(self, label: str) -> None:
-        """Select the point of this label; "" for no point."""
+        """Select the point with this label; an empty string deselects."""
         if label != self.label:
             self.label = label
             self.refresh()

@@ -1,4 +1,4 @@
-"""Folders of the reconstructions in a project, and their files."""
+"""Folders of the reconstructions in a project and the files in these folders."""
 
 from __future__ import annotations
 
@@ -30,14 +30,15 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 _FAILURE = "work/failure.txt"
-# Steeper directions have no arrow on the map.
+# Minimum horizontal length of a unit direction; steeper directions have no arrow on the map.
 _MIN_ARROW_LENGTH = 0.2
 
 
 def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
     """Return the folder for a reconstruction of these photos in this quality.
 
-    Folders of another quality, or of other photos with the same folder name, are not reused.
+    Folders are not reused if they belong to another quality, or to other photos whose folder has
+    the same name.
     """
     folder = project / RECONSTRUCTIONS
     for number in itertools.count(1):
@@ -50,14 +51,15 @@ def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
 
 
 def is_begun(out: Path) -> bool:
-    """Return whether an earlier run has finished some stages only."""
+    """Return whether an earlier run has completed some but not all stages."""
     return (out / "work").is_dir() and not (out / "report.html").exists()
 
 
 def store_failure(out: Path, reason: str) -> None:
-    """Store why the run failed for the next start of the program; "" removes the file.
+    """Store why the run failed, so that the next session can show it.
 
-    Errors of the disk are ignored, since the run has reported them.
+    An empty reason removes the file. Disk errors are ignored, since the run has already reported
+    them.
     """
     with contextlib.suppress(OSError, TargetError):
         if reason:
@@ -68,13 +70,13 @@ def store_failure(out: Path, reason: str) -> None:
 
 
 def report_failure(studio: Studio, out: Path, event: Failed) -> None:
-    """Store why the run failed, and report it to the user."""
+    """Store why the run failed, and report the reason to the user."""
     store_failure(out, event.message)
     studio.warn(event.to_error(), "error")
 
 
 def read_failure(out: Path) -> str:
-    """Return why the last run failed, as a sentence; "" if it did not fail."""
+    """Return why the last run failed, as a sentence that is empty if it did not fail."""
     try:
         return read_small(out / _FAILURE).decode("utf-8", "replace").strip()
     except (InputError, OSError):
@@ -97,7 +99,10 @@ def find_alignment(out: Path, photos: Path) -> Path | None:
 
 
 def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
-    """Return photos and settings of the newest reconstruction, None if its photos are missing."""
+    """Return the photo folder and settings of the newest reconstruction.
+
+    The result is None if there is no reconstruction or its photos are missing.
+    """
     paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
     requests = [path for path in paths if is_regular(path)]
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
@@ -111,7 +116,7 @@ def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
 
 
 def read_survey_report(out: Path) -> SurveyReport | None:
-    """Return the survey report of a finished reconstruction, None if it has none."""
+    """Return the survey report of a completed reconstruction, or None if there is no report."""
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
     try:
@@ -122,7 +127,7 @@ def read_survey_report(out: Path) -> SurveyReport | None:
 
 
 def record_reconstruction(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
-    """Add a finished reconstruction and its registration to the records of the project."""
+    """Add a completed reconstruction and its registration to the records of the project."""
     try:
         records = read_reconstruction(folder, photo_set_id, name)
     except VomError as error:
@@ -132,12 +137,12 @@ def record_reconstruction(studio: Studio, photo_set_id: str, folder: Path, name:
 
 
 def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
-    """Set positions and headings of the aligned cameras in the rows.
+    """Set the positions and headings of the aligned cameras in the rows.
 
     Returns
     -------
     bool or None
-        True if north is known, False in a local frame, None without an alignment.
+        True if north is known, False in a local frame, None if there is no alignment.
     """
     if not (out / FILE_NAME).exists():
         return None
@@ -158,8 +163,8 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
 
 
 def _same_photos(stored_folder: Path, folder: Path) -> bool:
-    """Return whether a reconstruction was made of these photos.
+    """Return whether a reconstruction was made from these photos.
 
-    Photos that are missing have been moved.
+    If the stored folder is missing, the photos are assumed to have been moved.
     """
     return not stored_folder.is_dir() or stored_folder.resolve() == folder.resolve()

@@ -1,4 +1,4 @@
-"""Settings of a reconstruction in the window."""
+"""Reconstruction settings in the window."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ QUALITIES = (
     (to_translate("Medium"), "medium", to_translate("depth maps of 1600 pixels")),
     (to_translate("High"), "high", to_translate("depth maps of 3200 pixels, takes hours")),
 )
-"""Title, name and description. Title and description must be translated.
+"""Title, name and description of each quality.
 
-Sizes of depth maps are those of their long side.
+Titles and descriptions are marked for translation. Depth map sizes refer to the long side.
 """
 
 
@@ -32,16 +32,17 @@ class ReconstructionSettings:
     Attributes
     ----------
     control, marks : Path or None
-        Files of ground control. Without control the cameras' GPS is used, or a local frame. Without
-        marks they are in the control file, or in `marks.csv` beside it.
+        Files of ground control. If `control` is None, the GPS positions of the cameras or a local
+        frame are used. If `marks` is None, the marks are read from the control file or from
+        `marks.csv` beside it.
     has_sidecar_control : bool
-        Whether the files of control were found beside the photos instead of named by the user.
+        Whether the control files were found beside the photos rather than selected by the user.
     crs : str or None
-        "EPSG:n", None for the CRS of the control or the GPS.
+        "EPSG:n", or None for the CRS of the control points or the GPS.
     threads : int or None
-        None for all processors.
+        Number of threads, or None for one per processor.
     scheduler : str or None
-        Address of a Dask cluster.
+        Address of a Dask cluster, or None if no cluster is used.
     """
 
     quality: str = "medium"
@@ -54,7 +55,7 @@ class ReconstructionSettings:
     scheduler: str | None = None
 
     def adapt_to_photos(self, folder: Path) -> ReconstructionSettings:
-        """Return a copy with the ground control beside these photos, and no CRS."""
+        """Return a copy with the ground control found beside these photos, and without CRS."""
         control, marks = find_control(folder) or (None, None)
         return replace(
             self, control=control, marks=marks, has_sidecar_control=control is not None, crs=None
@@ -82,7 +83,7 @@ class ReconstructionSettings:
 
 
 def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
-    """Return photos and settings of a stored request, None if it cannot be read."""
+    """Return the photo folder and settings of a stored request, or None if unreadable."""
     from vomstudio.photogrammetry.base.settings import QUALITIES
 
     try:

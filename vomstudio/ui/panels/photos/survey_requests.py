@@ -1,4 +1,4 @@
-"""Requests to workers about a photo set, imported only when needed."""
+"""Requests to worker processes about a photo set; imported only when needed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Masks = dict[str, Path]
 def list_request(
     folder: Path, cache: Path
 ) -> tuple[Job[PhotosRequest, PhotoListing], PhotosRequest]:
-    """Return job and request to list the photos, with the masks beside them."""
+    """Return the job and request that list the photos and the masks beside them."""
     return LIST_PHOTOS, PhotosRequest(folder, cache, None)
 
 
@@ -31,7 +31,7 @@ def check_request(
 def forecast_request(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
 ) -> tuple[Job[ForecastRequest, ReconstructionForecast], ForecastRequest]:
-    """Return job and request to forecast a reconstruction with these settings."""
+    """Return the job and request that forecast a reconstruction with these settings."""
     return FORESEE, ForecastRequest(
         photos=folder,
         sizes=tuple((row.width, row.height) for row in rows),

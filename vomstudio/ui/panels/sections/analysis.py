@@ -35,11 +35,11 @@ class SectionQuestion:
     path : Path
         File of the model.
     crs : str or None
-        CRS of World.
+        CRS of the World frame.
     records : mapping or None
-        Records of the project; None for a section without features.
+        Records of the project; if None, the section contains no features.
     along : (3,) float64 or None
-        Direction of projection; None for perpendicular to the section.
+        Direction of projection; None projects perpendicular to the section.
     """
 
     data: Mesh | PointCloud
@@ -109,7 +109,10 @@ def answer(question: SectionQuestion) -> SectionAnswer:
 
 
 def write(result: SectionAnswer, path: Path) -> None:
-    """Write the section by the file ending, overwriting. Runs in a worker thread."""
+    """Write the section in the format of the file extension, replacing an existing file.
+
+    Runs in a worker thread.
+    """
     from vomstudio.products.section.writing import write_section
 
     q = result.question
@@ -128,7 +131,17 @@ def write(result: SectionAnswer, path: Path) -> None:
 
 
 def build_curtain(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
-    """Build the section surface along a line (n, 2 or 3), or a plane through a point (3,)."""
+    """Build the section surface from a line or a plane.
+
+    Parameters
+    ----------
+    plane : Plane
+        Plane of the section, used if `line` is None.
+    through : (3,) float64 or None
+        Point on the plane.
+    line : (n, 2) or (n, 3) float64 or None
+        Vertices of the section line.
+    """
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
 

@@ -1,4 +1,4 @@
-"""Panel that makes an elevation model over a reference plane in a worker process."""
+"""Panel that makes an elevation model above a reference plane in a worker process."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_te
 
 
 class ElevationPanel(QWidget):
-    """Panel of elevation models.
+    """Panel that makes elevation models.
 
     Attributes
     ----------
     result : WrittenElevation or None
-        The last elevation model that was written.
+        The most recently written elevation model.
     """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
@@ -112,7 +112,7 @@ class ElevationPanel(QWidget):
         lines = (self.message, self.figures, self.cursor_label)
         FormWithPicture.fill(self, form, buttons, *lines, picture=self.picture)
 
-    # --- the request -------------------------------------------------------------------------
+    # --- request -----------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
         """List the models of the project."""
         if self._studio.has_project:
@@ -140,7 +140,7 @@ class ElevationPanel(QWidget):
             fields.show_unit(length_unit(axes))
 
     def why_not(self) -> Finding | None:
-        """Return why no elevation model can be made now; None if one can."""
+        """Return why no elevation model can be made now, or None if one can be made."""
         model = self.model.selected_model()
         if model is None:
             return Finding("action.no-model")
@@ -174,7 +174,7 @@ class ElevationPanel(QWidget):
             self.target.setModified(True)
 
     def build_request(self) -> ElevationRequest | None:
-        """Return the request of the form; None if no elevation model can be made."""
+        """Return the request defined by the form, or None if no elevation model can be made."""
         model = self.model.selected_model()
         if model is None or self.why_not() is not None:
             return None
@@ -197,7 +197,7 @@ class ElevationPanel(QWidget):
             out=Path(self.target.text()).expanduser(),
         )
 
-    # --- the job -----------------------------------------------------------------------------
+    # --- job ---------------------------------------------------------------------------------
     def _start_or_stop(self) -> None:
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
@@ -249,7 +249,7 @@ class ElevationPanel(QWidget):
         self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
 
     def _reset(self) -> None:
-        """Clear the form for another project."""
+        """Clear the form when another project is opened."""
         self.result = None
         self.figures.setText("")
         self.picture.show_picture(None)
@@ -259,7 +259,7 @@ class ElevationPanel(QWidget):
         self.target.setModified(False)
         self.refresh()
 
-    # --- the command -------------------------------------------------------------------------
+    # --- command -----------------------------------------------------------------------------
     def copy_command(self) -> None:
         """Copy the command that makes the same elevation model."""
         command = self.command()
@@ -267,7 +267,7 @@ class ElevationPanel(QWidget):
             copy_command(self._studio, command)
 
     def command(self) -> CommandArguments | None:
-        """Return the command of the form; None if no elevation model can be made."""
+        """Return the command for the form, or None if no elevation model can be made."""
         request, model = self.build_request(), self.model.selected_model()
         model_arguments = None if model is None else find_model_arguments(self._studio, model)
         if request is None or model_arguments is None:
@@ -277,7 +277,7 @@ class ElevationPanel(QWidget):
 
 
 def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
-    """Return the figures of an elevation model as lines of text."""
+    """Format the figures of an elevation model as lines of text."""
     f = elevation.figures
     plane = Plane(f.dip_direction_deg, f.dip_deg)
     plane_name = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)

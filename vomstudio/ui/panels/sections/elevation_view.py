@@ -1,4 +1,4 @@
-"""View of a coloured, shaded elevation model with scale bar and colour bar."""
+"""View of a coloured, shaded elevation model with a scale bar and a colour bar."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ _HALO = QColor(255, 255, 255, 200)
 
 
 class ElevationView(QWidget):
-    """View of an elevation model; `cursor_text_changed` emits the height under the cursor."""
+    """View of an elevation model.
+
+    `cursor_text_changed` is emitted with the height under the cursor.
+    """
 
     cursor_text_changed = Signal(str)
 
@@ -33,7 +36,7 @@ class ElevationView(QWidget):
         return QSize(320, 220)
 
     def show_picture(self, picture: ElevationPicture | None, *, metric: bool = True) -> None:
-        """Show a picture; `metric` states that heights are in metres."""
+        """Show a picture; `metric` is True if its heights are in metres."""
         self.picture, self._metric = picture, metric
         if picture is None:
             self._image = QImage()
@@ -44,7 +47,7 @@ class ElevationView(QWidget):
         self.update()
 
     def _image_rect(self) -> QRectF:
-        """Return the largest rectangle of the image that leaves space for the colour bar."""
+        """Return the largest rectangle for the image that leaves space for the colour bar."""
         label_width = self.fontMetrics().horizontalAdvance("−00000.00 m") + _BAR_WIDTH + 3 * _GAP
         area = QRectF(0, 0, max(self.width() - label_width, 1), max(self.height(), 1))
         size = self._image.size().toSizeF()

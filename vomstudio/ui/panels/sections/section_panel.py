@@ -1,4 +1,4 @@
-"""Panel of sections through a model along a plane or a line, with projected features."""
+"""Panel for sections through a model along a plane or line, with projected features."""
 
 from __future__ import annotations
 
@@ -70,12 +70,12 @@ _FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
 
 
 class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
-    """Panel of a section along a plane, or along a line on the outcrop.
+    """Panel for a section along a plane, or along a line on the outcrop.
 
     Attributes
     ----------
     line : (n, 3) float64 or None
-        Vertices in World of the line on the outcrop; None before one is taken.
+        Vertices of the line on the outcrop in the World frame; None until a line is taken.
     """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
@@ -185,7 +185,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self._form_rows.setRowVisible(widget, is_visible)
         self._refresh()
 
-    # --- the line and the point -----------------------------------------------------------------
+    # --- line and point -------------------------------------------------------------------------
     def _take_line(self, feature: Feature | None) -> None:
         if feature is None:
             return
@@ -207,7 +207,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
 
     def _point(self, model: Model) -> FloatArray:
-        """Return a point (3,) of the plane in World. Raises InputError for invalid text."""
+        """Return the point (3,) on the plane in the World frame. Raises InputError if invalid."""
         text = self.through.text().strip()
         if not text:
             from vomstudio.geometry import transform
@@ -228,7 +228,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         for fields in (self.section_options, self.feature_options):
             fields.show_unit(length_unit(axes))
 
-    # --- the question ---------------------------------------------------------------------------
+    # --- input ----------------------------------------------------------------------------------
     def _list(self) -> None:
         self.model.list_models()
 
@@ -283,7 +283,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             direction=None if direction is None or uses_domain_axes else direction.vector(),
         )
 
-    # --- the answer -----------------------------------------------------------------------------
+    # --- result ---------------------------------------------------------------------------------
     def _result_text(self, result: SectionAnswer) -> str:
         f = result.figures
         unit = "m" if result.question.metric else tr("units")
@@ -343,7 +343,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         allow(slab, None if is_cloud else Finding("action.clouds-only"))
 
     def _reset(self) -> None:
-        """Clear the form for another project."""
+        """Clear the form when another project is opened."""
         self.line = None
         self.through.clear()
         for fields in (self.section_options, self.feature_options):
@@ -356,7 +356,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self._write(write, self.result, path)
 
     def copy_command(self) -> None:
-        """Copy the command; a line is written to a file, whose name the user is asked for."""
+        """Copy the command; if the section follows a line, ask for the file of that line."""
         result = self.result
         if result is None:
             return
@@ -378,11 +378,11 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     @property
     def cut_line(self) -> FloatArray | None:
-        """Return the line of the section; None for a section along a plane."""
+        """Line of the section, or None for a section along a plane."""
         return self.line if self.path_kind.currentData() == "line" else None
 
     def command(self, profile: Path | None) -> CommandArguments | None:
-        """Return the command of the section; `profile` is the file of its line."""
+        """Return the command that makes the section; `profile` is the file of its line."""
         model, result = self.model.selected_model(), self.result
         model_arguments = None if model is None else find_model_arguments(self._studio, model)
         if model_arguments is None or result is None:

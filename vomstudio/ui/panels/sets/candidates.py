@@ -1,4 +1,4 @@
-"""Candidate planes for proposed sets, and the proposal from them."""
+"""Candidate planes for proposed sets, and the proposal computed from them."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ class Candidates:
     Attributes
     ----------
     poles : (n, 3) float64
-        Unit normals in World.
+        Unit normals in the World frame.
     places : (n, 3) float64
-        Mid-points in World in metres, NaN if unknown.
+        Mid-points in the World frame in metres, NaN if unknown.
     turns : Turns
-        Common rotation errors of the poles from the registrations of their models.
+        Rotation errors that poles have in common because of the registrations of their models.
     reserved_names : frozenset of str
-        Names of sets that other planes have.
+        Names of sets that contain other planes.
     includes_assigned : bool
-        Whether planes that already have a set are included.
+        Whether planes that already belong to a set are included.
     """
 
     ids: tuple[str, ...]
@@ -65,7 +65,7 @@ class ProposalResult:
     names : tuple of str
         Proposed name of each set.
     cones_deg : tuple of float or None
-        95 % half-angle of the mean of each set, including a known registration error.
+        95 % half-angle of each set mean, including the registration error if it is known.
     """
 
     candidates: Candidates
@@ -78,9 +78,9 @@ class ProposalResult:
         return self.proposal.sets
 
     def groups(self, names: Sequence[str]) -> Groups:
-        """Return the plane ids by set name, in the order of the sets, then the unassigned planes.
+        """Return the plane ids of each set in order, followed by the unassigned planes.
 
-        Planes of sets without a name count as unassigned.
+        Planes of sets with an empty name count as unassigned.
         """
         row_by_set = {set_.name: k for k, set_ in enumerate(self.proposal.sets) if names[k].strip()}
         members: list[list[str]] = [[] for _ in range(len(names) + 1)]
@@ -90,7 +90,10 @@ class ProposalResult:
         return tuple((t, tuple(ids)) for t, ids in zip(titles, members, strict=True))
 
     def assignment(self, names: Sequence[str]) -> dict[str, str]:
-        """Return the new set name by plane id; unassigned planes only if sets are replaced."""
+        """Return the new set name of each plane, by plane id.
+
+        Unassigned planes are included only if sets are replaced.
+        """
         return {
             id_: name
             for name, ids in self.groups(names)
@@ -127,7 +130,7 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
     studio : Studio
     choice : Choice
     include_assigned : bool
-        Include planes that already have a set.
+        Whether to include planes that already belong to a set.
 
     Raises
     ------
@@ -177,9 +180,14 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
 
 
 def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list[Finding]]:
-    """Return the mid-points (n, 3) of features in World in metres, and warnings about gaps.
+    """Return the mid-points of features, and warnings about missing positions.
 
-    Points are NaN for features without metric positions.
+    Returns
+    -------
+    (n, 3) float64
+        Mid-points in the World frame in metres, NaN for features without metric positions.
+    list of Finding
+        Warnings.
     """
     places = np.full((len(features), 3), np.nan)
     frames = {m.id: m.frame for f in features if (m := model_of(studio.records, f)) is not None}
@@ -200,7 +208,7 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list
 
 
 def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
-    """Propose sets among candidates. Runs in any thread. Raises UsageError."""
+    """Propose sets for the candidate planes. Runs in any thread. Raises UsageError."""
     from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
     proposal = propose_sets_of_poles(candidates.poles, options, places=candidates.places)

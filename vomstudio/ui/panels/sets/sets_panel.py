@@ -51,14 +51,14 @@ _MIN_TABLE_HEIGHT_PX = 96
 
 
 class SetsPanel(QWidget):
-    """Panel of proposed sets.
+    """Panel that proposes sets of planes.
 
-    Accepting a proposal is one edit; until then the project does not change.
+    The project does not change until a proposal is accepted, which is one edit.
 
     Attributes
     ----------
     result : ProposalResult or None
-        Proposal that is neither accepted nor rejected yet.
+        Proposal that has been neither accepted nor rejected.
     """
 
     def __init__(self, studio: Studio) -> None:
@@ -165,7 +165,7 @@ class SetsPanel(QWidget):
         return _SELECTED if data is None else tuple(data)
 
     def _list_groups(self) -> None:
-        """List the groups of planes, and keep the current group if it still exists."""
+        """List the groups of planes, keeping the current group if it still exists."""
         groups: list[tuple[str, Choice]] = [(tr("Selection"), _SELECTED)]
         if assignable_features(self._studio, ("picked", "")):
             groups.append((tr("All picked planes"), ("picked", "")))
@@ -197,12 +197,12 @@ class SetsPanel(QWidget):
 
     # --- proposing ---------------------------------------------------------------------------
     def _repeat_proposal(self) -> None:
-        """Propose again if a proposal is shown or running."""
+        """Repeat the proposal if one is shown or being computed."""
         if self.result is not None or self._newest.is_waiting:
             self.propose()
 
     def propose(self) -> None:
-        """Propose sets among the planes of the group in a worker thread."""
+        """Propose sets for the planes of the group in a worker thread."""
         self._list_groups()
         try:
             planes = collect_candidates(
@@ -229,7 +229,7 @@ class SetsPanel(QWidget):
         self.drop(cause_of(error))
 
     def drop(self, reason: Finding | None = None) -> None:
-        """Discard the proposal and show the reason, if given."""
+        """Discard the proposal, and show the reason if one is given."""
         self._newest.cancel()
         self.result = None
         with QSignalBlocker(self.table):
@@ -270,7 +270,7 @@ class SetsPanel(QWidget):
 
     # --- display -----------------------------------------------------------------------------
     def _names(self) -> list[str]:
-        """Return the names of the sets as typed."""
+        """Return the set names as typed by the user."""
         count = 0 if self.result is None else len(self.result.sets)
         items = [self.table.item(row, 0) for row in range(count)]
         return ["" if item is None else item.text() for item in items]
@@ -341,7 +341,7 @@ class SetsPanel(QWidget):
 
 
 def _swatch(row: int, has_name: bool) -> QIcon:
-    """Return an icon with the colour of the set on the net."""
+    """Return an icon in the colour that the set has on the net."""
     from vomstudio.ui.panels.net.feature_sets import set_color
 
     picture = QPixmap(12, 12)

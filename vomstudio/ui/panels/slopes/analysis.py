@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SlopeQuestion:
-    """Input of the analysis: features with a plane, and their measurements by id."""
+    """Input of the analysis: features that have a plane, and their measurements by id."""
 
     records: Mapping[str, Record]
     features: Sequence[Feature]
@@ -30,7 +30,7 @@ class SlopeQuestion:
 
 @dataclass(frozen=True, eq=False)
 class SlopeAnswer:
-    """Result of the analysis; `critical` is that of `critical_planes`."""
+    """Result of the analysis; `critical` is the result of `critical_planes`."""
 
     question: SlopeQuestion
     table: OrientationRows
@@ -49,7 +49,7 @@ def answer(question: SlopeQuestion) -> SlopeAnswer:
 
 
 def write_figure(result: SlopeAnswer, path: Path) -> None:
-    """Write the nets as SVG, PDF or PNG in a worker thread."""
+    """Write the nets as SVG, PDF or PNG. Runs in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.slope_figure import write_slope_figure
 
@@ -61,7 +61,7 @@ def write_figure(result: SlopeAnswer, path: Path) -> None:
 
 
 def slope_command(face: SlopeFace, table: Path) -> CommandArguments:
-    """Return the command that gives the same result from a table of planes."""
+    """Return the command that reproduces the result from a table of planes."""
     plane = face.plane
     return [
         "slope",

@@ -1,4 +1,4 @@
-"""Kinematic analysis of each facet of a model, its command line and its table."""
+"""Kinematic analysis of each facet of a model, with its command line and table."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _MODES = (
         to_translate("Direct toppling, % of intersections"),
     ),
 )
-"""Name, column title, and description with the counted quantity."""
+"""Name, column title and description, including the quantity that is counted."""
 _MIN_TABLE_HEIGHT_PX = 110
 
 
@@ -55,11 +55,11 @@ class FacetsQuestion:
     Attributes
     ----------
     features, measured
-        Features with a plane, and their measurements by id.
+        Features that have a plane, and their measurements by id.
     rows : sequence of int
         Indices of the facets in `proposals`.
     data, to_world
-        Model of the facets and its transform to World.
+        Model that contains the facets, and its transform to the World frame.
     """
 
     records: Mapping[str, Record]
@@ -86,7 +86,7 @@ def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
     from vomstudio.project.exports.feature_table import feature_table
 
     q = question
-    # Only the direction of World's z axis in model coordinates matters here, not the scale.
+    # Only the direction of the World z axis in model coordinates matters here, not the scale.
     overhangs = find_overhangs(q.data, q.proposals.label.astype(int), q.to_world[2][:3])
     faces = []
     for row in q.rows:
@@ -100,12 +100,12 @@ def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
 
 
 def facets_file(planes: Path) -> Path:
-    """Return the path of the table of facets next to the table of planes."""
+    """Return the path of the facet table, which is next to the table of planes."""
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
 def facets_command(result: FacetsAnswer, planes: Path) -> CommandArguments:
-    """Return the command that gives the same result from both tables."""
+    """Return the command that reproduces the result from both tables."""
     q = result.question
     return [
         "slope",
@@ -117,10 +117,10 @@ def facets_command(result: FacetsAnswer, planes: Path) -> CommandArguments:
 
 
 class FacetSlopesView(QWidget):
-    """Table of the facets as slopes, with the mode that colours the outcrop.
+    """Table of the facets as slopes, and the failure mode by which the outcrop is coloured.
 
-    `painted` emits the selected mode, `unpainted` requests the previous colours, and
-    `facet_selected` emits the index of the facet in the selected row.
+    The signal `painted` is emitted with the selected mode, `unpainted` requests the previous
+    colours, and `facet_selected` is emitted with the index of the facet in the selected row.
     """
 
     painted = Signal(str)
@@ -167,7 +167,7 @@ class FacetSlopesView(QWidget):
 
     @property
     def current_mode(self) -> str:
-        """Return the name of the mode that colours the outcrop."""
+        """Name of the failure mode by which the outcrop is coloured."""
         return str(self.mode.currentData())
 
     def _emit_selected_facet(self) -> None:
@@ -175,7 +175,7 @@ class FacetSlopesView(QWidget):
             self.facet_selected.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
     def show_answer(self, result: FacetsAnswer | None, notation: str, look: str) -> None:
-        """Fill the table; `look` names the colours of the outcrop without a mode."""
+        """Fill the table; `look` is the name of the outcrop colours when no mode is shown."""
         self.reset_button.setText(look)
         rows = []
         for facet in () if result is None else result.analysis.facets:
@@ -190,7 +190,7 @@ class FacetSlopesView(QWidget):
 
 
 def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:
-    """Return the critical share of a mode by facet index."""
+    """Return the critical share for a failure mode by facet index."""
     shares = [getattr(facet, mode).share for facet in result.analysis.facets]
     ids = [int(facet.id) for facet in result.analysis.facets]
     return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}

@@ -1,4 +1,4 @@
-"""Table of the failure modes of a slope, and list of the critical planes of one mode."""
+"""Table of the failure modes of a slope, and list of the critical planes for one mode."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MODES = (
     ("direct_toppling", to_translate("Direct toppling"), False),
     ("bases", to_translate("– its bases"), True),
 )
-"""Name, title, and whether planes (True) or intersections (False) are counted."""
+"""Name, title, and whether the mode counts planes (True) or intersections (False)."""
 _COLUMNS = (
     (to_translate("Mode"), to_translate("Choose one to list its critical planes.")),
     (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
@@ -50,11 +50,14 @@ _LIST_HEIGHT = 90
 _LIST_WIDTH = 145
 _MAX_WIDGET_WIDTH_PX = 16_777_215
 _MIN_SIDE_BY_SIDE_PX = 440
-"""Minimum width at which the planes are listed beside the table instead of below it."""
+"""Minimum width for listing the planes beside the table instead of below it."""
 
 
 class SlopeResults(QWidget):
-    """Failure modes and critical planes; `planes_clicked` emits the ids of clicked planes."""
+    """Widget with failure modes and critical planes.
+
+    `planes_clicked` is emitted with the ids of clicked planes.
+    """
 
     planes_clicked = Signal(object)
 
@@ -92,7 +95,7 @@ class SlopeResults(QWidget):
 
     @property
     def mode(self) -> str:
-        """Return the name of the mode whose planes are listed."""
+        """Name of the failure mode whose planes are listed."""
         return _MODES[max(self.table.currentRow(), 0)][0]
 
     def critical_ids(self) -> list[str]:
@@ -111,7 +114,7 @@ class SlopeResults(QWidget):
         self._list_planes()
 
     def mark(self, ids: tuple[str, ...]) -> None:
-        """Select the listed planes with these ids without emitting a signal."""
+        """Select the listed planes that have these ids, without emitting a signal."""
         selected_ids = set(ids)
         with QSignalBlocker(self.planes):
             for row in range(self.planes.count()):

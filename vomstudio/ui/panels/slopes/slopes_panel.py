@@ -1,4 +1,4 @@
-"""Panel of the kinematic analysis of slopes."""
+"""Panel for the kinematic analysis of slopes."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ _FRICTION_DEG = 30.0
 
 
 class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | FacetsAnswer]):
-    """Panel of the kinematic analysis of one face, or of each proposed facet."""
+    """Panel for the kinematic analysis of a single face or of each proposed facet."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio, "slope", "conventions.md#slopes", tr("Computing…"))
@@ -144,7 +144,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     # --- changes -----------------------------------------------------------------------------
     def _reset(self) -> None:
-        """Clear the form for another project."""
+        """Clear the form when another project is opened."""
         self._clicked_ids = None
         self.face.clear()
         self._soon()
@@ -173,12 +173,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self._refresh_take()
         ids = self._studio.selection.ids
         self.results.mark(ids)
-        # A click in the list selects some of the analysed planes, which is not a new input.
+        # A click in the list selects some of the analysed planes, which does not change the input.
         if ids != self._clicked_ids and self.group_box.choice() == SELECTED:
             self._clicked_ids = None
             self._soon()
 
-    # --- the question ------------------------------------------------------------------------
+    # --- input -------------------------------------------------------------------------------
     def _list(self) -> None:
         self.group_box.list_groups()
         self._refresh_take()
@@ -190,12 +190,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     @property
     def facets_result(self) -> FacetsAnswer | None:
-        """The result by facet, or None if another result is shown."""
+        """Result of the analysis by facet, or None if another result is shown."""
         return self.result if isinstance(self.result, FacetsAnswer) else None
 
     @property
     def face_result(self) -> SlopeAnswer | None:
-        """The result of one face, or None if another result is shown."""
+        """Result of the analysis of one face, or None if another result is shown."""
         return self.result if isinstance(self.result, SlopeAnswer) else None
 
     @property
@@ -203,9 +203,9 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return bool(self.slope_kind.currentData() == "facets")
 
     def _planes(self) -> tuple[list[Typed], dict[str, Measurement]]:
-        """Return the planes of the group with their measurements.
+        """Return the planes of the group and their measurements by feature id.
 
-        Raises InputError if the group has none.
+        Raises InputError if the group contains no planes.
         """
         studio = self._studio
         if self._clicked_ids is None:
@@ -262,17 +262,17 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self._soon()
 
     def _show_facet(self, row: int) -> None:
-        """Highlight the facet of the selected row on the outcrop."""
+        """Highlight the facet in the selected row on the outcrop."""
         if self.facets_result is not None:
             show_facet(self._studio, self.facets_result.question.proposals, row)
 
     def _paint(self) -> None:
-        """Colour the outcrop by the share of the selected mode."""
+        """Colour the outcrop by the critical share of the selected failure mode."""
         if self.facets_result is not None:
             mode = self.facets.current_mode
             self._studio.facets.paint_shares(mode, facet_shares(self.facets_result, mode))
 
-    # --- the answer --------------------------------------------------------------------------
+    # --- result ------------------------------------------------------------------------------
     def _result_text(self, result: SlopeAnswer | FacetsAnswer) -> str:
         count_text = (
             _count_text(result) if isinstance(result, SlopeAnswer) else _facet_count_text(result)
@@ -295,7 +295,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self._clicked_ids = tuple(id_ for id_ in ids if id_ in self._studio.records)
         self._studio.selection.set(self._clicked_ids)
 
-    # --- the face ----------------------------------------------------------------------------
+    # --- face --------------------------------------------------------------------------------
     def _selected_plane(self) -> Plane | None:
         current = self._studio.selection.current
         record = None if current is None else self._studio.records.get(current)
@@ -335,7 +335,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         )
 
     def _copy_command(self) -> None:
-        """Ask for the table of the planes, and put the command on the clipboard."""
+        """Ask for the file of the plane table and copy the command to the clipboard."""
         if self.facets_result is not None:
             self._copy_facets(self.facets_result)
             return
@@ -351,7 +351,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         )
 
     def _copy_facets(self, result: FacetsAnswer) -> None:
-        """Write the tables of planes and facets, and copy the command."""
+        """Write the tables of planes and facets, and copy the command to the clipboard."""
         from vomstudio.products.surface.slope_facets import write_faces
 
         def command(path: Path) -> CommandArguments:
@@ -367,7 +367,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self.write_figure(path)
 
     def write_figure(self, path: Path) -> None:
-        """Write the four nets to a file in a worker thread."""
+        """Write the four nets to a figure file in a worker thread."""
         if self.face_result is None:
             return
         self._is_writing = True
@@ -386,7 +386,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
 
 def _count_text(result: SlopeAnswer) -> str:
-    """Return the number of planes, and why probabilities are missing."""
+    """Return the number of planes, and the reason if probabilities are missing."""
     analysis = result.analysis
     if not analysis.with_error:
         return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=analysis.n)
@@ -394,7 +394,7 @@ def _count_text(result: SlopeAnswer) -> str:
 
 
 def _facet_count_text(result: FacetsAnswer) -> str:
-    """Return the numbers of facets and planes."""
+    """Return the numbers of facets and planes as text."""
     return tr(
         "{facets} facets, {planes:,} planes. The outcrop shows the share that is critical at each.",
         facets=len(result.analysis.facets),
@@ -410,7 +410,7 @@ def _row(*parts: QWidget, wide_part: QWidget) -> QHBoxLayout:
 
 
 def _button(icon: str, text: str, callback: Callable[[], None]) -> QToolButton:
-    """Return a tool button; its tooltip is set by `_refresh`."""
+    """Create a tool button; `_refresh` sets its tooltip."""
     button = QToolButton()
     button.setIcon(theme.icon(icon))
     button.setText(text)

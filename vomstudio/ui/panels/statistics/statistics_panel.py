@@ -1,4 +1,4 @@
-"""Panel of the statistics of the selection, a type or a set."""
+"""Panel for the statistics of the selection, a feature type or a set."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 
 class StatisticsPanel(LazyPanel):
-    """Panel of the statistics of one group of features.
+    """Panel for the statistics of one group of features.
 
-    Types are pooled only in a selection, which the panel then reports.
+    Different types are pooled only in a selection, and the panel then reports this.
     """
 
     def __init__(self, studio: Studio) -> None:
@@ -106,7 +106,7 @@ class StatisticsPanel(LazyPanel):
         copy_with_table(self, self._studio, "planes.csv", ids, lambda path: ["stats", path])
 
     def _kind_pages(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
-        """Return titles and rows of the planes with their fold axis, or of the lines."""
+        """Return the titles and rows for the planes and their fold axis, or for the lines."""
         import numpy as np
 
         from vomstudio.geology.populations.set_statistics import set_statistics
@@ -134,14 +134,14 @@ class StatisticsPanel(LazyPanel):
     def _fold_pages(
         self, features: Sequence[Typed], measured: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
-        """Return titles and rows of the fold axis of planes of one type, and of its domains."""
+        """Return the titles and rows for the fold axis of planes of one type and of its domains."""
         from vomstudio.project.fold_planes import fold_planes
 
         fold, fold_filter = self._studio.fold, self._studio.fold.which
         if self.group_box.choice() == ("type", FOLD_TYPE, "") and fold.features():
             planes = fold.planes()
         else:
-            # The group already selects the set.
+            # The group already restricts the planes to the set.
             fold_filter = replace(fold_filter, set_name=None)
             planes = fold_planes(self._studio.records, features, measured, fold_filter)
         if len(features) < 3:
@@ -169,9 +169,16 @@ class StatisticsPanel(LazyPanel):
 
 
 def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
-    """Return the fold axis with the verdict of its domains, and the titles and rows of these.
+    """Compute the fold axes of the domains and apply their verdict to the common axis.
 
-    Sets serve as domains if no plane has one. Fewer than two domains give no rows.
+    If no plane has a domain, the sets serve as domains and the axis is not changed.
+
+    Returns
+    -------
+    FoldAxis
+        Fold axis with the verdict of the domains.
+    list of (str, Rows)
+        Title and rows of the domains; empty if there are fewer than two.
     """
     from vomstudio.geology.domains import apply_domain_verdict, domain_axes
 

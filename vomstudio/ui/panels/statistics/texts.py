@@ -1,4 +1,4 @@
-"""Rows of text for the statistics of a set and the verdict on a fold."""
+"""Text rows for the statistics of a set and the verdict on a fold."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Rows = list[tuple[str, str]]
 
 
 def statistics_rows(statistics: SetStatistics, notation: str) -> Rows:
-    """Return the statistics of a set as rows, each with its method."""
+    """Return the statistics of a set as rows, each stating its method."""
     return [
         (tr("Used"), _count_text(statistics)),
         *_fisher(statistics, notation),
@@ -32,7 +32,7 @@ def statistics_rows(statistics: SetStatistics, notation: str) -> Rows:
 
 
 def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
-    """Return beta, the verdict and its reasons as rows."""
+    """Return the fold axis (beta), the verdict and its reasons as rows."""
     rows = [
         (tr("Planes used"), _planes_used(planes)),
         (
@@ -68,7 +68,7 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
 
 
 def domain_rows(domains: Mapping[str, DomainFigures], one_axis: OneAxisFigures) -> Rows:
-    """Return the fold axis of each domain, and whether one axis fits all, as rows."""
+    """Return rows with the fold axis of each domain and the reasons of the one-axis test."""
     rows = [(name, describe_domain(domain, 0)) for name, domain in domains.items()]
     return [*rows, *(("•", reason.message) for reason in one_axis.reasons)]
 
@@ -175,7 +175,7 @@ def _line(figures: LineFigures) -> str:
 
 
 def _fit_text(p: float | None) -> str:
-    """Return whether the distribution fits the data; a bare p value is easily misread."""
+    """Return whether the distribution fits; a p value without this is easily misread."""
     if p is None:
         return ""
     if p < 0.05:

@@ -1,1 +1,1 @@
-"""Fields, facets and traces proposed from the surface."""
+"""Surface fields, and facets and traces proposed from the surface."""

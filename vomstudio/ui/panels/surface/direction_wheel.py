@@ -1,4 +1,4 @@
-"""Colour wheel of dip directions, north up as on the stereonet."""
+"""Colour wheel of dip directions, with north up as on the stereonet."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class DirectionWheel(QWidget):
     Attributes
     ----------
     map_name : str
-        Name of a cyclic colour map of matplotlib.
+        Name of a cyclic Matplotlib colour map.
     has_letters : bool
         Whether compass letters are drawn instead of angles.
     """
@@ -37,7 +37,7 @@ class DirectionWheel(QWidget):
         return QSize(_SIZE_PX, _SIZE_PX)
 
     def show_map(self, name: str, *, north_known: bool) -> None:
-        """Show a colour map, with compass letters if the model's north is known."""
+        """Show a colour map, with compass letters if north is known in the model."""
         self.map_name, self.has_letters = name, north_known
         self.update()
 

@@ -1,4 +1,4 @@
-"""Texts on proposed facets."""
+"""Texts about proposed facets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.studio.surfaces.facet_proposals import Proposals
 def summary_text(
     proposals: Proposals, open_rows: Collection[int], accepted_rows: Collection[int]
 ) -> str:
-    """Return the number of undecided facets, and their share of the exposed rock, in one line."""
+    """Return the number of undecided facets and the facets' share of the exposed rock."""
     count = tr_n(
         "{count:,} facet to decide upon", "{count:,} facets to decide upon", len(open_rows)
     )
@@ -34,7 +34,7 @@ def summary_text(
 def share_text(
     proposals: Proposals, open_rows: Collection[int], accepted_rows: Collection[int]
 ) -> str:
-    """Return the share of the exposed rock in facets, proposed and accepted."""
+    """Return the shares of the exposed rock in proposed and accepted facets, as text."""
     if not proposals.whole:
         return tr(
             "This is a part of the model: how much of the exposed rock is near-planar is told of "
@@ -56,7 +56,7 @@ def share_text(
 
 
 def agreement_text(agreement: MutualAgreement) -> str:
-    """Return how many facets and picked planes agree with each other."""
+    """Return how many facets and picked planes agree with each other, as text."""
     text = tr(
         "Picked planes with a facet beside them: {near} of {picked}; {found} of these agree with "
         "one.",

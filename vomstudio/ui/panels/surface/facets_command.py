@@ -1,4 +1,4 @@
-"""Command of the command line that finds the same facets."""
+"""Command line that finds the same facets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.ui.widgets.copied_command import copy_command, find_model_argumen
 
 
 def copy_facets(studio: Studio, model: Model | None, options: FacetOptions) -> None:
-    """Copy the command to the clipboard."""
+    """Copy the command that finds the facets to the clipboard."""
     model_arguments = None if model is None else find_model_arguments(studio, model)
     if model_arguments is not None:
         target = Path(start_folder(studio)) / "facets.csv"

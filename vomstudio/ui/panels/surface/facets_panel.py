@@ -1,4 +1,4 @@
-"""Dock that proposes near-planar facets of the outcrop for review."""
+"""Dock that proposes nearly planar facets of the outcrop for review."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class FacetsPanel(ProposalsPanel):
         limits.setSpacing(3)
         for k, (name, box) in enumerate(self.limits.fields.items()):
             box.setMinimumWidth(MIN_WIDTH_PX)
-            # Equal columns, since a distance is as wide as an angle.
+            # The columns have equal widths, since a distance is as wide as an angle.
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
@@ -166,7 +166,7 @@ class FacetsPanel(ProposalsPanel):
         column.addWidget(self.live)
         column.addWidget(self.progress)
         column.addWidget(self.summary)
-        # Above the buttons, so that the feature type is seen before all are accepted.
+        # The row is above the buttons, so that the user sees the feature type before accepting all.
         column.addWidget(self._options_row)
         column.addWidget(self._decision_row)
         column.addWidget(self.table, 1)
@@ -295,7 +295,7 @@ class FacetsPanel(ProposalsPanel):
             lines.append(agreement_text(agreement))
         return "\n".join(line for line in lines if line)
 
-    # --- deciding ----------------------------------------------------------------------------
+    # --- decision ----------------------------------------------------------------------------
     def _area(self, index: int) -> Area | None:
         proposals = self._facets.proposals
         open_model = None if proposals is None else self._studio.models.get(proposals.model_id)

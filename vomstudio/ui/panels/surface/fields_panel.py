@@ -1,4 +1,4 @@
-"""Panel of surface fields: orientation, curvature and planarity of the outcrop."""
+"""Panel for surface fields: orientation, curvature and planarity of the outcrop."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ _PLANE_KINDS = {
 
 
 class FieldsPanel(ModelPanel):
-    """Panel that requests a surface field and shows its figures."""
+    """Panel that computes a surface field and shows its statistics."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(
@@ -171,7 +171,7 @@ class FieldsPanel(ModelPanel):
         self._show_figures()
 
     def _set_model(self, model: Model) -> None:
-        """Show the field of a model, or the default radius and length for it."""
+        """Show the field of a model, or the default radius and length for that model."""
         self._form_model_id = model.id
         field = self._fields.shown.get(model.id)
         radius = 0.0 if field is None else field.wanted.radius_m
@@ -206,7 +206,7 @@ class FieldsPanel(ModelPanel):
         self.other_model.setCurrentIndex(max(self.other_model.findData(previous), 0))
 
     def _show_plane(self) -> None:
-        """Show the plane of the feature that was selected last, even after deselection."""
+        """Show the plane of the most recently selected feature, even after it is deselected."""
         studio = self._studio
         if not studio.has_project:
             return
@@ -268,7 +268,7 @@ class FieldsPanel(ModelPanel):
         self._update_off_button()
 
     def _update_off_button(self) -> None:
-        """Enable the button, and name the display mode to which it returns."""
+        """Enable the button that ends the field display, and name the mode to which it returns."""
         open_model = None if self._model is None else self._studio.models.get(self._model.id)
         self.off_button.setText(usual_look([] if open_model is None else [open_model.data]))
         is_shown = self._studio.display.mode == "field"
@@ -321,7 +321,7 @@ class FieldsPanel(ModelPanel):
 
     # --- actions -----------------------------------------------------------------------------
     def _change_kind(self, *_: object) -> None:
-        """Show the selected field at once if it has been computed."""
+        """Show the selected field immediately if it has been computed."""
         self._show_rows()
         self._refresh_buttons()
         model, request = self._model, self._field_request()
@@ -347,7 +347,7 @@ class FieldsPanel(ModelPanel):
         self._fields.ask(model.id, request, palette if request.kind == "dip_direction" else None)
 
     def _recolour(self) -> None:
-        """Show the current field with other colours."""
+        """Show the current field with different colours."""
         self._show_rows()
         model = self._model
         field = None if model is None else self._fields.shown.get(model.id)

@@ -1,4 +1,4 @@
-"""Form for the plane and trace length of a map of measurable planes."""
+"""Form for the plane and trace length used to map measurable planes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SELECTED = "selected"
 
 
 class MeasurablePlane(QWidget):
-    """Form for a plane: typed, the mean of a set, or the plane of the selected feature."""
+    """Form for a plane: a typed plane, the mean of a set, or that of the selected feature."""
 
     changed = Signal()
 
@@ -56,14 +56,14 @@ class MeasurablePlane(QWidget):
         self.list_sources((), "", "")
 
     def list_sources(self, sets: Sequence[str], feature: str, name: str) -> None:
-        """List the sources of planes.
+        """List the available sources of planes.
 
         Parameters
         ----------
         sets : sequence of str
-            Names of the sets of the project.
+            Names of the sets in the project.
         feature, name : str
-            Id and name of the feature that was selected last.
+            Id and name of the most recently selected feature.
         """
         self._feature = feature
         sources = [(tr("typed attitude"), PLANE_PREFIX)]
@@ -83,7 +83,10 @@ class MeasurablePlane(QWidget):
         self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
 
     def plane_source(self) -> str:
-        """Return the plane as read by `measurable_planes.resolve_plane`, "" if it is invalid."""
+        """Return the plane in the form that `measurable_planes.resolve_plane` reads.
+
+        The text is empty if the plane is invalid.
+        """
         key = str(self.source.currentData())
         if key == _SELECTED:
             return self._feature
@@ -96,7 +99,7 @@ class MeasurablePlane(QWidget):
         return f"{PLANE_PREFIX}{plane.dip_direction_deg:g}/{plane.dip_deg:g}"
 
     def show_request(self, source: str, length: float) -> None:
-        """Show the plane and trace length of the field on display."""
+        """Show the plane and trace length of the displayed field."""
         with QSignalBlocker(self.length):
             self.length.setValue(length)
         if source.startswith(PLANE_PREFIX):

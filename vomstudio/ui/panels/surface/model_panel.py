@@ -1,4 +1,4 @@
-"""Panels that run a job on an open model, and panels that review the proposals of a job."""
+"""Panels that run a job on an open model, and panels for reviewing proposals of a job."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from vomstudio.ui.widgets.number_table import Column, NumberTable
 from vomstudio.ui.widgets.type_box import TypeBox
 
 MIN_WIDTH_PX = 50
-"""Narrow buttons and fields keep the dock from growing when proposals are listed."""
+"""Minimum width of buttons and fields, so that the dock does not grow with the proposals."""
 _KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
 
 
 class ModelPanel(LazyPanel):
-    """Panel with a button that starts and stops a job on the current model, and its progress.
+    """Panel with the progress of a job on the current model and a start and stop button.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class ModelPanel(LazyPanel):
     start : str
         Text of the start button.
     icon : str
-        Name of the icon of the start button.
+        Icon name of the start button.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class ModelPanel(LazyPanel):
 class ProposalsPanel(ModelPanel):
     """Panel with a table of proposals that the user accepts or rejects.
 
-    The last column of the table is the number of the proposal, from 1. An index counts from 0.
+    The last table column contains the number of the proposal, starting at 1; indices start at 0.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ class ProposalsPanel(ModelPanel):
         return [self._index(each.row()) for each in self.table.selectionModel().selectedRows()]
 
     def _current(self) -> int | None:
-        """Return the index of the proposal that was selected last."""
+        """Return the index of the most recently selected proposal, or None."""
         current, selection = self.table.currentIndex(), self._selection()
         if not current.isValid() or not selection:
             return None
@@ -176,7 +176,7 @@ class ProposalsPanel(ModelPanel):
         return index if index in selection else selection[-1]
 
     def _selection_changed(self) -> None:
-        """Highlight the proposal that was selected last on the outcrop."""
+        """Highlight the most recently selected proposal on the outcrop."""
         self._refresh_buttons()
         if self._studio.open_tool is not None:
             return
@@ -187,11 +187,11 @@ class ProposalsPanel(ModelPanel):
         )
 
     def _area(self, index: int) -> Area | None:
-        """Return the area that is highlighted for a proposal."""
+        """Return the area that is highlighted for a proposal, or None."""
         raise NotImplementedError
 
     def _clicked(self, hit: Hit) -> None:
-        """Select the proposal in the table that was clicked on the outcrop."""
+        """Select the table row of the proposal that was clicked on the outcrop."""
         proposals = self._queue.proposals
         if proposals is None or self.visibleRegion().isEmpty():
             return
@@ -202,7 +202,7 @@ class ProposalsPanel(ModelPanel):
             self.table.clearSelection()
             return
         self.table.select_row(lambda values: bool(values[-1] == index + 1))
-        # In a low dock the selected row may be out of sight.
+        # In a low dock the selected row may be out of view.
         ancestor = self.parentWidget()
         while ancestor is not None and not isinstance(ancestor, QScrollArea):
             ancestor = ancestor.parentWidget()
@@ -210,10 +210,10 @@ class ProposalsPanel(ModelPanel):
             ancestor.ensureWidgetVisible(self.table, 0, 0)
 
     def _index_at(self, hit: Hit) -> int | None:
-        """Return the index of the proposal at a point of the outcrop, or None."""
+        """Return the index of the proposal at a point on the outcrop, or None."""
         raise NotImplementedError
 
-    # --- deciding ----------------------------------------------------------------------------
+    # --- decision ----------------------------------------------------------------------------
     def _accept(self, indices: list[int]) -> bool:
         """Add proposals to the project as features; return whether this succeeded."""
         raise NotImplementedError

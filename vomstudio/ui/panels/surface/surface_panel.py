@@ -1,4 +1,4 @@
-"""Panel of the surface: its fields, and proposed facets and traces."""
+"""Surface panel with the fields of the surface and proposed facets and traces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.ui.panels.surface.traces_panel import TracesPanel
 
 
 class SurfacePanel(QTabWidget):
-    """Tabs for fields, facets and traces."""
+    """Tab widget with pages for fields, facets and traces."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -21,7 +21,7 @@ class SurfacePanel(QTabWidget):
         self.tabBar().setUsesScrollButtons(False)
         self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
         self.traces = TracesPanel(studio)
-        # Each page scrolls by itself, since tabs do not support height for width.
+        # Each page has its own scroll area, since tabs do not support height for width.
         self._pages = {
             "fields": PanelScrollArea(self.fields),
             "facets": PanelScrollArea(self.facets),

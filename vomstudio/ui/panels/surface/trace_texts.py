@@ -1,4 +1,4 @@
-"""Texts on proposed traces."""
+"""Texts about proposed traces."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FEATURE_TEXTS = {
 
 
 def cost_choices() -> list[tuple[str, str]]:
-    """Return costs of proposed lines, except fields, with their titles."""
+    """Return the costs for proposing lines, except fields, with their titles."""
     return [(cost, tr(title)) for cost, title in COSTS if cost in _FEATURE_TEXTS]
 
 
@@ -39,7 +39,7 @@ def summary_text(proposals: ProposedLines, open_count: int) -> str:
 
 
 def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
-    """Return the evidence for a proposed line, and the verdict on its plane."""
+    """Return the evidence for a proposed line and the verdict on its plane."""
     cost = proposals.options.used_cost
     feature = (
         tr(_FEATURE_TEXTS[cost])

@@ -1,4 +1,4 @@
-"""Dock that proposes traces, lines that exceed the noise of the surface, for review."""
+"""Dock that proposes traces for review: lines that exceed the noise of the surface."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from vomstudio.ui.widgets.number_table import Column
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _MIN_HEIGHT_PX = 130
-# Maximum distance of a click from a line, in resolutions.
+# Maximum distance of a click from a line, as a multiple of the resolution.
 _CLICK_TOLERANCE = 8.0
 
 
@@ -305,7 +305,7 @@ class TracesPanel(ProposalsPanel):
         self.reason.setVisible(bool(reason))
 
     def _index_at(self, hit: Hit) -> int | None:
-        """Return the index of the nearest line, or None if it is too far."""
+        """Return the index of the line nearest to a point, or None if it is too far away."""
         proposals, model = self._traces.proposals, self._model
         if proposals is None or model is None:
             return None
@@ -321,7 +321,7 @@ class TracesPanel(ProposalsPanel):
         max_distance = _CLICK_TOLERANCE * scale * (proposals.lines[nearest].trace.resolution or 0.0)
         return nearest if distances[nearest] <= max_distance else None
 
-    # --- deciding ----------------------------------------------------------------------------
+    # --- decision ----------------------------------------------------------------------------
     def _accept(self, indices: list[int]) -> bool:
         return bool(self._traces.accept(indices, str(self.type.currentData())))
 
@@ -342,7 +342,7 @@ class TracesPanel(ProposalsPanel):
 
 
 class _WrappedLabel(Label):
-    """Label that keeps the height of its lines when the panel is too small."""
+    """Label that keeps the full height of its text when the panel is too small."""
 
     def __init__(self) -> None:
         super().__init__()

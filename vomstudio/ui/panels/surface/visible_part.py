@@ -1,4 +1,4 @@
-"""Part of the outcrop in view, for trial searches of facets."""
+"""Visible part of the outcrop, used for trial searches for facets."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def part_in_view(studio: Studio) -> Viewpoint | None:
-    """Return the part in the middle of the saved view, None without a valid camera."""
+    """Return the part at the centre of the saved view, or None without a valid camera."""
     camera = studio.project.journal.view("camera")
     try:
         eye = np.array(camera["position"], np.float64)

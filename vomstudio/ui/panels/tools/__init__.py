@@ -1,9 +1,9 @@
-"""Find the panels and commands of the tools in the modules of this package.
+"""Discovery of the tool panels and tool commands in the modules of this package.
 
-A module that has the name of a tool defines `PANEL`, a widget class that is called with the studio
-and the actions, or `SHARES`, the name of the tool whose panel it shares. `COMMANDS` is optional: a
-function of the studio that returns further commands of the tool, which the menu lists after the
-common ones. No registration is needed.
+A module with the name of a tool defines `PANEL`, a widget class that is called with the studio and
+the actions, or `SHARES`, the name of the tool whose panel is shared. `COMMANDS` is optional: it is
+a function that is called with the studio and returns further commands of the tool, which the menu
+lists after the common commands. No registration is needed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Panel of the cell tool: the mark that a click sets, and the number of marked cells."""
+"""Panel of the cell tool: mark that a click sets, and number of marked cells."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MARKS = {
     ),
     OPEN: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
 }
-"""Name, icon, key and tooltip of the command that sets a mark, by mark."""
+"""Name, icon, key and tooltip of the command that sets each mark, by mark."""
 
 
 class CellsPanel(QWidget):

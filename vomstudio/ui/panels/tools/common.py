@@ -44,7 +44,7 @@ def lay_out_picking(
     table: QWidget,
     hint: Label,
 ) -> None:
-    """Lay out the panel of a tool that picks vertices, with its buttons below."""
+    """Lay out the panel of a tool that picks vertices, with the buttons at the bottom."""
     column = narrow_column(panel)
     column.addLayout(form)
     column.addWidget(figures)

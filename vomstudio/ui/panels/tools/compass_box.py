@@ -1,4 +1,4 @@
-"""Box for compass readings: the reading of the selected feature, and its north reference."""
+"""Box for compass readings: reading of the selected feature, and north reference."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 
 class CompassBox(QWidget):
-    """Enter compass readings of selected planes and lines, and their north reference.
+    """Box that edits compass readings of planes and lines, and their north reference.
 
     Parameters
     ----------
     list_names : callable
-        Return the names in use, which a new reading must not have.
+        Returns the names in use, which a new reading must not have.
     find_north_inputs : callable
-        Return place and day of the readings that a compass record describes.
+        Returns the location and date of the readings to which a compass record applies.
     """
 
     def __init__(
@@ -91,9 +91,9 @@ class CompassBox(QWidget):
         Parameters
         ----------
         read_north : ReadNorth or None
-            North reference of the azimuths, None if unknown.
+            North reference of the azimuths, or None if it is unknown.
         is_reading : bool
-            Whether clicks select planes and lines to be read.
+            Whether clicks select planes and lines that are to be read.
         """
         self._model, self._read_north = model, read_north
         has_azimuths = any(line.is_read or line.kind == "azimuth" for line in lines)
@@ -116,7 +116,7 @@ class CompassBox(QWidget):
         self._show_selected()
         self._take_field_reading()
         if self.reading.isVisible() and self.reading.isEnabled() and self._outcrop_has_focus():
-            # A click on the outcrop is followed by typing; in a list the keys move the selection.
+            # After a click on the outcrop the user types; in a list the keys move the selection.
             self.reading.setFocus()
             self.reading.selectAll()
 
@@ -130,9 +130,18 @@ class CompassBox(QWidget):
     def _find_feature(
         self, model: Model
     ) -> tuple[Record | None, Measurement | None, Finding | None]:
-        """Return the selected plane or line, its measurement, and why it cannot have a reading.
+        """Find the selected plane or line.
 
-        Readings of the field book in the selection are skipped.
+        Field-book readings in the selection are skipped.
+
+        Returns
+        -------
+        Record or None
+            The selected plane or line.
+        Measurement or None
+            Its measurement.
+        Finding or None
+            Why it cannot have a reading, or None if it can.
         """
         from vomstudio.studio.placing.known_planes import why_not_read
 

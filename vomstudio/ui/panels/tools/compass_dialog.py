@@ -1,4 +1,4 @@
-"""Dialog for the north reference of the azimuths on a model, and its standard error."""
+"""Dialog for the north reference of the azimuths on a model and its standard error."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ _PLACE = re.compile(
 
 
 class CompassDialog(QDialog):
-    """Edit the north reference of compass readings.
+    """Dialog that edits the north reference of compass readings.
 
     Attributes
     ----------
     compass : Compass or None
-        The accepted record, None before the dialog is accepted.
+        The accepted record, or None before the dialog is accepted.
     """
 
     def __init__(
@@ -53,12 +53,12 @@ class CompassDialog(QDialog):
         previous: Compass | None,
         find_north_inputs: Callable[[Compass], North],
     ) -> None:
-        """Show the previous compass record, or the default without one.
+        """Show the previous compass record, or the default if there is none.
 
         Parameters
         ----------
         find_north_inputs : callable
-            Return place and day of the readings that a compass record describes.
+            Returns the location and date of the readings to which a compass record applies.
         """
         super().__init__(parent)
         explain(self, "registration.md#north")
@@ -174,7 +174,7 @@ class CompassDialog(QDialog):
         allow(ok, problem)
 
     def _show_placeholders(self, compass: Compass, inputs: North) -> None:
-        """Show the values that apply to empty fields."""
+        """Show the default values of empty fields as placeholders."""
         place = inputs.place
         self.place.setPlaceholderText(
             tr("latitude, longitude, such as 46.52, 11.35")
@@ -213,12 +213,17 @@ def _angle_text(angle_deg: float | None) -> str:
 
 
 def parse_place(text: str) -> tuple[float, float] | None:
-    """Parse latitude and longitude; return longitude and latitude, None for an empty text.
+    """Parse a geographic position given as latitude and longitude.
+
+    Returns
+    -------
+    (float, float) or None
+        Longitude and latitude in degrees, or None for an empty text.
 
     Raises
     ------
     UsageError
-        If the text has another form or is not a place on Earth.
+        If the text has another form or is not a position on Earth.
     """
     from vomstudio.geometry.coordinate_limits import check_on_earth
 
@@ -235,7 +240,7 @@ def parse_place(text: str) -> tuple[float, float] | None:
 
 
 def format_north(compass: Compass | None, read_north: ReadNorth | None) -> str:
-    """Format the north reference for a button; without `read_north` it is incomplete."""
+    """Format the north reference for a button; it is incomplete if `read_north` is None."""
     if compass is None:
         return tr("Grid north, not doubted: say if not")
     name = {"grid": tr("Grid north"), "true": tr("True north"), "magnetic": tr("Magnetic north")}

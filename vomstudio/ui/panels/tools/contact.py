@@ -20,7 +20,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class ContactPanel(QWidget):
-    """Show the contact tool and set type and set of the next line."""
+    """Panel that shows the contact tool and sets the type and set of the next line."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()

@@ -1,6 +1,7 @@
-"""Panel of control points, known lines and compass readings.
+"""Panel for control points, known lines and compass readings.
 
-It shows coordinates, residuals, a map and the accuracy of the placement, updated at every edit.
+It shows the coordinates, the residuals, a map and the accuracy of the placement, and updates them
+after every edit.
 """
 
 from __future__ import annotations
@@ -68,18 +69,18 @@ MAX_IMMEDIATE_POINTS = 20
 """Up to this number of points, placing a model takes less time than starting a thread."""
 
 RING_RADIUS_SHARE = 0.04
-"""Radius of the ring at the expected position, as a share of the extent of the points."""
+"""Radius of the ring at the expected position, as a fraction of the extent of the points."""
 
 
 class ControlPanel(QWidget):
-    """Place a model by control points, known lines and compass readings.
+    """Panel that places a model by control points, known lines and compass readings.
 
     Attributes
     ----------
     placed : Placed or None
-        Placement by the ticked observations, None if they do not determine one.
+        Placement computed from the ticked observations, or None if they do not determine one.
     crs : str or None
-        CRS of the coordinates, None for a local frame.
+        CRS of the coordinates, or None for a local frame.
     readings : Readings
         Compass readings with their directions in model coordinates.
     """
@@ -152,7 +153,7 @@ class ControlPanel(QWidget):
         column.addWidget(self.lines)
         column.addWidget(self.summary)
         column.addWidget(self.map, 2)
-        # The table and the map are hidden without points.
+        # The table and the map are hidden if there are no points.
         column.addStretch(0)
         for signal in (studio.project_opened, studio.edited, studio.selection_changed):
             signal.connect(self.refresh)
@@ -221,7 +222,7 @@ class ControlPanel(QWidget):
     def _solve(self) -> None:
         """Place the model by the ticked observations and show the accuracy.
 
-        This runs immediately if it takes milliseconds, else in a worker thread.
+        The computation runs immediately if it takes milliseconds, otherwise in a worker thread.
         """
         from vomstudio.registration.surface_points import some_points
         from vomstudio.studio.placing.known_planes import compass_table
@@ -274,7 +275,7 @@ class ControlPanel(QWidget):
         compass = self.readings.compass
         is_sigma_stated = compass is not None and compass.doubt_deg is not None
         self._show_compass()
-        # Leaving out each direction in turn takes a second.
+        # Recomputing the placement without each direction in turn takes a second.
         if self._pair_count <= MAX_IMMEDIATE_POINTS and table is None:
             self._solving.run_now(work)
         else:
@@ -284,7 +285,7 @@ class ControlPanel(QWidget):
             self._solving.request(work)
 
     def _photo_up(self, model: Model | None) -> FloatArray | None:
-        """Return the result of `known_lines.photo_up`, read once per model."""
+        """Return the result of `known_lines.photo_up`, which is read once per model."""
         from vomstudio.studio.placing.known_lines import photo_up
 
         path = None if model is None else self._studio.project.find_model(model)
@@ -431,7 +432,7 @@ class ControlPanel(QWidget):
 
     # --- command -----------------------------------------------------------------------------
     def _copy_command(self) -> None:
-        """Save the observations as tables and copy the command to the clipboard."""
+        """Save the observations as tables and copy the equivalent command to the clipboard."""
         studio, model = self._studio, self.model
         path = None if model is None else studio.project.find_model(model)
         if path is not None:
@@ -450,7 +451,7 @@ class ControlPanel(QWidget):
 
     # --- actions -----------------------------------------------------------------------------
     def choose_points_file(self) -> None:
-        """Open the file dialog for a table of coordinates and import it."""
+        """Open a file dialog for a table of coordinates and import the selected file."""
         model = self.model or current_model(self._studio)
         if model is None:
             self._studio.warn(Finding("action.no-model"))
@@ -465,7 +466,7 @@ class ControlPanel(QWidget):
             self.import_points(model, Path(name))
 
     def import_points(self, model: Model, path: Path) -> None:
-        """Import the points of a file as control points of a model."""
+        """Import the points in a file as control points of a model."""
         from vomstudio.io.control.control_files import crs_of
         from vomstudio.io.control.observation_tables import read_points
         from vomstudio.studio.placing.registering import import_control_points

@@ -1,4 +1,4 @@
-"""Copy the `register` command with control points, known lines and compass readings."""
+"""Copying of the `register` command with control points, known lines and readings."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def copy_register(
     north : ReadNorth or None
         North reference of the azimuths.
     fixed_scale : float or None
-        Scale to keep, in metres per unit of the model's file.
+        Fixed scale in metres per unit of the model file.
     click_sigma_m : float or None
-        Standard error of a click on the model, None for the default.
+        Standard error of a click on the model in metres, or None for the default.
     """
     from vomstudio.io.control.writing import write_compass, write_pairs
     from vomstudio.studio.placing.known_planes import compass_table
@@ -96,10 +96,10 @@ def copy_register(
 
 
 def add_fixed_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
-    """Return the options of `register` that keep a scale in metres per model unit.
+    """Return the options of `register` with a fixed scale in metres per model unit.
 
-    A scale other than 1 comes from an earlier registration. The file does not contain it, so it
-    is passed as a known length.
+    A scale other than 1 comes from an earlier registration. The model file does not contain it, so
+    it is passed as a known length.
     """
     from vomstudio.registration.length_evidence import FIXED_SCALE_ERROR
 
@@ -117,14 +117,14 @@ def _readings_file(file: Path, *, pairs: bool) -> Path:
 def add_known_lines(
     options: RegisterOptions, lines: Sequence[KnownLine], turned_deg: float = 0.0
 ) -> RegisterOptions:
-    """Return the options of `register` with known lines.
+    """Return the options of `register` with the known lines added.
 
     Parameters
     ----------
     options : RegisterOptions
     lines : sequence of KnownLine
     turned_deg : float
-        Correction that is added to azimuths.
+        Correction in degrees that is added to the azimuths.
     """
     from vomstudio.studio.placing.known_lines import placement_lines
 

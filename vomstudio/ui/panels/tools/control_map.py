@@ -1,4 +1,4 @@
-"""Map of the control points with their residuals and the weakest rotation axis."""
+"""Map of the control points, their residuals and the weakest rotation axis."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class MapPoint:
     Attributes
     ----------
     x, y : float
-        World coordinates in metres.
+        Coordinates in the World frame, in metres.
     is_used : bool
-        Whether the point determines the placement; otherwise it is a check point.
+        Whether the point is used to place the model; otherwise it is a check point.
     is_on_model : bool
         Whether the point has been clicked on the model.
     residual : tuple of float or None
-        (dx, dy) in metres, fitted minus given; None if unknown.
+        Residual (dx, dy) in metres, fitted minus given, or None if unknown.
     """
 
     label: str
@@ -48,7 +48,7 @@ class MapPoint:
 
 
 class ControlMap(QWidget):
-    """Draw the points with north up and the residuals as exaggerated arrows."""
+    """Map with north up, on which residuals are drawn as exaggerated arrows."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -157,7 +157,7 @@ class ControlMap(QWidget):
             label_width = painter.fontMetrics().horizontalAdvance(point.label)
             fits_right = position.x() + _DOT_RADIUS_PX + 3.0 + label_width < self.width() - 2.0
             label_dx = _DOT_RADIUS_PX + 3.0 if fits_right else -_DOT_RADIUS_PX - 3.0 - label_width
-            # Labels that overlap another one are left out.
+            # A label that would overlap another one is omitted.
             line = int(position.y() // line_height)
             first, last = (
                 int((position.x() + label_dx) // line_height),

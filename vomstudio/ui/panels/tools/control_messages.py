@@ -1,4 +1,4 @@
-"""Texts of the panel of control points, known lines and compass readings."""
+"""Texts for the panel of control points, known lines and compass readings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WINDOW_NAMES = {
     "(--declination)": to_translate("(North)"),
     "(--north-sigma)": to_translate("(North)"),
 }
-"""Names in the window of the options that findings mention."""
+"""Texts that replace, in the window, the command-line options mentioned in findings."""
 
 
 def placement_problem(
@@ -32,7 +32,10 @@ def placement_problem(
     error: VomError,
     readings: Readings,
 ) -> Finding:
-    """Return why the model is not placed, or the next step; `pair_count` points are complete."""
+    """Return why the model is not placed, or the next step of the user.
+
+    `pair_count` is the number of complete points.
+    """
     from vomstudio.studio.placing.known_lines import placement_lines
     from vomstudio.studio.placing.known_planes import placement_readings
 
@@ -51,7 +54,7 @@ def placement_problem(
 
 
 def format_placement(placed: Placed, model: Model | None, crs: str | None) -> str:
-    """Format residuals, frame accuracy and warnings of a placement."""
+    """Format the residuals, frame accuracy and warnings of a placement."""
     from vomstudio.registration.warnings import vertical_error_findings
     from vomstudio.studio.placing.known_lines import frame_after_placement
 
@@ -62,7 +65,7 @@ def format_placement(placed: Placed, model: Model | None, crs: str | None) -> st
             tr("After registering: {known}", known=accuracy),
             *map(str, vertical_error_findings(placed)),
         ]
-        # Blunders are listed before the accuracy that they affect.
+        # Blunders are listed before the accuracy, which they affect.
         lines = [*lines, *frame_lines] if placed.blunders else [*frame_lines, *lines]
     text = "\n".join(lines)
     for option, name in _WINDOW_NAMES.items():
@@ -77,10 +80,10 @@ def reading_tips(
     turned_deg: float,
     studio: Studio,
 ) -> Mapping[str, str]:
-    """Format tooltips of the compass readings, by id.
+    """Format the tooltips of the compass readings, by line id.
 
-    They compare the reading with the placed model and state the effect of leaving it out, or why
-    the reading is not used.
+    A tooltip compares the reading with the placed model and states the effect of omitting the
+    reading, or explains why the reading is not used.
     """
     from vomstudio.project.records import get_feature
 
@@ -171,5 +174,5 @@ def _format_residuals(placed: Placed) -> str:
     if placed.rms_check_m is not None:
         lines.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
     lines += map(str, worst_axis_findings(placed))
-    # Warnings about points precede the residuals.
+    # Warnings about points are listed before the residuals.
     return "\n".join([*map(str, reversed(placed.warnings)), " ".join(lines)])

@@ -32,7 +32,7 @@ _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 
 
 class ControlTable(QTableWidget):
-    """Show one row per point; the last column shows the residual with a bar."""
+    """Table with one row per point; its last column shows the residual with a bar."""
 
     def __init__(self) -> None:
         super().__init__(0, _RESIDUAL + 1)
@@ -62,7 +62,7 @@ class ControlTable(QTableWidget):
         self._cells: list[list[QTableWidgetItem]] = []
 
     def choose_row(self, row: int) -> None:
-        """Select a row and keep the current column."""
+        """Select a row without changing the current column."""
         self.setCurrentCell(row, max(self.currentColumn(), 0))
 
     def coordinates(self, row: int) -> list[str]:
@@ -122,7 +122,7 @@ class ControlTable(QTableWidget):
     def _resize_columns_once(self) -> Iterator[None]:
         """Resize the columns once after all cells have changed.
 
-        Resizing at each cell takes minutes with a thousand points.
+        Resizing them after each cell would take minutes for a thousand points.
         """
         with QSignalBlocker(self), QSignalBlocker(self.model()):
             yield
@@ -132,7 +132,10 @@ class ControlTable(QTableWidget):
 
 
 class _BarDelegate(QStyledItemDelegate):
-    """Draw a bar behind a number: a share of the longest, negative for a blunder."""
+    """Delegate that draws a bar behind a number.
+
+    The bar length is a fraction of the longest bar; a negative fraction marks a blunder.
+    """
 
     def paint(
         self,

@@ -1,3 +1,3 @@
-"""Share the panel of the control points: both place the model together."""
+"""Tool that shares the panel of the control points, since both place the model together."""
 
 SHARES = "control"

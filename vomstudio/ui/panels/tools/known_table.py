@@ -24,7 +24,7 @@ MAX_SIGMA_DEG = {"level": 45.0, "plumb": 45.0, "azimuth": 90.0, "plane": 90.0, "
 
 
 class KnownTable(QTableWidget):
-    """Show one row per line; the table is as high as its rows and hidden without any."""
+    """Table with one row per line; its height fits its rows, and it is hidden if empty."""
 
     def __init__(self) -> None:
         super().__init__(0, RESIDUAL + 1)
@@ -72,7 +72,7 @@ class KnownTable(QTableWidget):
         self.hide()
 
     def show_lines(self, lines: Sequence[KnownLine], notation: str) -> None:
-        """Show the lines, planes in the given notation."""
+        """Show the lines; planes are formatted in the given notation."""
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         with QSignalBlocker(self):
             self.setRowCount(len(lines))
@@ -115,7 +115,7 @@ class KnownTable(QTableWidget):
                 residual = residuals.get(line.id)
                 unit, digits = _UNITS.get(line.kind, "°"), _DIGITS.get(line.kind, 2)
                 sign = "" if line.is_read else "+"
-                # A residual that rounds to zero has no sign.
+                # A residual that rounds to zero must not have a sign.
                 residual = None if residual is None else round(residual, digits) or 0.0
                 residual_item.setText(
                     ""
@@ -174,7 +174,7 @@ def apply_cell(line: KnownLine, column: int, item: QTableWidgetItem, notation: s
 
 
 def format_value(line: KnownLine, notation: str) -> str:
-    """Format the known value of a line or plane as it is typed."""
+    """Format the known value of a line or plane in the form in which it is typed."""
     if line.is_read:
         return format_reading(line, notation)
     return "" if line.value is None else _format_number(line.value)

@@ -24,7 +24,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class LinePanel(QWidget):
-    """Show the line tool and set the attributes of the next line."""
+    """Panel that shows the state of the line tool and sets the attributes of the next line."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()

@@ -19,7 +19,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class LithologyPanel(QWidget):
-    """Show the rock area tool and set the lithology."""
+    """Panel that shows the state of the rock area tool and sets the lithology."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()

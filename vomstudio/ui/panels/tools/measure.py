@@ -38,7 +38,7 @@ _HINTS = {
 
 
 class MeasurePanel(QWidget):
-    """Show the measure tool and set kind and plane."""
+    """Panel that shows the state of the measure tool and sets the kind and the plane."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()

@@ -31,7 +31,7 @@ from vomstudio.ui.widgets.type_box import TypeBox
 
 
 class PatchPanel(QWidget):
-    """Show the patch tool and set brush, type and set."""
+    """Panel that shows the state of the patch tool and sets the brush, type and set."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()

@@ -13,7 +13,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def commands(studio: Studio) -> list[Command]:
-    """Create the commands that the patch tool adds to the menu Interpret."""
+    """Create the commands that the patch tool adds to the Interpret menu."""
     tool = studio.tool_of(PatchTool)
 
     def why_not_painting() -> Finding | None:

@@ -1,4 +1,4 @@
-"""Box that turns on path following in photos and shows the votes of other photos."""
+"""Box that enables path following in photos and shows the votes of other photos."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class PhotoFollowBox(QWidget):
-    """Show a check box, and below it the votes on the open feature."""
+    """Box with a check box, and below it the votes of the photos for the open feature."""
 
     def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()
@@ -36,7 +36,7 @@ class PhotoFollowBox(QWidget):
         self.refresh()
 
     def why_not(self) -> Finding | None:
-        """Return why paths cannot be followed in photos; None if they can."""
+        """Return why paths cannot be followed in photos, or None if they can."""
         cost, links = self._tool.cost, self._studio.photo_links
         if self._tool.continued:
             return Finding("follow.continued")

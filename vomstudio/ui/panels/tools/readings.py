@@ -1,4 +1,4 @@
-"""Compass readings on a model: their directions in the model and their north reference."""
+"""Compass readings on a model, with their directions and their north reference."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Readings:
     Attributes
     ----------
     compass : Compass or None
-        North reference of the readings, None for the default.
+        North reference of the readings, or None for the default.
     directions : mapping
         Directions in model coordinates, by reading id.
     """
@@ -51,7 +51,7 @@ class Readings:
         return cls(compass, measure_directions(lines, studio.measured(feature_ids), model))
 
     def resolve_north(self, find_inputs: Callable[[Compass], North]) -> tuple[ReadNorth, str]:
-        """Return the north reference of the azimuths and a sentence about it.
+        """Return the north reference of the azimuths and a sentence that describes it.
 
         Raises
         ------
@@ -67,14 +67,14 @@ class Readings:
         )
 
     def is_equivalent(self, other: Readings) -> bool:
-        """Return whether both give the same placement."""
+        """Return whether both objects give the same placement."""
         return self.compass == other.compass and _direction_values(self) == _direction_values(other)
 
 
 def find_north_inputs(
     studio: Studio, compass: Compass, model: Model, points: Sequence[ControlPoint], crs: str | None
 ) -> North:
-    """Return place and day of the readings on a model.
+    """Return the location and date of the readings on a model.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def find_north_inputs(
     Raises
     ------
     UsageError
-        If the place or the day is not valid.
+        If the location or the date is not valid.
     """
     from vomstudio.studio.placing.read_north import north_inputs
     from vomstudio.studio.placing.registering import control_pairs
@@ -102,7 +102,7 @@ def has_azimuths(lines: Sequence[KnownLine]) -> bool:
 
 
 def placement_north(read_north: ReadNorth, lines: Sequence[KnownLine]) -> ReadNorth | None:
-    """Return the north reference if azimuths determine the placement, else None."""
+    """Return the north reference if azimuths determine the placement, otherwise None."""
     return (
         read_north
         if has_azimuths([line for line in lines if line.is_complete and not line.check])

@@ -40,12 +40,12 @@ _SELECTION_CHANGES = (
 )
 _VISIBILITY = ("hide_elements", "isolate_elements", "show_elements", "cut_out")
 _SHARED = ("finish", "cancel")
-"""Commands that the panels of all tools have."""
+"""Commands shared by the panels of all tools."""
 _COMBINATIONS = ("select_new", "select_add", "select_subtract", "select_intersect")
 
 
 class SelectPanel(QWidget):
-    """Show the selection and its plane, and set the selection mode."""
+    """Panel that shows the selection and its plane, and sets the selection mode."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -85,7 +85,7 @@ class SelectPanel(QWidget):
         studio.settings_changed.connect(self.refresh)
 
     def _create_tolerances(self, studio: Studio) -> QWidget:
-        """Create the tolerances of growing a piece from a click."""
+        """Create the widgets for the tolerances with which a selection grows from a click."""
         growth, tool = self._tool.growth, self._tool
         self.angle, self.distance = DoubleSpinBox(), DoubleSpinBox()
         self.angle.setObjectName("grow_angle")
@@ -168,7 +168,7 @@ class SelectPanel(QWidget):
 
 
 def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout:
-    """Lay out the buttons in two columns, with their keys."""
+    """Lay out the buttons in two columns and show their shortcuts."""
     grid = QGridLayout()
     grid.setSpacing(3)
     for i, name in enumerate(names):
@@ -187,7 +187,7 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
 
 
 def _icons(actions: dict[str, QAction], names: tuple[str, ...]) -> QHBoxLayout:
-    """Lay out icon buttons in one row; their names are in the tooltips."""
+    """Lay out icon buttons in one row, with their names in the tooltips."""
     row = QHBoxLayout()
     row.setSpacing(3)
     for name in names:

@@ -1,4 +1,4 @@
-"""Commands on the selected faces and points of a surface."""
+"""Commands for the selected faces and points of a surface."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _COMBINE_TIPS: dict[Combine, tuple[str, str]] = {
 
 
 class _SelectCommands:
-    """Commands of the selection tool with the reasons why they are disabled."""
+    """Commands of the selection tool, with the reasons why they are disabled."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio, self.tool = studio, studio.tool_of(SelectTool)
@@ -69,7 +69,7 @@ class _SelectCommands:
         return None if self.tool.changes.anything_hidden() else Finding("action.nothing-hidden")
 
     def find_patch(self) -> Patch | None:
-        """Return the patch that was selected last."""
+        """Return the most recently selected patch, or None."""
         studio = self._studio
         patches = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((patch for patch in patches if patch is not None), None)
@@ -113,7 +113,7 @@ class _SelectCommands:
 
 
 def commands(studio: Studio) -> list[Command]:
-    """Create the commands that the tool adds to the menu Interpret."""
+    """Create the commands that the tool adds to the Interpret menu."""
     factory = _SelectCommands(studio)
     tool, changes = factory.tool, factory.tool.changes
 

@@ -18,7 +18,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class StationPanel(QWidget):
-    """Show the tool and set kind, number and photo of the next station."""
+    """Panel that shows the station tool and sets kind, number and photo of the next station."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ class StationPanel(QWidget):
             signal.connect(self.refresh)
 
     def _create_photo_row(self) -> QWidget:
-        """Create the photo field with a button that opens the file dialog."""
+        """Create the photo field and a button that opens the file dialog."""
         row = QWidget()
         layout = QHBoxLayout(row)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -88,7 +88,7 @@ class StationPanel(QWidget):
         )
 
     def refresh(self, *_: object) -> None:
-        """Show the attributes of the open or next station."""
+        """Show the attributes of the open station, or else of the next one."""
         tool, station = self._tool, self._tool.feature or self._tool.next
         self.kind_box.setCurrentIndex(self.kind_box.findData(station.what))
         for edit, text in ((self.number_edit, station.number), (self.photo_edit, station.photo)):

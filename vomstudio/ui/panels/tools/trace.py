@@ -24,7 +24,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class TracePanel(QWidget):
-    """Show the trace tool and set type and set."""
+    """Panel that shows the state of the trace tool and sets the type and set."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -91,9 +91,9 @@ class TracePanel(QWidget):
         self.photo_follow_box.refresh()
 
     def _show_kind(self) -> None:
-        """Show type and set of the open trace, else of the next one.
+        """Show the type and set of the open trace, or else of the next one.
 
-        A continued trace is changed in its properties.
+        When a stored trace is continued, its type and set are edited among its properties instead.
         """
         trace, studio = self._tool.trace, self._studio
         type_id = trace.type_id if trace else studio.next_type_id

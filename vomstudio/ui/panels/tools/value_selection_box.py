@@ -28,7 +28,7 @@ _MIN_WIDTH_PX = 76
 
 
 class ValueSelectionBox(QWidget):
-    """Select by the range of a field, or by similarity to the selected colour."""
+    """Box that selects by the range of a field, or by similarity to the selected colour."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()

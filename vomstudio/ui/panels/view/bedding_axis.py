@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class BeddingAxis:
-    """Cached axis of the planes of `Studio.fold`.
+    """Cached fold axis of the planes returned by `Studio.fold`.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class BeddingAxis:
         return len(self._ids)
 
     def axis_or_reason(self) -> FoldAxis | Finding:
-        """Return the fold axis of the bedding, or why it cannot be computed."""
+        """Return the fold axis of the bedding, or the reason why it cannot be computed."""
         if self._axis is None:
             self._axis = self.search()()
         return self._axis
@@ -49,13 +49,13 @@ class BeddingAxis:
 
     @property
     def is_known(self) -> bool:
-        """Whether the axis, or the reason for its absence, has been computed."""
+        """Whether the axis, or the reason why there is none, has been computed."""
         return self._axis is not None
 
     def why_not(self) -> Finding | None:
-        """Return why the axis cannot be computed; None if it can.
+        """Return why the axis cannot be computed, or None if it can be computed.
 
-        The axis itself is not computed if two planes are enough to know.
+        The axis itself is not computed if two available planes already give the answer.
         """
         if self._axis is None and len(self._studio.fold.planes()) >= 2:
             return None
@@ -72,16 +72,17 @@ class BeddingAxis:
         self._ids = frozenset(f.id for f in self._studio.fold.features())
 
     def follow_edit(self, changed_ids: Iterable[str]) -> None:
-        # The search reads thousands of planes, while most edits change other features.
+        # The search reads thousands of planes, but most edits change other features.
         ids = set(changed_ids)
         if not ids.isdisjoint(self._ids) or any(is_bed(self._studio.records.get(i)) for i in ids):
-            # Their number decides whether the axis is computed in a thread.
+            # The number of planes decides whether the axis is computed in a worker thread.
             self.update_bedding()
 
     def search(self) -> Callable[[], FoldAxis | Finding]:
-        """Return a function that computes the axis of the present bedding.
+        """Return a function that computes the axis of the current bedding.
 
-        It may run in a worker thread, since thousands of planes take seconds.
+        The function may run in a worker thread, since the computation takes seconds for thousands
+        of planes.
         """
         self._is_searched = True
         self._ids = frozenset(f.id for f in self._studio.fold.features())
@@ -104,7 +105,7 @@ class BeddingAxis:
         return Finding(code, count=count, minimum=2)
 
     def warnings(self) -> tuple[str, ...]:
-        """Return warnings on planes that are not good, and on excluded planes."""
+        """Return warnings about planes whose verdict is not good, and about excluded planes."""
         from vomstudio.geology.table_folds import not_good_warning
 
         planes = self.planes

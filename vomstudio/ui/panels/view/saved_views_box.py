@@ -1,4 +1,4 @@
-"""Box of saved views: save, restore and delete views by name."""
+"""Box in which views are saved, restored and deleted by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 
 class SavedViewsBox(QWidget):
-    """Box to save, restore and delete views by name."""
+    """Box in which views are saved, restored and deleted by name."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class SavedViewsBox(QWidget):
         return next((view for view in self._views.all() if view.name == name), None)
 
     def _apply_name(self) -> None:
-        """Restore the view of this name, or save a new one."""
+        """Restore the view with this name, or save the current view under it."""
         if self._find_view() is not None:
             self._restore_view()
         elif self.save.isEnabled():

@@ -1,4 +1,4 @@
-"""Panel of the view direction: typed, or along the fold axis, a line or a plane."""
+"""Panel for the view direction: typed, or along the fold axis, a line or a plane."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ if TYPE_CHECKING:
     from vomstudio.geology.folds import FoldAxis
 
 SAME_DEG = 0.5
-"""Directions that differ by less are treated as the same."""
+"""Directions that differ by a smaller angle are treated as equal."""
 
 _MAX_FEATURES = 20
 _MANY_BEDS = 150
 
 _MIN_EDGE_ON_SINE = 0.05
-"""Sine of the angle to the exposed face below which both sides are edge on."""
+"""Sine of the angle to the exposed face below which both sides are seen edge-on."""
 
 
 class ViewPanel(QWidget):
@@ -159,7 +159,7 @@ class ViewPanel(QWidget):
             if orthographic
             else tr("{line} (perspective)", line=line)
         )
-        # A drag emits many directions; the cost is shown for the last one.
+        # A drag emits many directions; the cost is shown only for the last one.
         self._schedule(self._show_cost)
 
     # --- directions --------------------------------------------------------------------------
@@ -172,7 +172,7 @@ class ViewPanel(QWidget):
         self._turn(line)
 
     def look_along_beta(self) -> None:
-        """Look along the fold axis of the bedding, if it is known."""
+        """Look along the fold axis of the bedding if it is known."""
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding):
             self._turn_axis(axis.beta)
@@ -181,8 +181,8 @@ class ViewPanel(QWidget):
         """Look perpendicular to the selected plane."""
         plane = self._plane()
         if plane is not None:
-            # Against the upward normal; a vertical plane is looked at toward its dip direction
-            # plus 180 degrees (CLI.md, ortho --plane).
+            # The view is against the upward normal. A vertical plane is viewed along its dip
+            # direction plus 180 degrees (CLI.md, ortho --plane).
             self._turn(Line(wrap360(plane.dip_direction_deg + 180.0), 90.0 - plane.dip_deg))
 
     def look_along_line(self) -> None:
@@ -192,15 +192,15 @@ class ViewPanel(QWidget):
             self._turn_axis(line)
 
     def look_along_intersection(self) -> None:
-        """Look along the intersection of the two selected planes, so that both are edge on."""
+        """Look along the intersection of the two selected planes, which are then seen edge-on."""
         direction = self._intersection()
         if isinstance(direction, AxialDirection):
             self._turn_axis(direction.line)
 
     def look_along_slip_normal(self) -> None:
-        """Look along the normal of the selected slip in its fault plane.
+        """Look perpendicular to the selected slip, within its fault plane.
 
-        This view shows the whole displacement.
+        This view shows the displacement at full length.
         """
         direction = self._slip_normal()
         if isinstance(direction, AxialDirection):
@@ -227,7 +227,8 @@ class ViewPanel(QWidget):
     def _turn_axis(self, axis: Line) -> None:
         """Look along an axis from the exposed side of the outcrop.
 
-        If the side is unknown or both sides are edge on, the view is down the axis.
+        If the side is unknown, or if both sides are seen edge-on, the view is down the plunge of
+        the axis.
         """
         view = self._exposed_view()
         if view is not None and axis.vector() @ view < -_MIN_EDGE_ON_SINE:
@@ -235,7 +236,7 @@ class ViewPanel(QWidget):
         self._turn(axis)
 
     def _exposed_view(self) -> FloatArray | None:
-        """Return the direction of a view of the first open mesh, None without a mesh."""
+        """Return the view direction onto the first open mesh, or None if no mesh is open."""
         for model_id, open_model in self._studio.models.items():
             model = self._studio.records.get(model_id)
             if isinstance(model, Model) and isinstance(open_model.data, Mesh):
@@ -253,11 +254,11 @@ class ViewPanel(QWidget):
         self._look(line.trend_deg, line.plunge_deg)
 
     def why_no_beta(self) -> Finding | None:
-        """Return why the fold axis cannot be computed; None if it can."""
+        """Return why the fold axis cannot be computed, or None if it can."""
         return self._bedding.why_not()
 
     def why_no_plane(self) -> Finding | None:
-        """Return a finding if no plane is selected, else None."""
+        """Return a finding if no plane is selected, otherwise None."""
         return Finding("selection.no-plane") if self._plane() is None else None
 
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
@@ -268,7 +269,7 @@ class ViewPanel(QWidget):
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             return _axis_text(axis), axis.error95_deg
-        # In a large selection no single feature defines the view.
+        # In a large selection, no single feature defines the view.
         for id_ in islice(reversed(self._studio.selection.ids), _MAX_FEATURES):
             feature = get_feature(self._studio.records, id_)
             if feature is None:
@@ -287,7 +288,7 @@ class ViewPanel(QWidget):
         return text, None
 
     def why_no_line(self) -> Finding | None:
-        """Return a finding if no line is selected, else None."""
+        """Return a finding if no line is selected, otherwise None."""
         return Finding("selection.no-line") if self._line() is None else None
 
     # --- measurements ------------------------------------------------------------------------
@@ -297,7 +298,7 @@ class ViewPanel(QWidget):
         return [measured[id_] for id_ in self._studio.selection.ids if id_ in measured]
 
     def _error_of(self, id_: str) -> float | None:
-        """Return the 95 % error, including that of the registration if it is known."""
+        """Return the 95 % error of a feature, including the registration error if it is known."""
         measured = self._studio.measured([id_]).get(id_)
         return None if measured is None else measured.total95_deg
 
@@ -349,13 +350,13 @@ class ViewPanel(QWidget):
         self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the fold axis with its verdict, and enable the possible directions."""
+        """Show the fold axis with its verdict, and enable the available directions."""
         self._schedule(self._show)
 
     def _schedule(self, show: Callable[[], None]) -> None:
-        """Call `show`, after computing the axis in a thread if there are many beds.
+        """Call `show`; with many beds the fold axis is first computed in a worker thread.
 
-        A hidden panel with many beds is updated when it is shown.
+        A hidden panel with many beds is not updated until it is shown.
         """
         if self._bedding.count <= _MANY_BEDS:
             call_after_notifications(show)
@@ -405,7 +406,7 @@ class ViewPanel(QWidget):
             self._verdict.setText(escape(axis.message))
 
     def _offer(self, name: str, direction: AxialDirection | Finding | None) -> None:
-        """Enable a button, and state the direction and its cost in the tool tip."""
+        """Enable a button, and show its direction and the cost of the error in the tooltip."""
         button = self._buttons[name]
         if not isinstance(direction, AxialDirection):
             allow(button, direction or Finding("action.no-direction"))
@@ -418,7 +419,7 @@ class ViewPanel(QWidget):
         button.setToolTip(f"{text} {self._cost_of(direction.line, direction.error95_deg)}".strip())
 
     def _cost_of(self, line: Line, error95_deg: float | None) -> str:
-        """Return the cost of a direction's error, "" without a model."""
+        """Describe the cost of an error in the direction; the text is empty if no model is open."""
         studio = self._studio
         depth, metric = depth_along(line.vector(), studio.models, studio.records)
         return cost_of_direction(error95_deg, depth, metric=metric).message if depth else ""
