@@ -32,9 +32,9 @@ def create_plotter(
     app = find_application()
     if app is None:
         return draw(off_screen_plotter(), models, features)
-    from vomstudio.rendering.qt.background_plot import window_plotter
+    from vomstudio.rendering.qt.background_plot import create_plotter
 
-    return draw(window_plotter(app), models, features)
+    return draw(create_plotter(app), models, features)
 
 
 def find_application() -> Any:

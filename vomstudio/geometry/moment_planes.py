@@ -16,7 +16,7 @@ from vomstudio.geometry.plane_limits import (
     too_few_points,
 )
 from vomstudio.geometry.planes import FittedPlane
-from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
+from vomstudio.geometry.vectors import MIN_TILT, dip_of_normals, upward
 
 
 def fit_moments(
@@ -67,7 +67,7 @@ def fit_moments(
     values = np.where(values <= thin, 0.0, values)
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]
-    floor = max(TILT_FLOOR, rounding / float(np.sqrt(size * values[1])))
+    floor = max(MIN_TILT, rounding / float(np.sqrt(size * values[1])))
     azimuth, dip, flat = dip_of_normals(axes[None, 2], np.array([min(floor, 1e-3)]))
 
     known = n > 3

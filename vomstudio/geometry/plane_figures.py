@@ -16,7 +16,7 @@ from vomstudio.geometry.plane_limits import (
     ROUNDINGS,
     degenerate_points,
 )
-from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
+from vomstudio.geometry.vectors import MIN_TILT, dip_of_normals, upward
 
 Method = Literal["pca", "regression"]
 
@@ -83,9 +83,9 @@ def figures(
             errors[i] = Finding("plane.parallel-to-axis", axis="xyz"[axis])
 
     with np.errstate(divide="ignore", invalid="ignore"):
-        floor = np.maximum(TILT_FLOOR, rounding / np.sqrt(values[:, 1]))
-        floor = np.where(np.isfinite(floor), np.minimum(floor, 1e-3), TILT_FLOOR)
-    dip_direction, dip, flat = dip_of_normals(normal, floor)
+        min_tilt = np.maximum(MIN_TILT, rounding / np.sqrt(values[:, 1]))
+        min_tilt = np.where(np.isfinite(min_tilt), np.minimum(min_tilt, 1e-3), MIN_TILT)
+    dip_direction, dip, flat = dip_of_normals(normal, min_tilt)
     error_figures = _errors(
         (u, v, r),
         starts,

@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 
 # Sine of the tilt below which a plane or a normal is horizontal within rounding.
-TILT_FLOOR = 1e-12
+MIN_TILT = 1e-12
 
 
 @overload
@@ -50,7 +50,7 @@ def upward(normals: FloatArray) -> FloatArray:
     (m, 3) ndarray
     """
     x, y, z = normals[:, 0], normals[:, 1], normals[:, 2]
-    level = np.abs(z) <= TILT_FLOOR
+    level = np.abs(z) <= MIN_TILT
     down = np.where(level, (y > 0.0) | ((y == 0.0) & (x < 0.0)), z < 0.0)
     result: FloatArray = np.where(down[:, None], -normals, normals) + 0.0  # + 0.0: no negative zero
     result[:, 2] = np.where(level, 0.0, result[:, 2])
@@ -58,7 +58,7 @@ def upward(normals: FloatArray) -> FloatArray:
 
 
 def dip_of_normals(
-    normals: FloatArray, floor: FloatArray | float = TILT_FLOOR
+    normals: FloatArray, floor: FloatArray | float = MIN_TILT
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return dip direction and dip of upward normals.
 

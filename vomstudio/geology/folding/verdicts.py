@@ -47,7 +47,7 @@ MAX_CONE_SCATTER, MAX_RING_SCATTER = 0.25, 0.2
 half of it). The second limit excludes uniform scatter and one dip.
 """
 
-MAX_CONE_WIDTH_DEG, MAX_UNTESTED_WIDTH_DEG = 25.0, 60.0
+MAX_CONE_WIDTH_DEG, MAX_RESOLVABLE_CONE_WIDTH_DEG = 25.0, 60.0
 """Uncertainty of the half-angle above which the verdict is conditional, and above which the poles
 do not distinguish a cone from a cylinder.
 """
@@ -158,7 +158,7 @@ def _assess_cylinder(
     width = float("inf") if cone is None else cone.half_width_deg
     if shape.limbs is not None and (shape.limbs.flat or width > MAX_CONE_WIDTH_DEG):
         conditions.append(Finding("fold.two-dip-domains", apart_deg=shape.limbs.apart_deg))
-    elif width > MAX_UNTESTED_WIDTH_DEG and not conditions:
+    elif width > MAX_RESOLVABLE_CONE_WIDTH_DEG and not conditions:
         conditions.append(Finding("fold.cone-or-cylinder"))
     if shape.arc_deg < MIN_ARC_DEG:
         is_untested = False

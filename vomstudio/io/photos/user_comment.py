@@ -72,11 +72,11 @@ def comment_angles(text: str | None) -> Angles | None:
     # Without runs of white space, on which the pattern would take exponential time.
     words = " ".join(text[:_MAX_CHARACTERS].split())
     angles: dict[str, list[set[float]]] = {}
-    for owner, name, number in _ANGLE.findall(words):
-        axes = angles.setdefault(owner.lower(), [set(), set(), set()])
+    for prefix, name, number in _ANGLE.findall(words):
+        axes = angles.setdefault(prefix.lower(), [set(), set(), set()])
         axes[_AXES[name.lower()]].add(float(number))
-    for owner in _CAMERA_PREFIXES:
-        values = angles.get(owner)
+    for prefix in _CAMERA_PREFIXES:
+        values = angles.get(prefix)
         if values is None or not (values[0] and values[1]):
             continue
         if any(len(values_of_axis) > 1 for values_of_axis in values):

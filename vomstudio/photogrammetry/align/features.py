@@ -163,13 +163,13 @@ def extract(task: ExtractTask) -> Features:
         return Features.empty(width, height, Finding("alignment.photo-too-large"))
     keypoints, descriptors = sift(grey(pixels), task.options)
     rows, columns = pixels.shape[:2]
-    place = keypoints[:, :2].astype(np.intp)
-    colors = pixels[place[:, 1].clip(0, rows - 1), place[:, 0].clip(0, columns - 1)]
+    pixel_xy = keypoints[:, :2].astype(np.intp)
+    colors = pixels[pixel_xy[:, 1].clip(0, rows - 1), pixel_xy[:, 0].clip(0, columns - 1)]
     scale = np.array([width / columns, height / rows], np.float32)
     keypoints = keypoints * np.concatenate([scale, np.repeat(scale.mean(), 4)]).astype(np.float32)
     if use is not None:
-        place = keypoints[:, :2].astype(np.intp)
-        keep = use[place[:, 1].clip(0, height - 1), place[:, 0].clip(0, width - 1)]
+        pixel_xy = keypoints[:, :2].astype(np.intp)
+        keep = use[pixel_xy[:, 1].clip(0, height - 1), pixel_xy[:, 0].clip(0, width - 1)]
         keypoints, descriptors, colors = keypoints[keep], descriptors[keep], colors[keep]
     missing = None
     if not len(keypoints):

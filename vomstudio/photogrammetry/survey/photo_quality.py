@@ -24,7 +24,7 @@ _TILE = 384
 _TILES = 16
 _SIGMA0 = 1.5
 # Sigma above which the second blurring changes too little: measure at half the size.
-_MAX_SIGMA = 2.0
+_MAX_BLUR_SIGMA_PX = 2.0
 _EDGE_QUANTILE = 0.5
 _STRONG_QUANTILE = 0.99
 _SMOOTH = 0.8
@@ -97,7 +97,7 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
         known = [s for s in (across, along) if s is not None]
         if not known:
             return None
-        if max(known) <= _MAX_SIGMA or level == 3:
+        if max(known) <= _MAX_BLUR_SIGMA_PX or level == 3:
             return float(max(known) * 2**level)
         # Averaging two pixels adds a little blur of its own, which the measured one dwarfs.
         tiles = [_halved(tile) for tile in tiles]

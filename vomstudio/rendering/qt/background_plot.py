@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 
-def window_plotter(app: Any) -> Any:
+def create_plotter(app: Any) -> Any:
     """Return a plotter for the running QApplication, which draws on changes, not periodically."""
     import pyvistaqt
 

@@ -42,9 +42,9 @@ class Intake:
         """Accept a result of a worker for a model."""
         match event:
             case ProxyReady():
-                self._take_proxy(model, event)
+                self._add_proxy(model, event)
             case MeshChunkReady():
-                self._take_chunk(model, event)
+                self._add_chunk(model, event)
             case NodeReady():
                 self._take_node(model, event)
             case NodesDropped():
@@ -65,14 +65,14 @@ class Intake:
             case LocatorReady():
                 model.locators = event.locators
 
-    def _take_proxy(self, model: ModelScene, event: ProxyReady) -> None:
+    def _add_proxy(self, model: ModelScene, event: ProxyReady) -> None:
         part = self.part(model, event.data)
         part.rows = event.rows
         model.proxies.append(part)
         self._contents.look.dress(model, part)
         self._frame.outdate()
 
-    def _take_chunk(self, model: ModelScene, event: MeshChunkReady) -> None:
+    def _add_chunk(self, model: ModelScene, event: MeshChunkReady) -> None:
         part = self.part(model, event.data)
         part.material = event.chunk.material
         part.density = event.texels_per_metre

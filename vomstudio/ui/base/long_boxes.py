@@ -127,11 +127,11 @@ def _needed_height(dialog: QDialog, layout: QLayout) -> int:
 def _buttons_at_end(layout: QLayout) -> QDialogButtonBox | None:
     """Remove the button box at the end of a layout and return it."""
     item = layout.itemAt(layout.count() - 1)
-    last = None if item is None else item.widget()
-    if not isinstance(layout, QVBoxLayout) or not isinstance(last, QDialogButtonBox):
+    button_box = None if item is None else item.widget()
+    if not isinstance(layout, QVBoxLayout) or not isinstance(button_box, QDialogButtonBox):
         return None
-    layout.removeWidget(last)
-    return last
+    layout.removeWidget(button_box)
+    return button_box
 
 
 def show_long_text(parent: QWidget, title: str, html: str) -> None:

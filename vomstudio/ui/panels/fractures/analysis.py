@@ -254,8 +254,8 @@ def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
 
     if cells is None or not len(cells.corners):
         return np.zeros((0, 4, 2))
-    (flat,) = map_to_face([cells.corners.reshape(-1, 3)], face)
-    return flat.reshape(-1, 4, 2)
+    (face_corners,) = map_to_face([cells.corners.reshape(-1, 3)], face)
+    return face_corners.reshape(-1, 4, 2)
 
 
 def _merge_cells(cells: FloatArray) -> SamplingRegion:

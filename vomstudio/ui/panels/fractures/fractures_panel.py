@@ -229,8 +229,8 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             return
         from vomstudio.products.section.trace_map import map_to_face
 
-        (flat,) = map_to_face([line], self.result.face)
-        self.region_field.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
+        (face_line,) = map_to_face([line], self.result.face)
+        self.region_field.setText(", ".join(f"{v:.3f}" for v in face_line.ravel().tolist()))
 
     def _edited(self, edit: Edit) -> None:
         super()._edited(edit)
