@@ -470,7 +470,7 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
 def _limbs(shape: PoleShape) -> LimbFigures | None:
     """Return the figures of the limbs, or None if the poles do not determine them.
 
-    This is so if the fold opens downward or upward but contains no pole of a limb.
+    The interlimb angle is the one that opens downward or upward without containing either limb.
     """
     if shape.limbs is None or shape.limbs.doubt:
         return None
