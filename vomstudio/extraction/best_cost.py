@@ -86,7 +86,7 @@ def follow_best(
     whole: bool = False,
     costs: Sequence[str] | None = None,
 ) -> tuple[Path, str, tuple[CostTrial, ...]]:
-    """Follow way-points by each cost and select the best path.
+    """Follow way-points with each cost and select the best path.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def select_best_path(
 def _confirmed(
     paths: Sequence[FloatArray], resolution_near: Callable[[FloatArray], float | None]
 ) -> FloatArray:
-    """Sum, for each path, the shares that the other paths confirm.
+    """Sum the shares of each path that are confirmed by the other paths.
 
     The share of a pair is the smaller of the shares of both paths that run along each other.
     """

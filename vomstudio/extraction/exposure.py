@@ -156,7 +156,7 @@ def fills_volume(
     variation : (n,) array, optional
         Whether to include the boundary of a volume.
     skin : bool
-        Include the border of a volume.
+        Whether to include the boundary of a volume.
     """
     # Meshes are excluded, because faces at ledges also face all directions.
     if elements.of != "point" or not elements.around:

@@ -216,7 +216,7 @@ class _Sums:
     count: IntArray
 
     def extended(self, f: int) -> _Sums:
-        """Return a copy with room for `f` facets."""
+        """Return a copy extended to `f` facets."""
         added = f - len(self.known)
         return _Sums(
             np.concatenate([self.about, np.zeros((added, 3))]),

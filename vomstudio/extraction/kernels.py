@@ -283,7 +283,7 @@ def add_moments(  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[::1], i4[::1], i4[::1])")
 def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
-    """Map labels to numbers; labels below 0 count from the end of `number`."""
+    """Map labels to numbers; labels below 0 index from the end of `number`."""
     for e in range(len(labels)):
         f = labels[e]
         out[e] = number[f if f >= 0 else len(number) + f]

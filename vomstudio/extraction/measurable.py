@@ -128,7 +128,7 @@ class Measurable:
 
     @property
     def best_deg(self) -> FloatArray:
-        """Expected 95 % error (n,) of the better of trace and patch, degrees; 90 for none."""
+        """Expected 95 % error (n,) of the better of trace and patch; 90 degrees for none."""
         return np.asarray(np.fmin(np.fmin(self.trace_deg, self.patch_deg), 90.0))
 
 

@@ -1,11 +1,11 @@
 """Stretches in which a followed path has jumped from its contact to a parallel one.
 
 A path that leaves its contact crosses rock without a visible contact, which costs more, and
-continues beside the plane of the contact. At the next way-point, clicked on the contact, it
-returns. In each leg, the stretch between two crossings is excluded without which the remaining
-points are closest to one plane. It is doubtful if its offset from that plane exceeds the plane's
-error and the scatter of its points. A gap in a contact is crossed in the same way, but the path
-behind the gap lies in the plane of the rest.
+continues beside the plane of the contact. It returns at the next way-point, which was clicked on
+the contact. In each leg, the stretch between two crossings is excluded whose omission leaves the
+remaining points closest to a single plane. The stretch is doubtful if its offset from this plane
+exceeds the error of the plane and the scatter of its points. A gap in a contact is crossed in the
+same way, but the path behind the gap lies in the plane of the remaining points.
 """
 
 from __future__ import annotations
