@@ -154,7 +154,7 @@ def fills_volume(
     ----------
     elements : Elements
     variation : (n,) array, optional
-        Whether to include the boundary of a volume.
+        Mean variation of each point and its neighbours, if already known.
     skin : bool
         Whether to include the boundary of a volume.
     """

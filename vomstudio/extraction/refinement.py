@@ -21,7 +21,7 @@ _MAX_UNIT_AREA = np.sqrt(3.0) / 4.0
 def subdivide_mesh(
     vertices: FloatArray, faces: IntArray, longest: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
-    """Subdivide a mesh until no edge is longer than a maximum.
+    """Subdivide a mesh until no edge exceeds a maximum length.
 
     An edge is halved in all of its faces, so that neighbouring faces remain connected.
 

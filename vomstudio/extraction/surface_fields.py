@@ -161,7 +161,7 @@ class SurfaceFields:
 def surface_fields(
     data: Mesh | PointCloud, radius_m: float, progress: Progress | None = None
 ) -> SurfaceFields:
-    """Compute the fields of a model.
+    """Compute the surface fields of a model.
 
     Parameters
     ----------

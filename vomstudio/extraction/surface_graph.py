@@ -129,7 +129,7 @@ class SurfaceGraph:
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = node_of
         self.cached_costs: dict[str, tuple[bytes, FloatArray]] = {}
-        """Cached costs of `whole`, by name: the colours that they apply to, and costs (n,)."""
+        """Cached costs of `whole` by name: the colours that they depend on, and costs (n,)."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
 
     @cached_property
@@ -257,13 +257,13 @@ class SurfaceGraph:
         return np.asarray(self.tree.query(local)[0], np.float64)
 
     def prepare(self) -> None:
-        """Build what paths require, which takes seconds for millions of points. Thread-safe."""
+        """Build the data for path searches (seconds for millions of points). Thread-safe."""
         _ = self.tree, self.textures
         _ = self._faces_of if self.refines else self._neighbours
 
     # --- a part ------------------------------------------------------------------------------
     def world(self, graph: Graph, nodes: IntArray) -> FloatArray:
-        """Return the places (k, 3) of nodes in the frame of the data; its own points exactly."""
+        """Return the positions (k, 3) of nodes in the data frame, exact for its own points."""
         points = self.data.vertices if isinstance(self.data, Mesh) else self.data.points
         places = graph.places[nodes] + self.origin
         rows = graph.row[nodes]

@@ -280,7 +280,7 @@ def squared_difference(structure: RepeatedStructure, i: int, k: int) -> float:
 def compare_interpreters(
     structures: Sequence[RepeatedStructure], interpreters: Sequence[str]
 ) -> tuple[dict[str, PickSpread], InterpreterTest | None]:
-    """Measure the scatter of each interpreter's own repeats, and compare interpreters.
+    """Measure the scatter of the repeats of each interpreter, and compare interpreters.
 
     The sum of squares about the mean of a structure is split into the sums about the mean of each
     interpreter and the remaining sum between interpreters.
