@@ -40,7 +40,7 @@ _MAX_SCATTER_RATIO = 1.25
 
 _PARALLEL_DEG = 2.0
 _MIN_TURN_SHARE = 0.125
-"""Minimum rotation of normals within a piece of a bend, from its middle to its outer third.
+"""Minimum rotation of normals in a piece of a bend, from its middle to its outer third.
 
 It is given as a share of the rotation to the next piece: 0.3 on a cylinder, about 0 beside an edge
 between planes."""

@@ -74,7 +74,7 @@ def average_normals(normals, areas, starts, near, least, out):  # type: ignore[n
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1])")
 def neighbour_cosines(normals, starts, near, out):  # type: ignore[no-untyped-def]
-    """Write the cosines of the angles between the normals of neighbours, in the order of `near`.
+    """Write the cosines between the normals of neighbours, in the order of `near`.
 
     Normals are axial.
     """

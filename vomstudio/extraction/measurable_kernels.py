@@ -12,7 +12,7 @@ from vomstudio.geometry.kernels.jit import kernel
 def line_moments(  # type: ignore[no-untyped-def]
     rows, coordinates, slopes, steepness, areas, resolution, first, last, half, width, out
 ):
-    """Compute the moments of the lines along which planes through given pieces cut the surface.
+    """Compute the moments of the lines along which planes through pieces cut the surface.
 
     Only the part of a line within `half` of the piece is used. The pieces of the surface are sorted
     by coordinates[:, 3] in runs of connected pieces near the plane; the run of piece i extends from

@@ -1,4 +1,4 @@
-"""Search for sets first and then for their planes, as in the Discontinuity Set Extractor (DSE).
+"""Search for sets and then for their planes, as in Discontinuity Set Extractor (DSE).
 
 The method follows Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geosciences 68, 38-52):
 

@@ -1,4 +1,4 @@
-"""Structural domains with their own fold axes, and a test whether one axis fits all of them.
+"""Structural domains with their own fold axes, and a test whether one axis fits all.
 
 If no direction is valid for all domains (fig. 31c), a section projects each domain along its own
 axis. An F test (extra sum of squares of nested fits) compares a single great circle through all

@@ -113,7 +113,7 @@ def uncertain_plane(
 def deviation95(
     plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True
 ) -> float | None:
-    """Return the 95 % deviation of a vector in a plane from that plane, in units of the vector.
+    """Return the 95 % deviation of a vector in a plane from the plane, in its own unit.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ MAX_FLAT_DEG, MIN_STEEP_DEG = 0.5, 89.5
 
 
 TICK_SHARE = 0.4
-"""Length of the tick relative to half the bar."""
+"""Length of the tick relative to half the length of the bar."""
 N_HOOK_SEGMENTS = 8
 
 

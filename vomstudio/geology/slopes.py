@@ -1,4 +1,4 @@
-"""Kinematic analysis of rock slopes: planes and intersections along which a slope can fail.
+"""Kinematic analysis of rock slopes: planes and lines along which a slope can fail.
 
 A kinematic analysis only tests whether a block can move: whether the surface or line of sliding
 daylights in the face and is steeper than the friction angle. It does not consider cohesion, water

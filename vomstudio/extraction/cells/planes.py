@@ -1,4 +1,4 @@
-"""Planes of a dense cloud, found on cells of about ten points and transferred to the points.
+"""Planes of a dense cloud, found on cells of about ten points each.
 
 Within a rock face, neighbouring points have the same plane, so they can be analysed together.
 Edges, small pieces and rough ground, which cells cannot resolve, are left to the analysis of

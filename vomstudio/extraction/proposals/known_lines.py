@@ -45,7 +45,7 @@ def are_along_known_lines(
 
 
 def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
-    """Select the vertices of a simplified line (Douglas & Peucker 1973, Cartographica 10, 112).
+    """Select vertices to simplify a line (Douglas & Peucker 1973, Cartographica 10, 112).
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
 def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-untyped-def]
-    """Average the normals of faces that share a corner, weighted by area; NaN if there is no area.
+    """Average the area-weighted normals of faces that share a corner; NaN without an area.
 
     Only faces within 60 degrees of the face `first` + row are used, regardless of their
     orientation. `corners` (m, 3) are the corner positions of these faces; near[starts[i]:starts[i +
@@ -363,6 +363,6 @@ def mark_nodes(corners, selected, marked):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")
 def find_marked_faces(corners, marked, out):  # type: ignore[no-untyped-def]
-    """Find faces with a marked corner."""
+    """Find the faces that have a marked corner."""
     for f in range(len(corners)):
         out[f] = marked[corners[f, 0]] | marked[corners[f, 1]] | marked[corners[f, 2]]

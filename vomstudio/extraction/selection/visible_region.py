@@ -21,8 +21,8 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 
 _BLOCK = 1_000_000
 _MAX_DEPTH_SLOPE = 10.0
-"""Maximum slope of a surface within one pixel, corresponding to a view at 84 degrees from its
-normal. A steeper step is a gap, with another surface behind it."""
+"""Maximum slope of a surface within one pixel, which corresponds to a view at 84 degrees from its
+normal. A steeper step is a gap with another surface behind it."""
 _DEPTH_TOLERANCE_PX = 1.5
 """Depth tolerance, in pixels, for a surface rendered with 32-bit depths."""
 

@@ -70,7 +70,7 @@ class LengthFit:
 
 @dataclass(frozen=True)
 class LengthLaw:
-    """Family of distributions of lengths x (n,), given the logarithms u (k,) of its parameters.
+    """Family of distributions of lengths x (n,), given logarithms u (k,) of its parameters.
 
     Attributes
     ----------

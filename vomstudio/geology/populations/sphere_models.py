@@ -68,7 +68,7 @@ class Kent:
 
 
 def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
-    """Return nodes in the frame of the axes, on the hemisphere with a positive first coordinate.
+    """Return nodes in the frame of the axes, on the hemisphere around the first axis.
 
     Parameters
     ----------

@@ -1,13 +1,14 @@
 """Surface roughness from second differences: increase with distance, smoothest direction.
 
-z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane does not matter. For a
-self-affine surface its mean square grows as |h|^(2 H) with the Hurst exponent H (Kent & Wood 1997,
-Journal of the Royal Statistical Society B 59, 679-699; on surfaces and by direction Chan & Wood
-2000, Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61, 3-37). Fault surfaces have H of
-about 0.6 along slip and 0.8 across (Candela et al. 2012, Journal of Geophysical Research 117,
-B08409), and are smoothest along it (Renard et al. 2006, Geophysical Research Letters 33, L04305).
+z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane is irrelevant. For a
+self-affine surface, its mean square increases as |h|^(2 H) with the Hurst exponent H (Kent & Wood
+1997, Journal of the Royal Statistical Society B 59, 679-699; for surfaces and by direction Chan &
+Wood 2000, Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61, 3-37). Fault surfaces have
+an H of about 0.6 along slip and 0.8 across it (Candela et al. 2012, Journal of Geophysical Research
+117, B08409), and are smoothest along slip (Renard et al. 2006, Geophysical Research Letters 33,
+L04305).
 
-Errors are those of the jackknife over sixteen parts of the surface. Wavelengths above a quarter of
+Errors are jackknife errors over sixteen parts of the surface. Wavelengths longer than a quarter of
 the surface are not resolved.
 """
 
@@ -410,7 +411,7 @@ def _is_resolved(variations: Variations, noise: float) -> BoolArray:
 def _second_differences(
     heights: FloatArray, part: IntArray, column_step: int, row_step: int
 ) -> tuple[FloatArray, IntArray]:
-    """Return squares (n,) and the part of the surface that contains the middle of each."""
+    """Return squares (n,) and the part of the surface that contains the middle of each one."""
     rows, columns = heights.shape
     column_margin = abs(column_step)
     if 2 * row_step >= rows or 2 * column_margin >= columns:

@@ -171,7 +171,7 @@ def _planar_parts(
 def _grow_plane(
     columns: FloatArray, z: FloatArray, inside: BoolArray, noise: float
 ) -> tuple[FloatArray, float, BoolArray] | None:
-    """Grow the plane of some cells over all cells within its scatter."""
+    """Extend the plane of some cells to all cells within its scatter."""
     plane: FloatArray = np.zeros(3)
     scatter = 0.0
     for _ in range(MAX_ITERATIONS // 2):

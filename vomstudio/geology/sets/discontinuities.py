@@ -99,7 +99,7 @@ class Discontinuity:
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Arrangement of the planes of a set; None where positions, boundaries or areas are unknown.
+    """Arrangement of the planes of a set; values are None if their inputs are unknown.
 
     Attributes
     ----------
