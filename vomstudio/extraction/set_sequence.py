@@ -3,8 +3,7 @@
 The method follows Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geosciences 68, 38-52):
 
 - The normal of each point is computed from its 30 nearest points, including the point itself, if
-the
-  smallest eigenvalue is at most 20 % of their sum.
+  the smallest eigenvalue is at most 20 % of their sum.
 - The densest directions of the poles that are at least 10 degrees apart define the sets.
 - Each point is assigned to the nearest set within 30 degrees.
 - In each set, nearby points form clusters (DBSCAN; Ester, Kriegel, Sander & Xu 1996): four points

@@ -9,8 +9,7 @@ extension is T = (n + s) / sqrt 2; both are at 45 degrees to the fault in the mo
   statistic of the same authors, with equal weights for all faults.
 - Right dihedra (Angelier & Mechler 1977, Bulletin de la Societe geologique de France 19,
   1309-1318): the planes perpendicular to n and s divide the sphere into two dihedra that contain
-  the
-  greatest compression and two that contain the greatest extension. If all dihedra of one kind
+  the greatest compression and two that contain the greatest extension. If all dihedra of one kind
   overlap, a single stress state can have moved all faults.
 """
 

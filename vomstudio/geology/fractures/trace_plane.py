@@ -305,11 +305,9 @@ def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
     Traces are three-dimensional if either of two criteria is met:
 
     - They climb: the largest height difference from the first vertex of a line, summed over all
-    lines,
-      is at least 0.2 times the largest distance from it. Isotropic traces on a plane that dips 20
-      degrees climb 0.22, and 0.64 on a vertical plane; a rough pavement climbs less, however dense
-      or
-      noisy its vertices are.
+      lines, is at least 0.2 times the largest distance from it. Isotropic traces on a plane that
+      dips 20 degrees climb 0.22, and 0.64 on a vertical plane; a rough pavement climbs less,
+      however dense or noisy its vertices are.
     - They lie above each other, like bedding on a cliff: there are three or more lines whose mean
       heights scatter at least twice as much as the heights along each line, on a well-defined plane
       (its extent across is 3 times its scatter) that dips at least 20 degrees.
