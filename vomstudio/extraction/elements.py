@@ -42,7 +42,7 @@ from vomstudio.geometry.nearby.shared_corners import (
 )
 
 _MAX_SMOOTHINGS = 12
-# Own choice: minimum number of faces and roughness of a noisy mesh, in which the normals of
+# Not from a paper: minimum number of faces and roughness of a noisy mesh, in which the normals of
 # neighbouring faces differ by 30 degrees or more.
 _MIN_NOISY_FACES, _MIN_NOISE = 1_000, 0.12
 _POINTS_PER_CELL = 16.0

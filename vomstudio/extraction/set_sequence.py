@@ -48,7 +48,7 @@ CORE_POINTS = 4
 _RADIUS_DEVIATIONS = 2.0
 MAX_SETS = 20
 _MIN_RELATIVE_DENSITY = 0.05
-# Own choice: width of the kernel for the density of poles, and number of search directions.
+# Not from DSE: width of the kernel for the density of poles, and number of search directions.
 _KERNEL_DEG = 4.0
 _DIRECTIONS = 6000
 _REFINEMENTS = 5

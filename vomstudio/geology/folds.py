@@ -269,9 +269,7 @@ def fold_axis(
 def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
     """Return the semi-axes of the joint 95 % region of beta for n poles, larger first.
 
-    The semi-axes are in degrees.
-
-    They are None if there is no redundancy.
+    The semi-axes are in degrees. They are None if there is no redundancy.
     """
     if n < 3:
         return None

@@ -205,9 +205,8 @@ def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
     -------
     (n,) ndarray of bool
         Poles farther from the circle than `MIN_OUTLIER_RATIO` times the median scatter of the
-        others and than `MIN_OUTLIER_DEG`.
-        All values are False if more than one in `MIN_POLES_PER_OUTLIER` poles is an outlier, or if
-        fewer than eight others remain.
+        others and than `MIN_OUTLIER_DEG`. All values are False if more than one in
+        `MIN_POLES_PER_OUTLIER` poles is an outlier, or if fewer than eight others remain.
     """
     n, sample = len(poles), poles
     rng = np.random.default_rng(2)
