@@ -24,8 +24,8 @@ COVERS = ("facet", "bare", "vegetation", "debris")
 """Cover of an element: part of a facet, rock outside facets, vegetation or debris."""
 NEAR_PLANAR_SHARE = 0.30
 """Minimum nearly planar share according to Tavani et al."""
-# Not from the book. The surface variation of a plane is about 0, that of a ball of points 1/3, and that of
-# a 90-degree edge 0.1.
+# Not from the book. The surface variation of a plane is about 0, that of a ball of points 1/3, and
+# that of a 90-degree edge 0.1.
 _VOLUME_VARIATION = (16, 32, 64, 96), (0.11, 0.16, 0.20, 0.22)
 """Number of neighbouring points, and mean variation above which they fill a volume.
 
@@ -39,7 +39,8 @@ _BORDER_FACTOR = 0.75
 _MAX_AREA_RATIO, _MIN_LOOSE_VARIATION = 16.0, 0.08
 _MIN_PLANT_VARIATION = 0.02
 _MIN_PLANT_GREEN = 0.08
-# Not from the book: the excess green of grass is 0.2 to 0.4; drawn scale bars exceed the second value.
+# Not from the book: the excess green of grass is 0.2 to 0.4; drawn scale bars exceed the second
+# value.
 _GRASS_GREEN = 0.14, 0.9
 LEVEL_DEG = 10.0
 """Maximum dip of facets that may be level ground."""

@@ -48,15 +48,15 @@ from vomstudio.geometry.planes import FittedPlane
 
 # Minimum size of a facet on a mesh with few large faces, as a share of the area.
 _MIN_AREA_SHARE = 0.01
-# Not from the paper: share of wavy facets above which a warning is reported, and maximum rotation between
-# the pieces of a bend, in multiples of the threshold angle.
+# Not from the paper: share of wavy facets above which a warning is reported, and maximum rotation
+# between the pieces of a bend, in multiples of the threshold angle.
 _MAX_WAVY_SHARE, _MAX_BEND_ANGLES = 0.4, 3.0
 # Not from the paper: minimum width in standard deviations; a strip of constant width has 3.5.
 _MIN_WIDTH_DEVIATIONS = 2.0
 # Not from the paper: minimum scatter, relative to the spacing, at which levels are tested.
 _MIN_LEVEL_SCATTER = 0.05
-# Not from the paper: share of the area and spacing correction for sparsely covered parts (the areas of a
-# dozen points each make them this much wider by chance), and size of the sample.
+# Not from the paper: share of the area and spacing correction for sparsely covered parts (the areas
+# of a dozen points each make them this much wider by chance), and size of the sample.
 _THIN_AREA_SHARE, _SPACING_BIAS, _MAX_SAMPLE = 0.9, 1.2, 5_000
 # Number of blocks of facets that are fitted in parallel.
 _FIT_BLOCKS = 64

@@ -29,8 +29,8 @@ from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 _POINTS_PER_CELL = 16.0
 _CELL_GROWTH = 2.5
-# Not from a paper: maximum typical variation, above which larger cells are used, and maximum variation of
-# a single cell; an edge of 60 degrees reaches this value.
+# Not from a paper: maximum typical variation, above which larger cells are used, and maximum
+# variation of a single cell; an edge of 60 degrees reaches this value.
 _MAX_TYPICAL_VARIATION, _MAX_CELL_VARIATION = 0.02, 0.06
 # At this variation, one standard deviation of the scatter is a tenth of the cell size.
 _MAX_THIN_VARIATION = 0.007
