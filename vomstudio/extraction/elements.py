@@ -74,9 +74,8 @@ class CellPlanes:
     normals, variation, areas, noise : arrays
         Properties of the neighbourhood of each point, see `Elements`.
     wide : float
-        Width of the neighbourhoods that define normals if the noise exceeds the spacing, m. NaN if
-        the noise does not exceed it, inf if no neighbourhood defines a normal, 0 if single points
-        do.
+        If the noise exceeds the spacing, width of the neighbourhoods that define normals, m; NaN if
+        they do not define normals, inf if no neighbourhood does, 0 if single points do.
     """
 
     labels: Int32Array
