@@ -1,17 +1,18 @@
-"""Selection of the cost whose path has the most reliable plane, without knowing the truth.
+"""Selection of the cost whose path has the most reliable plane, without ground truth.
 
-The appearance of a contact differs from place to place: a dark bed in the sun is an edge in the
-shade. A path along a real contact is planar within the resolution of the model; one that has lost
-the contact wanders, and its residuals show it. The path whose plane has the smallest stated error
-therefore has the strongest evidence.
+The appearance of a contact varies along it: a bed that is dark in the sun is an edge in the shade.
+A path along a real contact is planar within the resolution of the model; a path that has lost the
+contact wanders, as its residuals show. The path whose plane has the smallest stated error therefore
+has the strongest evidence.
 
-A path that strays on a flat wall lies in the plane of that wall. A path whose plane is the
-outcrop's face is therefore ranked last.
+A path that leaves the contact on a flat wall lies in the plane of this wall. A path whose plane is
+the outcrop face is therefore ranked last.
 
-Selecting the best afterwards makes the stated error too small if no path is well determined: among
-several straight paths, which report so, one that strays has a plane for that very reason. If no
-verdict is good, the path that the others confirm most is selected, whatever its plane. A simulation
-shows how often the stated errors hold (docs/plane_errors.md, Followed traces).
+Selecting the best path after the fact makes the stated error too small if no path is well
+determined: among several straight paths, which report that they do not determine a plane, a path
+that leaves the contact has a plane for this very reason. If no verdict is good, the path that is
+best confirmed by the others is selected, whatever its plane. A simulation shows how often the
+stated errors hold (docs/plane_errors.md, Followed traces).
 """
 
 from __future__ import annotations
@@ -34,10 +35,10 @@ from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
 
 AUTO = "auto"
-"""Cost that selects the best of all."""
+"""Name of the option that selects the best of all costs."""
 _MAX_FACE_COSINE = float(np.cos(np.radians(DEFAULTS.surface_effect_deg)))
 _MAX_DISTANCE_RESOLUTIONS = 2.0
-"""Maximum distance, in resolutions of the model, of two paths along each other."""
+"""Maximum distance between two paths that run along each other, in model resolutions."""
 _RANK = {"good": 0, "doubtful": 1, "poor": 2}
 
 
@@ -48,21 +49,21 @@ class _Followed(Protocol):
 
 P = TypeVar("P", bound=_Followed)
 Face = Callable[[FloatArray], FloatArray | None]
-"""Returns the normal (3,) of the outcrop's face around points (n, 3), World; None if unknown."""
+"""Function that returns the normal (3,) of the outcrop face near World points (n, 3), or None."""
 Rank = tuple[int, float]
-"""Sort key of paths: verdict on the plane, and error of the plane, degrees."""
+"""Sort key of paths: verdict on the plane, and error of the plane in degrees."""
 
 
 @dataclass(frozen=True)
 class CostTrial:
-    """Compared cost, with the 95 % error of its plane; None without a plane."""
+    """Cost that was compared, with the 95 % error of its plane (None if there is no plane)."""
 
     cost: str
     error95_deg: float | None
 
 
 def available_costs(surface: SurfaceGraph) -> tuple[str, ...]:
-    """List the costs that a model has, without its fields.
+    """List the costs that are available for a model, except its fields.
 
     Parameters
     ----------
@@ -85,33 +86,33 @@ def follow_best(
     whole: bool = False,
     costs: Sequence[str] | None = None,
 ) -> tuple[Path, str, tuple[CostTrial, ...]]:
-    """Follow way-points by each cost and select the best path.
+    """Follow way-points with each cost and select the best path.
 
     Parameters
     ----------
     surface : SurfaceGraph
     way_points : (w, 3) array
-        World, m.
+        Way-points in the World frame, m.
     resolution_near : callable
-        Resolution of the model around points (n, 3), m.
+        Function that returns the resolution of the model around points (n, 3), m.
     face_near : callable, optional
-        Normal of the outcrop's face there.
+        Function that returns the normal of the outcrop face around these points.
     whole : bool
-        As in `Follower.follow`.
+        See `Follower.follow`.
     costs : sequence of str, optional
-        Default: all that the model has.
+        Costs to compare; by default, all costs that are available for the model.
 
     Returns
     -------
     path : Path
     cost : str
     trials : tuple of CostTrial
-        Best first.
+        Compared costs, in order of decreasing rank.
 
     Raises
     ------
     GeometryError
-        As `Follower.follow`.
+        See `Follower.follow`.
     """
 
     def follow(cost: str) -> Path:
@@ -132,27 +133,27 @@ def select_best_path(
     face_near: Face | None = None,
     doubtful: Callable[[P], Sequence[Range]] = lambda path: (),
 ) -> tuple[P, str, tuple[CostTrial, ...]]:
-    """Select the best path, as `follow_best`, for any follower.
+    """Select the best path of any follower. See `follow_best`.
 
     Parameters
     ----------
     costs : sequence of str
     follow : callable
-        Follows a path by a cost.
+        Function that follows a path with a given cost.
     resolution_near, face_near : callables
-        As in `follow_best`.
+        See `follow_best`.
     doubtful : callable
-        Returns the stretches of a path that may be on another contact.
+        Function that returns the stretches of a path that may follow another contact.
 
     Returns
     -------
     path, cost, trials
-        As `follow_best`.
+        See `follow_best`.
 
     Raises
     ------
     GeometryError
-        If no cost has a path.
+        If no cost results in a path.
     """
     candidates: list[tuple[Rank, int, P, CostTrial]] = []
     last_error: GeometryError | None = None
@@ -170,7 +171,7 @@ def select_best_path(
     candidates.sort(key=lambda each: each[:2])
     if candidates[0][0][0] != _RANK["good"] and len(candidates) > 2:
         shares = _confirmed([path.points for _, _, path, _ in candidates], resolution_near)
-        # Of equally confirmed paths the first one remains first.
+        # Among equally confirmed paths, the first one stays first.
         candidates.insert(0, candidates.pop(int(np.argmax(shares))))
     _, _, path, best = candidates[0]
     return path, best.cost, tuple(trial for *_, trial in candidates)
@@ -179,9 +180,9 @@ def select_best_path(
 def _confirmed(
     paths: Sequence[FloatArray], resolution_near: Callable[[FloatArray], float | None]
 ) -> FloatArray:
-    """Sum, for each path, the shares that the other paths confirm.
+    """Sum the shares of each path that are confirmed by the other paths.
 
-    A share is the smaller one of path and other path that run along each other.
+    The share of a pair is the smaller of the shares of both paths that run along each other.
     """
     from scipy.spatial import cKDTree
 
@@ -206,11 +207,11 @@ def rank_path(
     Parameters
     ----------
     points : (n, 3) ndarray
-        World.
+        Points of the path in the World frame, m.
     resolution_near : callable
-        Returns the effective resolution of the model near points (n, 3).
+        Function that returns the effective resolution of the model near points (n, 3).
     face_near : Face, optional
-        Returns the normal of the face near points (n, 3).
+        Function that returns the normal of the face near points (n, 3).
     doubtful : sequence of Range, optional
         First and last row of each doubtful stretch.
 
@@ -218,7 +219,7 @@ def rank_path(
     -------
     rank : Rank
     error95_deg : float or None
-        Stated error of the plane.
+        Stated 95 % error of the plane, degrees; None if there is no plane.
     """
     try:
         fit = fit_plane(points)

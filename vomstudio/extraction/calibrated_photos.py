@@ -1,4 +1,4 @@
-"""Calibrated photos of a model in World, with their pixels."""
+"""Calibrated photos of a model in the World frame, with their pixels."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
 
-# Distance within which a line of sight meets a point of a cloud, in typical spacings.
+# Distance within which a line of sight hits a point of a cloud, in typical point spacings.
 _SIGHT_RADIUS_SPACINGS = 1.0
-# Relative tolerance of the aspect ratio of a reduced photo and its camera.
+# Tolerance for the aspect ratio of a reduced photo relative to its camera.
 _ASPECT_TOLERANCE = 0.005
 _FULL_SIZE_PX = 1 << 30
 
 
 @dataclass(frozen=True, eq=False)
 class CalibratedPhotos:
-    """Photos of a model with their cameras.
+    """Photos of a model with their calibrated cameras.
 
     Parameters
     ----------
     views : PhotoViews
-        Views of the model, World.
+        Views of the model in the World frame.
     view_row : int
         Row of the requested view.
     files : mapping of int to Path
-        Files of the photos that were found, by row of the views.
+        Files of the photos that were found, by row of the view.
     cameras : Path
     warnings : tuple of Finding
     """
@@ -57,7 +57,7 @@ class CalibratedPhotos:
         return self.views.views[self.view_row].name
 
     def pixels(self, view: int) -> ByteArray:
-        """Read the pixels of a photo as stored, in the size of its camera.
+        """Read the pixels of a photo in their stored orientation, at the size of its camera.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class CalibratedPhotos:
         Raises
         ------
         InputError
-            If the photo cannot be read or has another size.
+            If the photo cannot be read, or if its size does not match.
         """
         from vomstudio.io.photos.pixels import read_stored
 
@@ -99,20 +99,20 @@ def open_photos(
     cameras: str | Path,
     to_world: npt.ArrayLike | None = None,
 ) -> CalibratedPhotos:
-    """Open the photos of a camera file, one of which is requested.
+    """Open the photos of a camera file, one of which is the requested photo.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        The model, World, m.
+        Model in the World frame, m.
     resolution : float
         Resolution of the model, m.
     photo : str or Path
-        File, or name of a photo that is where the cameras state it or beside them.
+        File, or name of a photo that is at the location given in the camera file or beside it.
     cameras : str or Path
-        Poses and lenses, in the frame of the model's file.
+        Poses and lenses in the frame of the model file.
     to_world : (4, 4) array_like, optional
-        Transform from the frame of the model's file to World.
+        Transform from the frame of the model file to the World frame.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def open_photos(
     Raises
     ------
     InputError, UsageError
-        Both name the file.
+        If the photo or the camera file cannot be used; the error names the file.
     """
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.io.photos.cameras_file import Cameras
@@ -153,9 +153,10 @@ def open_photos(
 
 
 def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, dict[int, Path]]:
-    """Return the row of the requested photo, and the files of all photos that exist.
+    """Return the row of the requested photo, and the files of all existing photos.
 
-    Photos are searched beside the requested one if that is a file, else where the cameras state.
+    Photos are searched beside the requested photo if it is a file, otherwise at the locations given
+    in the camera file.
     """
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
     from vomstudio.io.photos.own_cameras.result import OwnCameras
@@ -184,7 +185,7 @@ def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, di
 
 
 def scale_view(view: View, file: Path | None) -> View:
-    """Return the view scaled to its photo's file.
+    """Return a view scaled to the size of its photo file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Decimation of meshes that are far finer than required, by clustering their vertices."""
+"""Decimation of meshes that are much finer than required, by vertex clustering."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from vomstudio.geometry.kernels.jit import for_reading
 
 @dataclass(frozen=True, eq=False)
 class ThinnedMesh:
-    """Decimated mesh.
+    """Decimated mesh and its relation to the original mesh.
 
     Parameters
     ----------
     vertices : (n, 3) array
     nodes : (vertices of the input,) int array
-        New vertex that replaces each old one.
+        New vertex that replaces each original vertex.
     faces : (k, 3) int array
     rows : (k,) int array
-        Face of the input that each face was.
+        Original face from which each face is derived.
     areas : (k,) array
-        Area of the input that each face represents.
+        Area of the original mesh that each face represents.
     """
 
     vertices: FloatArray
@@ -35,19 +35,19 @@ class ThinnedMesh:
 
 
 def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh:
-    """Merge vertices that are in one cube and connected by edges within it.
+    """Merge vertices that lie in the same cube and are connected by edges within it.
 
     Each cluster is replaced by its mean (after Rossignac & Borrel 1993, but only for connected
     vertices). Faces with fewer than three remaining vertices are removed, and their area is
-    distributed to the faces around. A piece smaller than a cube, which would lose all its faces,
-    stays unchanged.
+    distributed to the surrounding faces. A component smaller than a cube, which would lose all its
+    faces, remains unchanged.
 
     Parameters
     ----------
     vertices : (v, 3) array
     faces : (f, 3) int array
     cell : float
-        Side of the cubes, in the unit of the vertices.
+        Side length of the cubes, in the unit of the vertices.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     middle = np.stack([np.bincount(nodes, vertices[:, k]) / count for k in range(3)], axis=1)
     rows = np.flatnonzero(is_kept)
     new_faces = nodes[faces[rows]]
-    # Each corner of a face receives a third of its area.
+    # Each corner of a face receives a third of the area of the face.
     old_area = np.zeros(len(count))
     area = np.empty(len(faces))
     accumulate_areas(for_reading(vertices, np.float64), faces, nodes, area, old_area)
@@ -89,7 +89,7 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
 
 
 def _merge_isolated(lost: IntArray, kept_faces: IntArray, faces: IntArray, root: IntArray) -> None:
-    """Merge vertices without a face, as the tips of a rim, into a neighbouring vertex."""
+    """Merge vertices without a face, such as the tips of a rim, into a neighbouring vertex."""
     is_isolated = np.zeros(len(root), np.bool_)
     is_isolated[lost] = True
     is_isolated[kept_faces.ravel()] = False
@@ -101,6 +101,6 @@ def _merge_isolated(lost: IntArray, kept_faces: IntArray, faces: IntArray, root:
 
 
 def _has_three_corners(faces: IntArray) -> BoolArray:
-    """Return which faces (k, 3) have three distinct corners."""
+    """Return for each face (k, 3) whether it has three distinct corners."""
     a, b, c = faces.T
     return np.asarray((a != b) & (b != c) & (c != a))

@@ -1,6 +1,6 @@
-"""Elements of a surface: faces of a mesh or points of a cloud.
+"""Surface elements: the faces of a mesh or the points of a cloud.
 
-They have neighbours, normals, areas and the local resolution; facets consist of them.
+They have neighbours, normals, areas and a local resolution, and form the facets.
 """
 
 from __future__ import annotations
@@ -42,39 +42,40 @@ from vomstudio.geometry.nearby.shared_corners import (
 )
 
 _MAX_SMOOTHINGS = 12
-# Not from a paper: minimum number of faces and roughness of a noisy mesh, in which neighbouring
-# faces differ by 30 degrees and more.
+# Not from a paper: minimum number of faces and roughness of a noisy mesh, in which the normals of
+# neighbouring faces differ by 30 degrees or more.
 _MIN_NOISY_FACES, _MIN_NOISE = 1_000, 0.12
 _POINTS_PER_CELL = 16.0
 MIN_POINTS_AROUND = 20
-"""Minimum number of points in and around a cell for a plane."""
+"""Minimum number of points in and around a cell for fitting a plane."""
 _MAX_NOISE_SAMPLE = 40_000
 _MIN_SPARSE_POINTS = 1_000
 _MAX_MEDIAN_SAMPLE = 100_000
 _MAX_NORMAL_ERROR_DEG, _MAX_WRONG_SHARE = 30.0, 0.03
-# Maximum variation of points that define a normal; an edge of 60 degrees has as much.
+# Maximum variation of points that define a normal; an edge of 60 degrees reaches this value.
 _MAX_FLAT_VARIATION = 0.06
 NO_SURFACE = 1.0 / 3.0
-"""Variation of a point that is not part of a surface."""
-# A point is isolated if its neighbours are this many times farther away than theirs are from them.
+"""Surface variation of a point that is not part of a surface."""
+# A point is isolated if its neighbours are this many times farther from it than from their own
+# neighbours.
 _MAX_DISTANCE_RATIO = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class CellPlanes:
-    """Planes of cells, transferred to the points (n,) of a cloud sorted by cells.
+    """Planes of cells, transferred to the points (n,) of a cloud sorted by cell.
 
     Parameters
     ----------
     labels : (n,) int32 array
-        Plane, -1 for none.
+        Plane of each point; -1 if it belongs to none.
     open : (n,) bool array
-        Points to analyse individually.
+        Points that must be analysed individually.
     normals, variation, areas, noise : arrays
-        Of the surroundings, as in `Elements`.
+        Properties of the neighbourhood of each point, see `Elements`.
     wide : float
-        If the noise exceeds the spacing: width of the surroundings that define normals, m. NaN if
-        they do not, inf if none do, 0 if single points do.
+        If the noise exceeds the spacing, width of the neighbourhoods that define normals, m; NaN if
+        they do not define normals, inf if no neighbourhood does, 0 if single points do.
     """
 
     labels: Int32Array
@@ -87,7 +88,7 @@ class CellPlanes:
 
 
 def approximate_median(values: FloatArray) -> float:
-    """Return the median, for many values that of a regular sample.
+    """Return the median; for many values, that of a regular sample.
 
     Parameters
     ----------
@@ -101,45 +102,46 @@ def approximate_median(values: FloatArray) -> float:
 
 
 PlaneFinder = Callable[[FloatArray, bool], tuple[CellGrid, CellPlanes]]
-"""Finds planes on cells of places (n, 3), given whether their noise is known to be large."""
+"""Function that finds planes on cells of points (n, 3), given whether the noise is large."""
 
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Pieces of a surface; lengths in the unit of World.
+    """Elements of a surface; lengths are in the unit of the World frame.
 
     Parameters
     ----------
     of : {"face", "point", "cell"}
-        Kind of piece; a cell contains the points in a cube.
+        Kind of element; a cell contains the points in a cube.
     origin : (3,) array
-        To be added to all places.
+        Offset to be added to `places`.
     places : (n, 3) array
-        Relative to the origin.
+        Positions relative to the origin.
     normals : (n, 3) array
-        Unit vectors of arbitrary sign, NaN if unknown.
+        Unit vectors with arbitrary sign; NaN if unknown.
     areas : (n,) array
     inner : (n, 6) array
-        Second moments of each piece about its place over its area (xx, yy, zz, xy, xz, yz), or one
-        row of zeros for all.
+        Second moments of each element about its position, divided by its area (xx, yy, zz, xy, xz,
+        yz), or a single row of zeros for all.
     variation : (n,) array
-        Surface variation, 0 for flat, `NO_SURFACE` for none, NaN if unknown.
+        Surface variation: 0 if flat, `NO_SURFACE` if there is no surface, NaN if unknown.
     spacing, noise : (n,) arrays
-        Mean local spacing of the model's points, and their scatter about the surface.
+        Mean local spacing of the points of the model, and their scatter about the surface.
     starts, near : int arrays
-        The neighbours of e are near[starts[e]:starts[e + 1]]. Points that scatter in all directions
-        have none.
+        The neighbours of element e are near[starts[e]:starts[e + 1]]. Points that scatter in all
+        directions have no neighbours.
     rows : (n,) int array
-        Faces or points of the model.
+        Face or point of the model for each element.
     row_of : int array
-        Element of each face or point of the model, -1 for none.
+        Element of each face or point of the model; -1 if there is none.
     warnings : tuple of Finding
     begun : (n,) int32 array, optional
-        Known facets; points inside one have no list of neighbours.
+        Facets known in advance; points inside them have no list of neighbours.
     around : int
-        Number of points for normals and variation; 0 for wide surroundings.
+        Number of points used for normals and variation; 0 for wide neighbourhoods.
     fewer : (n,) bool array, optional
-        Points that use the smallest number; None if none does.
+        Points for which the smallest number of neighbours is used; None if there are no such
+        points.
     """
 
     of: Literal["face", "point", "cell"]
@@ -172,18 +174,19 @@ class Elements:
 def build_elements(
     data: Mesh | PointCloud, angle_deg: float, progress: Progress, begin: PlaneFinder | None = None
 ) -> Elements:
-    """Build the elements of a model.
+    """Build the surface elements of a model.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     angle_deg : float
-        Maximum angle between the normals of one facet. Normals are averaged over as much of the
-        surface as their noise requires.
+        Maximum angle between the normals within a facet. Normals are averaged over a part of the
+        surface whose size depends on their noise.
     progress : Progress
     begin : callable, optional
-        Finds planes on cells of a large cloud, before its points are analysed individually.
+        Function that finds planes on the cells of a large cloud before its points are analysed
+        individually.
 
     Returns
     -------
@@ -278,10 +281,10 @@ def _cloud_elements(
 def _build_grid(
     points: FloatArray, begin: PlaneFinder | None
 ) -> tuple[CellGrid, CellPlanes | None, IntArray | None, FloatArray]:
-    """Sort points into cells.
+    """Sort points into cells and find planes on the cells.
 
-    Returns the grid, the planes found on its cells, the rows of finite points (None for all), and
-    the origin of the places.
+    Return the grid, the planes found on its cells, the rows of the finite points (None if all are
+    finite), and the origin of the positions.
     """
     coordinates = for_reading(points, np.float64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -300,9 +303,9 @@ def _build_grid(
 def _separate_scattered(
     grid: CellGrid, open_: IntArray, is_sparse: BoolArray
 ) -> tuple[IntArray, IntArray, float]:
-    """Separate open points to analyse from scattered ones in sparse cells.
+    """Separate open points that are analysed from scattered points in sparse cells.
 
-    Also returns the area of each of the latter.
+    The area of each scattered point is also returned.
     """
     is_thin = is_sparse[grid.cells_of(open_)]
     if is_thin.sum() < _MIN_SPARSE_POINTS:
@@ -315,7 +318,7 @@ def _separate_scattered(
 def _surroundings(
     open_: IntArray, surroundings: PointNeighbourhoods, begun: CellPlanes | None, n: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Combine normals, variation, areas and noise of n points from points (if open) and cells."""
+    """Combine normals, variation, areas and noise of n points from open points and cells."""
     neighbour_count = surroundings.near.shape[1]
     if begun is None:
         normals, variation, areas, noise = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
@@ -332,7 +335,7 @@ def _surroundings(
     typical *= np.sqrt(neighbour_count / np.pi)
     isolated = open_[far > 2.0 * _MAX_DISTANCE_RATIO * typical]
     areas[open_] = np.pi * np.minimum(far, _MAX_DISTANCE_RATIO * typical) ** 2 / neighbour_count
-    # In a disc of area A the variance along each diameter is A / (4 pi).
+    # In a disc of area A, the variance along each diameter is A / (4 pi).
     variance = np.maximum(surroundings.variation, 0.0) * surroundings.around * areas[open_]
     noise[open_] = np.sqrt(variance / (2.0 * np.pi))
     normals[isolated], variation[isolated] = np.nan, NO_SURFACE
@@ -350,9 +353,9 @@ def _noise_warning(begun: CellPlanes) -> Finding:
 
 
 def _required_neighbours(begun: CellPlanes, angle_deg: float) -> int | None:
-    """Return the number of neighbours for stable normals, from the noise within planes.
+    """Return the number of neighbours for stable normals, based on the noise within planes.
 
-    None if planes cover less than half of the cloud.
+    Return None if planes cover less than half of the cloud.
     """
     if begun.wide:
         return NORMAL_COUNTS[0]
@@ -361,8 +364,8 @@ def _required_neighbours(begun: CellPlanes, angle_deg: float) -> int | None:
         return None
     closed = np.flatnonzero(~begun.open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
     noise = float(np.median(begun.noise[closed] / np.sqrt(begun.areas[closed])))
-    # The error of the normal of k points with this noise is 2 sqrt(pi) noise / (spacing k). Normals
-    # of neighbours, which share points, differ by about as much at the median.
+    # With k points and this noise, the error of a normal is 2 sqrt(pi) noise / (spacing k). The
+    # normals of neighbours, which share points, have about the same median difference.
     required = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
     return next((count for count in NORMAL_COUNTS if count >= required), NORMAL_COUNTS[-1])
 
@@ -370,17 +373,18 @@ def _required_neighbours(begun: CellPlanes, angle_deg: float) -> int | None:
 def _merge_normals(
     file_normals: FloatArray, fitted: FloatArray, variation: FloatArray, warnings: list[Finding]
 ) -> FloatArray:
-    """Replace fitted normals by those of the file where these agree with the points.
+    """Replace fitted normals by the normals of the file where they agree with the points.
 
-    If the median angle between them is large, or too many differ in flat parts, a warning is
-    appended and fewer or none of the file's normals are used.
+    If the median angle between them is large, or if too many of them differ in flat parts, a
+    warning is appended and fewer or none of the file normals are used.
 
     Parameters
     ----------
     file_normals, fitted : (n, 3) arrays
-        NaN or zero if unknown; those fitted are unit vectors.
+        NaN or zero if unknown; the fitted normals are unit vectors.
     variation : (n,) array
-        Surface variation: large near edges, where fitted normals lie between two faces.
+        Surface variation; it is large near edges, where fitted normals lie between those of two
+        faces.
     warnings : list of Finding
     """
     size = np.linalg.norm(file_normals, axis=1)
@@ -405,7 +409,7 @@ def _merge_normals(
                 limit_deg=_MAX_NORMAL_ERROR_DEG,
             )
         )
-        # Near an edge as many may be wrong, but the points do not show which ones.
+        # Near an edge just as many may be wrong, but the points do not reveal which ones.
         known &= flat
     return np.where((known & ~wrong)[:, None], unit, fitted)
 
@@ -425,7 +429,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.cross(edge_a, edge_b)
     double = np.linalg.norm(cross, axis=1)
-    # Slivers have no reliable normal.
+    # Slivers do not have reliable normals.
     longest = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
     rows = np.flatnonzero(is_finite_face & (double > 1e-9 * longest))
     if not len(rows):
@@ -461,7 +465,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
     if not is_stable:
         place_normals = estimate_normals(places, angle_deg, progress)
         normals = normals if place_normals is None else place_normals
-    # A mesh has two faces per vertex.
+    # A mesh has about two faces per vertex.
     spacing = np.sqrt(2.0 * areas)
     return Elements(
         "face",
@@ -484,7 +488,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
 def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, Int32Array]:
     """List the neighbours of faces across edges and gaps.
 
-    The faces of an edge with more than two faces form a ring.
+    The faces that share an edge with more than two faces form a ring.
     """
     k = len(nodes)
     a = nodes.ravel()
@@ -509,10 +513,10 @@ def _stabilise_normals(
     angle_deg: float,
     progress: Progress,
 ) -> tuple[FloatArray, FloatArray, bool]:
-    """Smooth normals until neighbours agree.
+    """Smooth normals until those of neighbours agree.
 
-    Returns the normals, the roughness (half the mean squared sine between each original face and
-    its neighbours), and whether neighbours agree.
+    Return the normals, the roughness (half the mean squared sine of the angles between each
+    original face and its neighbours), and whether neighbours agree.
     """
     if not len(near):
         return normals, np.zeros(len(normals)), True
@@ -521,7 +525,7 @@ def _stabilise_normals(
     number = np.diff(starts)
     source = np.repeat(np.arange(len(normals)), number)
     roughness = np.bincount(source, 1.0 - cosine**2, len(normals)) / np.maximum(number, 1) / 2.0
-    # Do not smooth across edges.
+    # Do not smooth across sharp edges.
     min_cosine = float(np.cos(np.radians(min(2.5 * angle_deg, 60.0))))
     for _ in range(_MAX_SMOOTHINGS):
         angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
@@ -532,8 +536,8 @@ def _stabilise_normals(
         normals = out
         neighbour_cosines(normals, starts, near, cosine)
         progress.step(0)
-    # If the noise is about half of a side, faces have arbitrary directions and their places define
-    # better normals. A mesh with few faces has sharp edges of its own.
+    # If the noise is about half of a side, faces have arbitrary orientations, and their positions
+    # define better normals. The sharp edges of a mesh with few faces are real.
     angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
     noisy = len(normals) >= _MIN_NOISY_FACES and float(np.median(roughness)) > _MIN_NOISE
     return normals, roughness, not noisy or bool(angle <= 0.5 * MAX_ANGLE_SHARE * angle_deg)

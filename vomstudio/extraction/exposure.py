@@ -1,10 +1,11 @@
-"""Exposed rock of a model, and the share of it that is near-planar.
+"""Exposed rock of a model, and the share of it that is nearly planar.
 
-Tavani et al., section 4.1.3: if less than 30 % of the exposure is near-planar, planes found
-automatically do not represent the outcrop. Vegetation scatters in all directions at the scale of
-the resolution (in a cloud), is green and rough, or is very green, like a lawn. Debris is gentle
-ground whose pieces face all directions at a scale of twenty resolutions. A level bed and a sheet of
-gravel or asphalt have the same shape, so the level share is reported separately.
+According to Tavani et al., section 4.1.3, planes that are found automatically do not represent the
+outcrop if less than 30 % of the exposure is nearly planar. Vegetation scatters in all directions at
+the scale of the resolution (in a cloud), is green and rough, or is very green, like a lawn. Debris
+is gently dipping ground whose elements face all directions at a scale of twenty resolutions. A
+level bed has the same shape as a sheet of gravel or asphalt, so the level share is reported
+separately.
 """
 
 from __future__ import annotations
@@ -20,27 +21,29 @@ from vomstudio.geometry.kernels.cells import tabulate
 from vomstudio.geometry.kernels.jit import for_kernels
 
 COVERS = ("facet", "bare", "vegetation", "debris")
-"""Cover of an element: in a facet, rock outside facets, vegetation, debris."""
+"""Cover of an element: part of a facet, rock outside facets, vegetation or debris."""
 NEAR_PLANAR_SHARE = 0.30
-"""Minimum share after Tavani et al."""
-# Not from the book. A plane has a surface variation of about 0, a ball of points 1/3, an edge of
-# 90 degrees 0.1.
+"""Minimum nearly planar share according to Tavani et al."""
+# Not from the book. The surface variation of a plane is about 0, that of a ball of points 1/3, and
+# that of a 90-degree edge 0.1.
 _VOLUME_VARIATION = (16, 32, 64, 96), (0.11, 0.16, 0.20, 0.22)
-"""Number of points around, and mean variation of neighbours above which they fill a volume.
+"""Number of neighbouring points, and mean variation above which they fill a volume.
 
-Of points that fill a volume, 99 of 100 are above 0.13, 0.19, 0.23, 0.25: small samples of a ball
-vary less. Points that scatter about a plane by half of the spacing are at 0.07, 0.04, 0.02, 0.02,
-by a whole spacing at 0.15, 0.13, 0.08, 0.06."""
+For points that fill a volume, 99 of 100 values exceed 0.13, 0.19, 0.23, 0.25: the variation of
+small samples of a ball is lower. For points that scatter about a plane by half of the spacing, the
+values are 0.07, 0.04, 0.02, 0.02; for a whole spacing, they are 0.15, 0.13, 0.08, 0.06."""
 _BORDER_FACTOR = 0.75
-# A point with a sixteenth of the typical density is scattered, not part of a thinly covered
-# surface, if those around it are not flat. The variation of rough rock is 0.05, of its edges 0.1.
+# A point with a sixteenth of the typical density is scattered rather than part of a sparsely
+# covered surface if the points around it are not flat. The variation of rough rock is 0.05, that of
+# its edges 0.1.
 _MAX_AREA_RATIO, _MIN_LOOSE_VARIATION = 16.0, 0.08
 _MIN_PLANT_VARIATION = 0.02
 _MIN_PLANT_GREEN = 0.08
-# Not from the book: grass has an excess green of 0.2 to 0.4; drawn scales exceed the second value.
+# Not from the book: the excess green of grass is 0.2 to 0.4; drawn scale bars exceed the second
+# value.
 _GRASS_GREEN = 0.14, 0.9
 LEVEL_DEG = 10.0
-"""Maximum dip of facets that may be ground."""
+"""Maximum dip of facets that may be level ground."""
 _CELL_RESOLUTIONS = 20.0
 _MAX_GENTLE_DEG = 40.0
 _MIN_JUMBLED_SHARE = 0.25
@@ -48,26 +51,26 @@ _MIN_JUMBLED_SHARE = 0.25
 
 @dataclass(frozen=True)
 class Exposure:
-    """Areas of a model by cover; shares are None if the denominator is zero.
+    """Areas of a model by cover; a share is None if its denominator is zero.
 
     Parameters
     ----------
     area_m2 : float
     coverage : float or None
-        Share of the whole model in facets.
+        Share of the whole model that is part of facets.
     near_planar_share : float or None
-        Share of the exposed rock, without vegetation and debris, in facets that are large compared
-        with the resolution.
+        Share of the exposed rock (without vegetation and debris) in facets that are large relative
+        to the resolution.
     level_share : float or None
-        Share of the exposed rock in such facets that dip less than `LEVEL_DEG`.
+        Share of the exposed rock in large facets that dip less than `LEVEL_DEG`.
     vegetation_share, debris_share : float
-        Of the whole model.
+        Shares of the whole model.
     exposed_m2 : float
         Area of the exposed rock.
     by_facet_m2 : (facets,) array
         Exposed area of each large facet.
     covers : (elements,) int32 array
-        Index into `COVERS`.
+        Index into `COVERS` for each element.
     """
 
     area_m2: float
@@ -88,20 +91,20 @@ def measure_exposure(
     level: BoolArray,
     colors: FloatArray | None,
 ) -> Exposure:
-    """Measure the exposed rock and its near-planar share.
+    """Measure the exposed rock of a model and its nearly planar share.
 
     Parameters
     ----------
     elements : Elements
     labels : (n,) int32 array
-        Facet of each element, -1 for none.
+        Facet of each element; -1 if it belongs to none.
     large : (n,) bool array
-        Whether that facet is large enough for a reliable error; any surface is planar at the scale
-        of its points.
+        Whether the facet of each element is large enough for a reliable error; any surface is
+        planar at the scale of its points.
     level : (n,) bool array
-        Whether the facet dips less than `LEVEL_DEG`.
+        Whether the facet of each element dips less than `LEVEL_DEG`.
     colors : (n, 3) array or None
-        0 to 255.
+        Colour components from 0 to 255.
 
     Returns
     -------
@@ -112,8 +115,8 @@ def measure_exposure(
     variation = _smooth_variation(elements)
     volume = fills_volume(elements, variation)
     if volume.any() and not volume.all():
-        # The distance between points that fill a volume, or are isolated, is not the side of a
-        # piece of a surface.
+        # The distance between points that fill a volume or are isolated does not correspond to the
+        # side of a surface element.
         area[volume] = np.minimum(area[volume], approximate_median(area[~volume]))
     plants = ~inside & volume
     if colors is not None:
@@ -146,17 +149,17 @@ def measure_exposure(
 def fills_volume(
     elements: Elements, variation: FloatArray | None = None, skin: bool = False
 ) -> BoolArray:
-    """Find points (n,) that scatter in all directions or are not part of a surface.
+    """Find the points (n,) that scatter in all directions or are not part of a surface.
 
     Parameters
     ----------
     elements : Elements
     variation : (n,) array, optional
-        Mean variation of each point and its neighbours, if known.
+        Mean variation of each point and its neighbours, if already known.
     skin : bool
-        Include the border of a volume.
+        Whether to include the boundary of a volume.
     """
-    # Faces of a mesh at ledges also face all directions, so meshes are excluded.
+    # Meshes are excluded, because faces at ledges also face all directions.
     if elements.of != "point" or not elements.around:
         return np.zeros(len(elements), np.bool_)
     if variation is None:
@@ -188,7 +191,7 @@ def is_grass(colors: FloatArray) -> BoolArray:
 
 
 def _excess_green(colors: FloatArray) -> FloatArray:
-    """Return the excess green of chromatic coordinates (Woebbecke et al. 1995)."""
+    """Return the excess green of the chromatic coordinates (Woebbecke et al. 1995)."""
     total = np.maximum(colors.sum(axis=1), 1.0)
     return np.asarray((3.0 * colors[:, 1] - total) / total)
 
@@ -207,7 +210,7 @@ def _smooth_variation(elements: Elements) -> FloatArray:
 
 
 def _jumbled_ground(elements: Elements, candidates: BoolArray) -> BoolArray:
-    """Find candidates in gentle cells of twenty resolutions with elements facing all ways."""
+    """Find candidates in gently dipping cells of twenty resolutions that face all directions."""
     if not candidates.any():
         return candidates
     spacing = np.sqrt(elements.typical_area * (2.0 if elements.of == "face" else 1.0))
@@ -235,7 +238,7 @@ def _jumbled_ground(elements: Elements, candidates: BoolArray) -> BoolArray:
     for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
         tensor[:, i, j] = tensor[:, j, i] = means[:, at]
         spread[:, i, j] = spread[:, j, i] = means[:, 9 + at] - mean[:, i] * mean[:, j]
-    # Share of the squared normals across their common axis.
+    # Share of the squared normals perpendicular to their common axis.
     jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _MIN_JUMBLED_SHARE
     upward = np.abs(np.linalg.eigh(spread)[1][:, 2, 0])
     gentle = upward >= np.cos(np.radians(_MAX_GENTLE_DEG))

@@ -1,4 +1,4 @@
-"""Options of the search for facets, declared once for every door."""
+"""Options of the facet search, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ MAX_POINTS = 2**31 - 1
 
 @dataclass(frozen=True)
 class FacetOptions(Options):
-    """Thresholds of facets; None for an automatic value.
+    """Thresholds of the facet search; None selects a value automatically.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds, and for a distance with the preset ``dse``.
+        If a value is outside its bounds, or if a distance is combined with the preset ``dse``.
     """
 
     angle_deg: float | None = option(
@@ -87,12 +87,12 @@ class FacetOptions(Options):
 
     @property
     def used_angle_deg(self) -> float:
-        """Angle that applies, degrees: the given one, or the default of the preset."""
+        """Effective angle in degrees: the given angle, or the default of the preset."""
         default = DEFAULT_ANGLE_DEG if self.preset is None else DSE_ANGLE_DEG
         return default if self.angle_deg is None else self.angle_deg
 
     @property
     def used_min_points(self) -> int:
-        """Minimum number of points that applies: the given one, or the default of the preset."""
+        """Effective minimum number of points: the given number, or the default of the preset."""
         default = DEFAULT_MIN_POINTS if self.preset is None else DSE_MIN_POINTS
         return default if self.min_points is None else self.min_points

@@ -1,4 +1,4 @@
-"""Facets of a model, with sets if requested."""
+"""Search for the facets of a model and, on request, their sets."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ def search(
     frame: str,
     progress: Progress,
 ) -> FacetTable:
-    """Find the facets of a model, with sets if requested.
+    """Find the facets of a model and, on request, their sets.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     options : FacetOptions
     model : str
         Name of the model.
     frame : str
-        Reference of azimuths.
+        Reference direction of azimuths.
     progress : Progress
 
     Returns

@@ -1,4 +1,4 @@
-"""Sets among the facets of a model."""
+"""Sets of the facets of a model."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from vomstudio.io.text.set_columns import DISCONTINUITY, parse_rings
 
 
 def add_sets(table: FacetTable, facets: list[Facet]) -> FacetTable:
-    """Add the sets that `vomstudio sets` proposes for the planes of facets.
+    """Add the sets proposed for the planes of facets, as in `vomstudio sets`.
 
-    Each facet counts once. The rows receive the name of the set and the discontinuity, `set_of` the
-    index of the set, -1 for none.
+    Each facet counts once. The rows receive the names of the set and of the discontinuity, and
+    `set_of` receives the index of the set, -1 for none.
 
     Parameters
     ----------
     table : FacetTable
     facets : list of Facet
-        Facets of the rows.
+        Facets that correspond to the rows.
 
     Returns
     -------
@@ -42,14 +42,14 @@ def add_sets(table: FacetTable, facets: list[Facet]) -> FacetTable:
 
 
 def add_proposal(table: FacetTable, facets: list[Facet], proposal: SetProposal) -> FacetTable:
-    """Add known sets to a table of facets.
+    """Add the sets of a proposal to a table of facets.
 
     Parameters
     ----------
     table : FacetTable
     facets : list of Facet
     proposal : SetProposal
-        In the order of the facets.
+        Proposal in the order of the facets.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def add_proposal(table: FacetTable, facets: list[Facet], proposal: SetProposal) 
 
 
 def facet_poles(table: FacetTable) -> FloatArray:
-    """Return the poles of the rows.
+    """Return the poles of the facets in a table.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def facet_poles(table: FacetTable) -> FloatArray:
     Returns
     -------
     (n, 3) ndarray
-        World frame.
+        In the World frame.
     """
     direction, dip = (
         np.array([row[name] for row in table.rows], np.float64)
@@ -98,7 +98,7 @@ def facet_poles(table: FacetTable) -> FloatArray:
 
 
 def facet_pieces(table: FacetTable, facets: list[Facet]) -> Pieces:
-    """Return position and extent of the facets, for discontinuities.
+    """Return the positions and extents of facets, for deriving discontinuities.
 
     Parameters
     ----------

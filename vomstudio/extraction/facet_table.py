@@ -1,4 +1,4 @@
-"""Result of `vomstudio facets` and `vs.facets`: a table of facets and their coverage."""
+"""Table of facets and their coverage, the result of `vomstudio facets` and `vs.facets`."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
 WKT = "wkt"
-"""Column of the border, after those of the orientation table."""
+"""Column for the boundary, placed after the columns of the orientation table."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FacetTable(PrintableResult):
-    """Facets of a model and the share of it that they cover.
+    """Facets of a model, and the share of the model that they cover.
 
     Parameters
     ----------
     facets : int
         Number of facets.
     rows : list of dict
-        Rows of the orientation table with `wkt`, the border in World; `id` is the facet's label.
+        Rows of the orientation table with the boundary in the World frame (`wkt`); `id` is the
+        label of the facet.
     coverage : float or None
-        Share of the model's area in facets.
+        Share of the area of the model that belongs to facets.
     near_planar_share : float or None
-        The same share of the exposed rock, without vegetation and debris.
+        The same share relative to the exposed rock, without vegetation and debris.
     level_share : float or None
-        Share of the exposed rock in facets that dip less than 10 degrees and may be ground.
+        Share of the exposed rock in facets that dip less than 10 degrees and may be level ground.
     sets, discontinuities : tuple
-        As in `vomstudio sets`, if requested.
+        Sets and discontinuities as in `vomstudio sets`, if requested.
     facet, set_of : (points,) int32 arrays
-        Facet and set of each point or vertex of the model, -1 for none.
+        Facet and set of each point or vertex of the model; -1 for none.
     area_m2, vegetation_share, debris_share : float
-        Of the whole model.
+        Area and shares of the whole model.
     angle_deg, max_distance_m, min_points, min_area_m2
-        Thresholds of the search; the distance is a median.
+        Thresholds that were used; the distance is a median.
     warnings : tuple of Finding
     """
 
@@ -68,19 +69,19 @@ class FacetTable(PrintableResult):
 
     @property
     def more(self) -> tuple[str, ...]:
-        """Columns of the rows after those of the orientation table."""
+        """Columns of the rows in addition to those of the orientation table."""
         return (DISCONTINUITY, WKT) if self.sets else (WKT,)
 
     @property
     def labels(self) -> dict[str, Int32Array]:
-        """Fields `facet` and `set` of the model's points, -1 for none."""
+        """Fields `facet` and `set` for the points of the model; -1 for none."""
         return {"facet": self.facet, "set": self.set_of}
 
 
 def tabulate_facets(
     facets: FacetSegmentation, options: FacetOptions, *, model: str, frame: str
 ) -> FacetTable:
-    """Tabulate facets.
+    """Convert facets to a table.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def tabulate_facets(
     model : str
         Name of the model.
     frame : str
-        Reference of azimuths, as in the orientation table.
+        Reference direction of azimuths, as in the orientation table.
 
     Returns
     -------

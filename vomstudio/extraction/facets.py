@@ -1,9 +1,9 @@
-"""Facets: planar pieces of an outcrop's face, found automatically.
+"""Automatic detection of facets, the planar parts of an outcrop face.
 
-Region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and similar methods, on
-the faces of a mesh or the neighbours in a cloud. Thresholds are an angle and a distance, which
-depends on the local resolution. Each facet is fitted and judged like a patch brushed by hand, see
-geometry/patches.py and geometry/moment_planes.py.
+Facets are found by region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and
+similar methods, over the faces of a mesh or the neighbours in a cloud. The thresholds are an angle
+and a distance that depends on the local resolution. Each facet is fitted and judged like a patch
+that is brushed by hand, see geometry/patches.py and geometry/moment_planes.py.
 """
 
 from __future__ import annotations
@@ -46,46 +46,46 @@ from vomstudio.geometry.nearby.shared_corners import snap_corners
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.planes import FittedPlane
 
-# Share of the area: minimum size of a facet on a mesh with few large faces.
+# Minimum size of a facet on a mesh with few large faces, as a share of the area.
 _MIN_AREA_SHARE = 0.01
-# Not from the paper: the share of wavy facets above which a warning is given, and the maximum turn
-# between pieces of a bend, in threshold angles.
+# Not from the paper: share of wavy facets above which a warning is reported, and maximum rotation
+# between the pieces of a bend, in multiples of the threshold angle.
 _MAX_WAVY_SHARE, _MAX_BEND_ANGLES = 0.4, 3.0
-# Not from the paper: minimum width in standard deviations; a strip of even width has 3.5.
+# Not from the paper: minimum width in standard deviations; a strip of constant width has 3.5.
 _MIN_WIDTH_DEVIATIONS = 2.0
 # Not from the paper: minimum scatter, relative to the spacing, at which levels are tested.
 _MIN_LEVEL_SCATTER = 0.05
-# Not from the paper: share of the area and correction of the spacing of thinly covered parts (areas
-# of a dozen points each make it this much wider by chance), and the size of the sample.
+# Not from the paper: share of the area and spacing correction for sparsely covered parts (the areas
+# of a dozen points each make them this much wider by chance), and size of the sample.
 _THIN_AREA_SHARE, _SPACING_BIAS, _MAX_SAMPLE = 0.9, 1.2, 5_000
-# Number of blocks in which facets are fitted in parallel.
+# Number of blocks of facets that are fitted in parallel.
 _FIT_BLOCKS = 64
 
 
 @dataclass(frozen=True, eq=False)
 class Facet:
-    """One planar piece of the surface.
+    """Planar part of the surface.
 
     Parameters
     ----------
     fit, verdict
-        Of its plane, World.
+        Fitted plane in the World frame, and verdict on it.
     moments : Moments
-        Of its points, World.
+        Moments of its points in the World frame.
     area : float
-        m².
+        Area in m².
     resolution : float
-        Local resolution, m.
+        Local resolution of the model, m.
     border : str or None
-        Polygon with holes in the plane, as WKT in World.
+        Polygon with holes in the plane of the facet, as WKT in the World frame.
     rows : (k,) int array
-        Faces or points of the model.
+        Faces or points of the model that belong to the facet.
     level_gap : float or None
-        Distance between two levels of its points, m; None for one level.
+        Distance between two levels of its points, m; None if there is only one level.
     bent : bool
-        Whether it continues into neighbours as a piece of a wavy or curved face.
+        Whether the facet continues into its neighbours as part of a wavy or curved face.
     bend_deg : float or None
-        Bend from edge to edge, degrees; None if it does not bend as a whole.
+        Bend from edge to edge, degrees; None if the facet does not bend as a whole.
     """
 
     fit: FittedPlane
@@ -102,21 +102,21 @@ class Facet:
 
 @dataclass(frozen=True, eq=False)
 class FacetSegmentation:
-    """Facets of a model, the largest first.
+    """Facets of a model in order of decreasing size.
 
     Parameters
     ----------
     facets : list of Facet
     labels : (points,) int32 array
-        Facet of each point or vertex of the model, -1 for none.
+        Facet of each point or vertex of the model; -1 if it belongs to none.
     of : str
-        Kind of the elements.
+        Kind of the surface elements.
     reach : float
-        Median of the maximum distance from the plane, m.
+        Median of the maximum distances from the plane, m.
     min_points : int
     exposure : Exposure
     covers : (points,) int32 array
-        Index into `exposure.COVERS` of each point, -1 for none.
+        Index into `exposure.COVERS` for each point; -1 if unknown.
     warnings : tuple of Finding
     """
 
@@ -142,10 +142,10 @@ def find_facets(
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     options : FacetOptions, optional
     thresholds : Thresholds
-        Of the profile by which planes are judged.
+        Thresholds by which the planes are judged.
     progress : Progress, optional
 
     Returns
@@ -180,7 +180,7 @@ def find_facets(
     typical_reach = approximate_median(reach)
     mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
     min_points = options.used_min_points
-    # A mesh has about two faces per vertex, and far fewer in a piece of a few faces.
+    # A mesh has about two faces per vertex, but far fewer if it is a piece of a few faces.
     min_count = min_points if mesh is None else max(min_points // 2, 1)
     min_area = np.inf
     if mesh is not None and options.min_points is None:
@@ -221,7 +221,7 @@ def _snap_corners(mesh: Mesh) -> Mesh:
 
 
 def _remove_mostly_excluded(labels: Int32Array, excluded: BoolArray) -> Int32Array:
-    """Remove facets most of whose elements are excluded (n,)."""
+    """Remove facets that mainly consist of excluded elements (n,)."""
     rows = np.flatnonzero(excluded & (labels >= 0))
     if not len(rows):
         return labels
@@ -233,7 +233,7 @@ def _remove_mostly_excluded(labels: Int32Array, excluded: BoolArray) -> Int32Arr
 def _remove_grass(
     elements: Elements, labels: Int32Array, colors: FloatArray
 ) -> tuple[Elements, Int32Array]:
-    """Remove facets that are mostly grass, and add a warning to the elements."""
+    """Remove facets that mainly consist of grass, and add a warning to the elements."""
     rock = _remove_mostly_excluded(labels, is_grass(colors))
     removed = (rock < 0) & (labels >= 0)
     if not removed.any():
@@ -256,17 +256,17 @@ def build_facets(
     thresholds: Thresholds,
     progress: Progress,
 ) -> tuple[FacetSegmentation, IntArray]:
-    """Build facets from known labels.
+    """Build facets from given labels of the elements.
 
     Parameters
     ----------
     cloud : PointCloud
     elements : Elements
     labels : (n,) int32 array
-        Piece of each element, -1 for none.
+        Label of each element; -1 for none.
     options : FacetOptions
     min_points : int
-        Minimum number of points.
+        Minimum number of points in a facet.
     thresholds : Thresholds
     progress : Progress
 
@@ -274,7 +274,7 @@ def build_facets(
     -------
     facets : FacetSegmentation
     was : (facets,) int array
-        Label that each facet had.
+        Original label of each facet.
     """
     facets, new_labels = _fit_facets(
         cloud, elements, labels, options, min_points, np.inf, thresholds, progress
@@ -282,7 +282,7 @@ def build_facets(
     rows = np.flatnonzero(new_labels >= 0)
     old_label = np.zeros(len(facets), np.int64)
     old_label[new_labels[rows]] = labels[rows]
-    # Without a growing distance the median spacing is reported.
+    # The median spacing is reported because there is no growing distance.
     reach = float(np.median(elements.spacing))
     colors = _colors(cloud, elements)
     return _assemble(
@@ -325,7 +325,7 @@ def _fit_facets(
     thresholds: Thresholds,
     progress: Progress,
 ) -> tuple[list[Facet], Int32Array]:
-    """Fit the facets and renumber those that are large enough; return them and the new labels."""
+    """Fit facets and renumber those that are large enough; return them and the new labels."""
     count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
     starts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
@@ -335,7 +335,7 @@ def _fit_facets(
     min_coplanarity = thresholds.least_coplanarity if min_coplanarity is None else min_coplanarity
     pieces: list[IntArray] = [order[starts[i] : starts[i + 1]] for i in range(count)]
     fitted: list[Facet | None] = [None] * count
-    # Distribute the large facets, which come at the start, evenly over the threads.
+    # Distribute the large facets, which come first, evenly over the threads.
     balanced = np.argsort(np.arange(count) % _FIT_BLOCKS, kind="stable")
 
     def work(block: slice) -> None:
@@ -405,7 +405,7 @@ def _fit_facet(
 
 
 def _wide_spacing(areas: FloatArray) -> float:
-    """Return the spacing where points (areas n,) are thin: few points, but most of the area."""
+    """Return the spacing of sparse points (areas n,): few points that cover most of the area."""
     if len(areas) > _MAX_SAMPLE:
         areas = areas[:: len(areas) // _MAX_SAMPLE]
     ascending = np.sort(areas)
@@ -417,7 +417,7 @@ def _wide_spacing(areas: FloatArray) -> float:
 
 
 def _mark_bent(facet: Facet) -> Facet:
-    """Mark a facet as a piece of a wavy or curved face."""
+    """Mark a facet as part of a wavy or curved face."""
     verdict = facet.verdict
     return replace(
         facet,
@@ -431,16 +431,17 @@ def _mark_bent(facet: Facet) -> Facet:
 
 
 def _is_slice(fit: FittedPlane) -> bool:
-    """Check for a slice of points that fill a volume: its width is a few times the scatter.
+    """Return whether a facet is a slice of points that fill a volume.
 
-    The plane of such a slice could as well be at right angles.
+    The width of such a slice is a few times its scatter, so its plane could as well be
+    perpendicular.
     """
     _, across, scatter = fit.eigenvalues
     return bool(across < _MIN_WIDTH_DEVIATIONS**2 * scatter)
 
 
 def _has_reliable_error(facet: Facet, thresholds: Thresholds) -> bool:
-    """Check that a facet is large enough, relative to the resolution, for a reliable error."""
+    """Return whether a facet is large enough, relative to the resolution, for a reliable error."""
     extent = feature_extent_m(facet.fit, "patch") or 0.0
     return extent >= thresholds.least_extent_over_resolution * facet.resolution
 
@@ -461,9 +462,9 @@ def _colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
 
 
 def _label_points(data: Mesh | PointCloud, elements: Elements, labels: Int32Array) -> Int32Array:
-    """Transfer labels to the points of the model.
+    """Transfer the labels of elements to the points of the model.
 
-    A vertex of a mesh receives the label with the largest area among its faces.
+    A vertex of a mesh receives the label that has the largest area among its faces.
     """
     if elements.of == "point":
         has_element = elements.row_of >= 0

@@ -1,4 +1,4 @@
-"""Result of `vomstudio trace` and `vs.follow`: a followed trace with its plane."""
+"""Followed trace with its plane, the result of `vomstudio trace` and `vs.follow`."""
 
 from __future__ import annotations
 
@@ -36,34 +36,34 @@ from vomstudio.geometry.surface import VertexSurface
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
 MAX_SNAP_RESOLUTIONS = 10.0
-"""Maximum distance of a way-point from the model, in resolutions."""
+"""Maximum distance between a way-point and the model, in model resolutions."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FollowedTrace(PrintableResult):
-    """Trace followed on a model, with its plane.
+    """Trace that was followed on a model, with its plane.
 
     Parameters
     ----------
     points : (n, 3) array
-        Vertices of the path, World, m.
+        Vertices of the path in the World frame, m.
     length_m : float
-        Length along the path.
+        Length along the path, m.
     snap_m : float
-        Maximum distance of a way-point from its vertex of the path.
+        Maximum distance between a way-point and its vertex of the path, m.
     plane : dict or None
         Row of the orientation table; None if no plane can be fitted.
     band : BandFigures or None
-        Band of planes that a straight trace allows; None if its plane is determined.
+        Band of planes that are compatible with a straight trace; None if the plane is determined.
     way_points, vertices : int
-        Their numbers.
+        Numbers of way-points and of vertices.
     cost : str
-        Cost that was followed.
+        Cost that was used.
     warnings : tuple of Finding
     tried : tuple of CostTrial
-        For the cost "auto": the costs that were compared, best first.
+        Costs that were compared for the cost "auto", in order of decreasing rank.
     doubtful : tuple of DoubtfulStretch
-        Stretches that may be on another contact, with their first and last vertex.
+        Stretches that may follow another contact, with their first and last vertices.
     """
 
     points: FloatArray = field(repr=False, metadata=HIDDEN)
@@ -88,7 +88,7 @@ def find_way_point_off_model(
     ----------
     surface : SurfaceGraph
     way_points : (n, 3) ndarray
-        World.
+        Way-points in the World frame, m.
     resolution : float
         Effective resolution of the model, m.
 
@@ -109,9 +109,9 @@ def off_model_finding(number: int, distance_m: float, resolution_m: float) -> Fi
     number : int
         Number of the way-point, counted from 1.
     distance_m : float
-        Distance from the model.
+        Distance from the model, m.
     resolution_m : float
-        Effective resolution of the model.
+        Effective resolution of the model, m.
 
     Returns
     -------
@@ -138,25 +138,25 @@ def followed_trace(
     priors: Sequence[SetPrior] = (),
     called: str = "",
 ) -> FollowedTrace:
-    """Follow a contact through way-points and fit its plane.
+    """Follow a contact through way-points and fit the plane of the trace.
 
     Parameters
     ----------
     surface : SurfaceGraph
-        Of a model in World.
+        Surface of a model in the World frame.
     way_points : (w, 3) array
-        World, m.
+        Way-points in the World frame, m.
     cost : str
-        One of `COSTS`, a field, or "auto" for the best of `COSTS`.
+        One of `COSTS`, the name of a field, or "auto" for the best of `COSTS`.
     resolution : float
         Resolution of the model, m.
     model, frame : str
-        Names for the orientation table.
+        Names used in the orientation table.
     thresholds : Thresholds
     priors : sequence of SetPrior
         Sets with which the band of a straight trace is compared.
     called : str
-        Name of the cost in the result, if different.
+        Name of the cost in the result, if it differs.
 
     Returns
     -------
@@ -165,9 +165,10 @@ def followed_trace(
     Raises
     ------
     GeometryError
-        For fewer than two way-points, one that is not on the model, or two on separate parts of it.
+        If there are fewer than two way-points, if one is not on the model, or if two are on
+        separate parts of it.
     UsageError
-        For a cost that the model does not have.
+        If the cost is not available for the model.
     """
     follower = None if cost == AUTO else Follower(surface, cost)
     require_on_model(surface, way_points, resolution)
@@ -211,7 +212,7 @@ def followed_trace(
 
 
 def index_vertices(surface: SurfaceGraph) -> VertexSurface:
-    """Index the vertices of a surface for queries around the points of a path.
+    """Build an index of the vertices of a surface for queries around the points of a path.
 
     Parameters
     ----------
@@ -231,12 +232,12 @@ def index_vertices(surface: SurfaceGraph) -> VertexSurface:
 
 
 def require_on_model(surface: SurfaceGraph, way_points: FloatArray, resolution: float) -> None:
-    """Require at least two way-points, all on the model.
+    """Require at least two way-points that are all on the model.
 
     Raises
     ------
     GeometryError
-        If there are fewer, or one is not on the model.
+        If there are fewer than two way-points, or if one is not on the model.
     """
     if len(way_points) < 2:
         raise GeometryError(Finding("feature.too-few-points", count=2 - len(way_points), minimum=2))
@@ -256,29 +257,29 @@ def fit_trace_plane(
     priors: Sequence[SetPrior],
     reliable_trace: RemainingTrace | None = None,
 ) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
-    """Fit the plane of a trace and judge it.
+    """Fit the plane of a trace and judge its quality.
 
     Parameters
     ----------
     points : (n, 3) array
-        World, m.
+        Points of the trace in the World frame, m.
     near : VertexSurface
         Vertices of the model.
     model, frame, notes : str
-        Values for the orientation table.
+        Values used in the orientation table.
     thresholds : Thresholds
     priors : sequence of SetPrior
     reliable_trace : RemainingTrace, optional
-        The trace without its doubtful stretches.
+        Trace without its doubtful stretches.
 
     Returns
     -------
     row : dict or None
         Row of the orientation table; None if no plane can be fitted.
     band : BandFigures or None
-        Band of planes that a straight trace allows.
+        Band of planes that are compatible with a straight trace.
     findings : tuple of Finding
-        Why there is no plane, and which stretches are doubtful.
+        Reasons for a missing plane, and doubtful stretches.
     """
     findings = () if reliable_trace is None else tuple(reliable_trace.findings())
     try:
@@ -322,14 +323,14 @@ def write_path(
     notes: Sequence[str] = (),
     force: bool = False,
 ) -> None:
-    """Write one row x, y, z per vertex (n, 3), World, m.
+    """Write a path as one row x, y, z per vertex (n, 3), in the World frame, m.
 
     The file is written completely or not at all.
 
     Raises
     ------
     TargetError
-        If it cannot be written.
+        If the file cannot be written.
     """
     head = [
         f"VOM Studio {__version__}, followed trace",

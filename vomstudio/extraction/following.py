@@ -1,7 +1,7 @@
-"""Following of a contact between way-points: the path of least cost over the surface.
+"""Following of a contact between way-points by the path of least cost over the surface.
 
-The idea is that of Compass's trace (Thiele et al. 2017, Solid Earth 8, 1241), the path that of
-Dijkstra (1959).
+The idea is that of the trace tool of Compass (Thiele et al. 2017, Solid Earth 8, 1241); the paths
+are found by Dijkstra's (1959) algorithm.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ from vomstudio.extraction.shortest_paths import shortest_path, straightest_path
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 
 Leg = tuple[FloatArray, FloatArray]
-"""Points (n, 3) from one way-point to the next, and the cost of a metre at each, as in `Path`."""
+"""Points (n, 3) between consecutive way-points, and the cost per metre at each. See `Path`."""
 
 STRETCH = 1.4
 _MARGIN_SPACINGS = 12.0
 _MAX_WHOLE_NODES = 3_000_000
-# A corridor above both this share and this number of nodes is not cut out of the surface.
+# A corridor that exceeds both this share and this number of nodes is not cut out of the surface.
 _MAX_CORRIDOR_SHARE = 0.15
 _MIN_CORRIDOR_NODES = 50_000
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Path on a surface.
+    """Path that was followed on a surface.
 
     Parameters
     ----------
     points : (n, 3) array
-        In the frame of the surface, m.
+        Points in the frame of the surface, m.
     length : float
         Length along the path, m.
     snaps : (w,) array
-        Distance of each way-point from its point of the path, m.
+        Distance between each way-point and its point of the path, m.
     at : (w,) int array
-        Rows of these points.
+        Rows of the points that correspond to the way-points.
     costs : (n,) array
-        Cost of a metre at each point, in medians of the surface around the path.
+        Cost per metre at each point, relative to the median of the surface around the path.
     """
 
     points: FloatArray
@@ -54,20 +54,20 @@ class Path:
 
 
 class Follower:
-    """Follower of contacts on one surface, by one cost.
+    """Follower of contacts on one surface with one cost.
 
     Parameters
     ----------
     surface : SurfaceGraph
     cost : str
-        "colour" (similar to the colours at the way-points), "dark", "light", "gradient" (edges of
-        lightness), "curvature" (edges and furrows of the surface), or the name of a field, whose
+        "colour" (similarity to the colours at the way-points), "dark", "light", "gradient" (edges
+        in lightness), "curvature" (edges and furrows of the surface), or the name of a field, whose
         low values are followed.
 
     Raises
     ------
     UsageError
-        For a cost that the model does not have.
+        If the cost is not available for the model.
     """
 
     def __init__(self, surface: SurfaceGraph, cost: str = "colour") -> None:
@@ -88,9 +88,10 @@ class Follower:
         Parameters
         ----------
         way_points : (w, 3) array
-            World, m; w >= 2.
+            Way-points in the World frame, m; w >= 2.
         whole : bool
-            Search the whole surface unless it is too large or textured; else only corridors.
+            If True, search the whole surface unless it is too large or textured; otherwise, search
+            only corridors.
 
         Returns
         -------
@@ -99,7 +100,7 @@ class Follower:
         Raises
         ------
         GeometryError
-            If the way-points coincide, or two of them are on separate parts of the surface.
+            If the way-points coincide, or if two of them are on separate parts of the surface.
         """
         world = np.asarray(way_points, np.float64).reshape(-1, 3)
         local = world - self.surface.origin
@@ -137,7 +138,7 @@ class Follower:
     ) -> Leg:
         spacing = self._spacing(start, goal)
         stretch, previous = STRETCH, 0
-        # In a graph of points and vertices, the nearest one may not be connected.
+        # In a graph of points and vertices, the nearest node may not be connected.
         max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
         if self._covers(start, goal, spacing):
             return self._over_whole(start, goal, tints, number)
@@ -155,9 +156,9 @@ class Follower:
             stretch, previous = 3.0 * stretch, len(graph.places)
 
     def _covers(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
-        """Check whether a corridor is so large that searching the whole surface is faster.
+        """Return whether searching the whole surface is faster than searching a corridor.
 
-        The costs of the whole surface are cached.
+        The costs of the whole surface are cached, which pays off for large corridors.
         """
         places = len(self.surface.places)
         if places > _MAX_WHOLE_NODES or self.surface.refines:
@@ -182,7 +183,7 @@ class Follower:
         return self.surface.world(graph, path), costs[path] / np.median(costs)
 
     def _whole_costs(self, tints: FloatArray | None) -> FloatArray:
-        """Return the cached cost (n,) of a metre at each node of the whole surface."""
+        """Return the cached cost per metre (n,) at each node of the whole surface."""
         colours = b"" if tints is None else tints.tobytes()
         cached = self.surface.cached_costs.get(self.cost)
         if cached is None or cached[0] != colours:
@@ -191,7 +192,7 @@ class Follower:
         return cached[1]
 
     def _through(self, graph: Graph, local: FloatArray, tints: FloatArray | None) -> list[Leg]:
-        """Follow the best of all paths, leg by leg."""
+        """Follow the best path through all way-points, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(local)[1], np.int64)
         costs = self._whole_costs(tints)
         typical = np.median(costs)

@@ -1,7 +1,7 @@
-"""Planar pieces of a surface, found by region growing: the label of each element.
+"""Region growing of planar parts of a surface, which assigns a label to each element.
 
-Seeds are used in order of planarity. After growing, every element is assigned to the nearest plane
-around it, and neighbours that form one plane within their scatter are merged.
+Seeds are processed in order of planarity. After growing, each element is assigned to the nearest
+plane around it, and neighbouring regions that form one plane within their scatter are merged.
 """
 
 from __future__ import annotations
@@ -27,46 +27,47 @@ from vomstudio.geometry.kernels.jit import for_kernels
 
 NONE, OUT = -1, -2
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-# Maximum distance from a plane, in local spacings and in local noise.
+# Maximum distance from a plane, in multiples of the local spacing and of the local noise.
 _MAX_DISTANCE_SPACINGS = 1.0
 _MAX_DISTANCE_NOISE = 3.0
 _SEEDS_PER_STEP = 50_000
 _MAX_REASSIGNMENTS = 4
 _MAX_DEVIATIONS = 3.5
-"""Maximum distance of an element from its facet's plane, in standard deviations."""
+"""Maximum distance of an element from the plane of its facet, in standard deviations."""
 _MAX_SCATTER_RATIO = 1.25
-"""Maximum ratio of the common scatter of two facets to their separate scatters for a merge."""
+"""Maximum ratio of the common scatter of two facets to their separate scatter for a merge."""
 
 
 _PARALLEL_DEG = 2.0
 _MIN_TURN_SHARE = 0.125
-"""Minimum turn of normals within one piece of a bend, from its middle to its outer third.
+"""Minimum rotation of normals in a piece of a bend, from its middle to its outer third.
 
-It is a share of the turn to the next piece: 0.3 on a cylinder, about 0 beside an edge of planes."""
+It is given as a share of the rotation to the next piece: 0.3 on a cylinder, about 0 beside an edge
+between planes."""
 _PIECE_QUANTILES = (0.35, 0.65, 0.93)
 _MIN_MEAN_TURN_SHARE, _MIN_NEIGHBOURS = 0.06, 3
-"""The same for the mean over all neighbours, if there are at least this many."""
+"""Minimum share for the mean over all neighbours, and minimum number of neighbours for it."""
 _MAX_SAMPLE, _MIN_TURNING_POINTS, _MAX_FACETS = 1500, 30, 500
 _MAX_LOOSENESS = 0.35
-"""Maximum share of a facet's neighbours without a facet.
+"""Maximum share of the neighbours of a facet that do not belong to a facet.
 
-A slice of a cloud without a surface, such as clutter, has a larger share."""
+A slice through points that do not form a surface, such as clutter, has a larger share."""
 
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """Planes of f facets, from the moments of their elements.
+    """Planes of f facets, computed from the moments of their elements.
 
     Parameters
     ----------
     centre, normal : (f, 3) arrays
-        Centres are relative to the elements' origin.
+        Centres are relative to the origin of the elements.
     rms, area : (f,) arrays
     count : (f,) int array
     scatter : (f, 3, 3) array
-        Covariance of the places, weighted by area.
+        Area-weighted covariance of the positions.
     squares : (f,) array
-        Sum of the squared tolerances of the elements, if known.
+        Sum of the squared tolerances of the elements, if available.
     """
 
     centre: FloatArray
@@ -85,25 +86,27 @@ def element_tolerances(elements: Elements, max_distance: float | None) -> FloatA
     ----------
     elements : Elements
     max_distance : float or None
-        Metres; by default the local spacing, or three times the local noise if larger.
+        Distance in metres. If None, the local spacing is used, or three times the local noise if
+        this is larger.
 
     Returns
     -------
     (n,) ndarray
-        Metres.
+        Distances in metres.
     """
     if max_distance is not None:
         return np.full(len(elements), max_distance)
     noise = np.nan_to_num(elements.noise)
-    # At edges the local scatter is relief, not noise, so it is limited by the typical noise. Only
-    # elements with a normal count: cells with a few scattered points may be many.
+    # At edges, the local scatter is relief rather than noise, so it is limited by the typical
+    # noise. Only elements with a normal count, because there may be many cells with a few scattered
+    # points.
     planar_noise = noise[np.isfinite(elements.normals[:, 0])]
     typical = approximate_median(planar_noise) if len(planar_noise) else 0.0
     tolerance = np.minimum(noise, 2.0 * typical)
     tolerance *= _MAX_DISTANCE_NOISE
     np.maximum(tolerance, _MAX_DISTANCE_SPACINGS * elements.spacing, out=tolerance)
     if elements.of == "face":
-        # Large and small faces of one mesh are equally accurate.
+        # Large and small faces of a mesh are equally accurate.
         tolerance = np.minimum(tolerance, max(float(np.median(tolerance)), 1e-300))
     return for_kernels(tolerance, np.float64)
 
@@ -119,28 +122,28 @@ def grow_facets(
     progress: Progress,
     known_labels: Int32Array | None = None,
 ) -> Int32Array:
-    """Grow facets.
+    """Grow facets from seeds and assign the elements to them.
 
     Parameters
     ----------
     elements : Elements
     angle_deg : float
-        Maximum angle between a normal and the facet's plane, degrees.
+        Maximum angle between the normal of an element and the plane of the facet, degrees.
     reach : (n,) array
-        Maximum distance of each element from the plane, m.
+        Maximum distance of each element from the plane of its facet, m.
     min_count, min_area
-        A facet must reach one of the two.
+        Minimum number of elements and minimum area; a facet must reach one of the two.
     typical_reach : float
         Median of `reach`, m.
     progress : Progress
-        Its steps are seeds.
+        Its steps are the seeds processed so far.
     known_labels : (n,) int32 array, optional
-        Known facets.
+        Facets that are already known.
 
     Returns
     -------
     (n,) int32 array
-        Facet of each element, the largest first, -1 for none.
+        Facet of each element, in order of decreasing size; -1 if it belongs to none.
 
     Raises
     ------
@@ -205,7 +208,7 @@ def grow_facets(
 
 @dataclass(frozen=True, eq=False)
 class _Sums:
-    """Sums of f facets: weight, moments about known places, squared tolerances (f, 11)."""
+    """Sums of f facets: weight, moments about known positions, and squared tolerances (f, 11)."""
 
     about: FloatArray
     known: BoolArray
@@ -213,7 +216,7 @@ class _Sums:
     count: IntArray
 
     def extended(self, f: int) -> _Sums:
-        """Return a copy for `f` facets."""
+        """Return a copy extended to `f` facets."""
         added = f - len(self.known)
         return _Sums(
             np.concatenate([self.about, np.zeros((added, 3))]),
@@ -223,7 +226,7 @@ class _Sums:
         )
 
     def merged(self, number: IntArray) -> _Sums:
-        """Merge facets with the same number (f,)."""
+        """Return the sums after merging facets with equal numbers (f,)."""
         new = _no_sums(int(number.max(initial=-1)) + 1)
         used = np.flatnonzero(self.known)
         new.known[number[used]] = True
@@ -278,14 +281,14 @@ def facet_planes(
     inner_sums: _Sums | None = None,
     reach: FloatArray | None = None,
 ) -> Planes:
-    """Compute the planes of facets 0 to the largest label, weighted by area.
+    """Compute the area-weighted planes of all facets, from 0 to the largest label.
 
     Parameters
     ----------
     elements : Elements
     labels : (n,) int32 array
     rows : int array, optional
-        Elements to add; default: all.
+        Elements to add; by default, all elements.
     inner_sums : _Sums, optional
         Sums of all other elements.
     reach : (n,) array, optional
@@ -312,7 +315,7 @@ def facet_planes(
 
 
 def facet_limits(planes: Planes, typical_reach: float) -> FloatArray:
-    """Return the maximum distance of elements from their facet's plane, by its scatter.
+    """Return the maximum distance of elements from the planes of facets, based on scatter.
 
     Parameters
     ----------
@@ -323,7 +326,7 @@ def facet_limits(planes: Planes, typical_reach: float) -> FloatArray:
     Returns
     -------
     (f,) ndarray
-        Metres.
+        Distances in metres.
     """
     return for_kernels(np.maximum(_MAX_DEVIATIONS * planes.rms, 0.1 * typical_reach), np.float64)
 
@@ -370,7 +373,7 @@ def _merge_coplanar(
     angle_deg: float,
     labels: Int32Array,
 ) -> tuple[Int32Array, _Sums | None]:
-    """Merge neighbours that form one plane; return the labels and the merged sums."""
+    """Merge neighbouring facets that form one plane; return the labels and the merged sums."""
     f = _count(labels)
     if f < 2:
         return labels, inner_sums
@@ -401,8 +404,8 @@ def _merge_coplanar(
         allowed = max(_MAX_SCATTER_RATIO * separate, 0.1 * min(limit[a], limit[b]))
         if common > allowed:
             continue
-        # The common scatter is not a test for a small facet beside a large one: the small one must
-        # lie in the plane of the large one.
+        # The common scatter is not a suitable test for a small facet beside a large one: the small
+        # facet must lie in the plane of the large one.
         small, large = (a, b) if weight[a] < weight[b] else (b, a)
         off = abs(float((mean[small] - mean[large]) @ normal[large]))
         tilt = abs(float(normal[small] @ vectors[:, 0]))
@@ -417,7 +420,7 @@ def _merge_coplanar(
         weight[a], scatter[a], normal[a], rms[a] = total, joint, vectors[:, 0], common
     roots = np.array([_root(owner, i) for i in range(f)])
     _, number = np.unique(roots, return_inverse=True)
-    # The last two entries stand for NONE and OUT, which are counted from the end.
+    # The last two entries represent NONE and OUT, which index from the end.
     out = np.empty_like(labels)
     map_labels(labels, np.append(number, [OUT, NONE]).astype(np.int32), out)
     return out, None if inner_sums is None else inner_sums.extended(f).merged(number)
@@ -433,7 +436,7 @@ def _root(owner: IntArray, i: int) -> int:
 def _adjacent_facets(
     elements: Elements, labels: Int32Array, f: int, rows: IntArray | None = None
 ) -> IntArray:
-    """Return the pairs (p, 2) of facets with neighbouring elements among `rows`."""
+    """Return the pairs (p, 2) of facets that have neighbouring elements among `rows`."""
     number = np.diff(elements.starts)
     labels_and_counts = (labels, number) if rows is None else (labels[rows], number[rows])
     source = np.repeat(*labels_and_counts)
@@ -452,11 +455,11 @@ def _remove_small(
     min_count: int,
     min_area: float,
 ) -> Int32Array:
-    """Renumber facets by decreasing area; -1 for elements of facets that are too small."""
+    """Renumber facets by decreasing area; elements of facets that are too small become -1."""
     is_kept = (planes.count >= min_count) | ((planes.area >= min_area) & (planes.area > 0.0))
     is_kept &= _looseness(elements, rows, planes, labels) <= _MAX_LOOSENESS
     order = np.argsort(-np.where(is_kept, planes.area, -1.0), kind="stable")
-    # The last two stand for NONE and OUT.
+    # The last two entries represent NONE and OUT.
     number = np.full(len(planes.area) + 2, NONE, np.int32)
     number[order[: int(is_kept.sum())]] = np.arange(int(is_kept.sum()))
     out = np.empty_like(labels)
@@ -467,7 +470,7 @@ def _remove_small(
 def _looseness(
     elements: Elements, rows: IntArray, planes: Planes, labels: Int32Array
 ) -> FloatArray:
-    """Return the share (f,) of the facets' neighbours that have no facet."""
+    """Return the share (f,) of the neighbours of each facet that do not belong to a facet."""
     f = len(planes.area)
     if elements.of != "point":
         return np.zeros(f)
@@ -476,7 +479,7 @@ def _looseness(
     free = labels[elements.near[inside]] < 0
     facet_of = source[inside]
     listed = labels[rows]
-    # Points without a list of neighbours are inside their facet.
+    # Points without a list of neighbours are in the interior of their facet.
     interior = planes.count - np.bincount(listed[listed >= 0], minlength=f)
     total = np.bincount(facet_of, minlength=f) + NEIGHBOURS * interior
     return np.asarray(np.bincount(facet_of, free, f) / np.maximum(total, 1))
@@ -487,18 +490,18 @@ def _count(labels: Int32Array) -> int:
 
 
 def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -> BoolArray:
-    """Find facets that bend and continue into a neighbour: pieces of a wavy or curved face.
+    """Find facets that bend and continue into a neighbour: parts of a wavy or curved face.
 
-    The two must differ by less than the angle without being parallel, and the points of the facet
-    must turn from its middle towards the neighbour, as on a bend. Beside an edge between planes
-    only a few points turn, and beside a worn edge only those of the edge. In large models only the
-    largest facets are tested.
+    The angle between the two facets must be below the threshold without them being parallel, and
+    the normals of the facet must rotate from its middle toward the neighbour, as on a bend. Beside
+    an edge between planes, only a few points rotate; beside a worn edge, only those of the edge. In
+    large models, only the largest facets are tested.
 
     Parameters
     ----------
     elements : Elements
     labels : (n,) int32 array
-        Facets, the largest first.
+        Facet of each element, in order of decreasing size.
     angle_deg : float
 
     Returns
@@ -517,7 +520,8 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     ends, rows = np.zeros(f + 1, np.int64), np.empty(len(labels), np.int64)
     sort_by_label(labels, ends, rows)
     samples = [rows[a:b][:: max(1, (b - a) // _MAX_SAMPLE)] for a, b in pairwise(ends.tolist())]
-    # A single neighbour of a small piece may not be significant, all neighbours together are.
+    # A single neighbour of a small facet may not be significant, but all its neighbours together
+    # are.
     sums = np.zeros((f, 3))
     for first, second in pairs.tolist():
         first_turn = _turning(elements, planes, samples[first], first, second)
@@ -535,13 +539,13 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
 def _turning(
     elements: Elements, planes: Planes, rows: IntArray, first: int, second: int
 ) -> FloatArray:
-    """Return the turn of a facet's points towards a neighbour, and its variance.
+    """Return the rotation of a facet toward a neighbour, and its variance.
 
-    It is the turn from the middle to the outer third, as a share of the turn between the facets.
-    Normals are averages over wide surroundings and therefore not used.
+    It is the rotation from the middle to the outer third of the facet, as a share of the rotation
+    between the facets. Normals are not used, because they are averages over wide neighbourhoods.
     """
     normal, other = planes.normal[first], planes.normal[second]
-    # At right angles to the intersection of the two planes; the centre of a long facet is not.
+    # Perpendicular to the intersection of the two planes; the centre of a long facet would not be.
     towards = other - (other @ normal) * normal
     if towards @ (planes.centre[second] - planes.centre[first]) < 0.0:
         towards = -towards
@@ -565,7 +569,7 @@ def _turning(
 
 
 def _slope(place: FloatArray, height: FloatArray) -> tuple[float, float]:
-    """Fit a slope to heights over places; return it and its variance."""
+    """Fit a slope to heights as a function of position; return it and its variance."""
     across = place - place.mean() if len(place) else place
     square = float(across @ across)
     if len(place) < 4 or square <= 0.0:
@@ -576,5 +580,5 @@ def _slope(place: FloatArray, height: FloatArray) -> tuple[float, float]:
 
 
 def _angle_deg(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the angles (k,) between axes (k, 3), degrees."""
+    """Return the angles (k,) between pairs of axes (k, 3), degrees."""
     return np.asarray(np.degrees(np.arccos(np.minimum(np.abs((one * other).sum(axis=1)), 1.0))))

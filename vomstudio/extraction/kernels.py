@@ -1,7 +1,7 @@
-"""Compiled inner loops of the search for facets.
+"""Compiled inner loops of the facet search.
 
 Elements are the faces of a mesh or the points of a cloud; `starts` and `near` list the neighbours
-of each. No function allocates memory: results are written to arguments.
+of each element. No function allocates memory: results are written to arguments.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 @kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8[::1])")
 def fit_local_planes(points, places, rows, normals, variation):  # type: ignore[no-untyped-def]
-    """Fit a plane to the points (k of each row) around each place.
+    """Fit a plane to the k points around each position.
 
-    Writes unit normals (n, 3) and the surface variation (n,): the smallest eigenvalue of the
-    covariance over the sum (Pauly, Gross & Kobbelt 2002). NaN if the points do not define a plane.
+    Unit normals (n, 3) and the surface variation (n,) are written: the smallest eigenvalue of the
+    covariance divided by their sum (Pauly, Gross & Kobbelt 2002). They are NaN if the points do not
+    define a plane.
     """
     k = rows.shape[1]
     for row in range(len(places)):
@@ -52,7 +53,7 @@ def fit_local_planes(points, places, rows, normals, variation):  # type: ignore[
 def average_normals(normals, areas, starts, near, least, out):  # type: ignore[no-untyped-def]
     """Average the normal of each element with those of its neighbours, weighted by area.
 
-    Only neighbours within the angle with the cosine `least` count. Normals are axial.
+    Only neighbours within the angle whose cosine is `least` are used. Normals are axial.
     """
     for e in range(len(normals)):
         nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
@@ -73,7 +74,7 @@ def average_normals(normals, areas, starts, near, least, out):  # type: ignore[n
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1])")
 def neighbour_cosines(normals, starts, near, out):  # type: ignore[no-untyped-def]
-    """Write the cosines of the angles between normals of neighbours, in the order of `near`.
+    """Write the cosines between the normals of neighbours, in the order of `near`.
 
     Normals are axial.
     """
@@ -92,7 +93,7 @@ def _reset(sums):  # type: ignore[no-untyped-def]
 
 @part
 def _add(sums, w, x, y, z, inner, e):  # type: ignore[no-untyped-def]
-    """Add one element to the sums of weight, first and second moments."""
+    """Add an element to the sums of weight, first moments and second moments."""
     i = e if len(inner) > 1 else 0
     sums[0] += w
     sums[1] += w * x
@@ -108,7 +109,7 @@ def _add(sums, w, x, y, z, inner, e):  # type: ignore[no-untyped-def]
 
 @part
 def _plane_of(sums):  # type: ignore[no-untyped-def]
-    """Return normal, mean and the two larger eigenvalues of sums."""
+    """Return the normal, the mean and the two larger eigenvalues of the sums."""
     w = sums[0]
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
     eigen = eigen_of(
@@ -147,10 +148,10 @@ def grow_regions(  # type: ignore[no-untyped-def]
 ):
     """Grow regions from the seeds order[first:last], in order; return the next free label.
 
-    An element joins if its normal is within the angle of the region's plane and its place within
-    its `reach` of the plane. The plane is fitted again whenever the region has grown by a half.
-    Regions with fewer elements than `least_count` are dissolved unless they have `least_area`. In
-    `labels`, -1 marks free elements and -2 excluded ones.
+    An element joins a region if its normal is within the angle of the plane of the region, and its
+    position is within its `reach` of the plane. The plane is refitted whenever the region has grown
+    by a half. Regions with fewer elements than `least_count` are dissolved unless they reach
+    `least_area`. In `labels`, -1 marks free elements and -2 excluded elements.
     """
     for seed in range(first, last):
         s = order[seed]
@@ -203,12 +204,12 @@ def grow_regions(  # type: ignore[no-untyped-def]
 def assign_nearest_planes(  # type: ignore[no-untyped-def]
     rows, places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
 ):
-    """Assign each element of `rows` to the nearest plane of its own label and its neighbours'.
+    """Assign each element of `rows` to the nearest plane among its own and its neighbours'.
 
-    centres, facing (f, 3) and limits (f,) describe the facets' planes. An element beyond the limit
-    of a plane or its own `reach` is not assigned to it. If its normal differs by more than the
-    angle, as at an edge between two faces, it must be twice as near. Writes the labels to `out`
-    (rows,) and returns the number of changes.
+    centres, facing (f, 3) and limits (f,) describe the planes of the facets. An element beyond the
+    limit of a plane or beyond its own `reach` is not assigned to this plane. If its normal differs
+    by more than the angle, as at an edge between two faces, it must be twice as close. The labels
+    are written to `out` (rows,), and the number of changes is returned.
     """
     changed = 0
     for i in range(len(rows)):
@@ -251,12 +252,13 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
 def add_moments(  # type: ignore[no-untyped-def]
     rows, places, areas, inner, reach, labels, about, known, sums, count
 ):
-    """Add the moments of each facet's elements among `rows` to `sums` and `count`.
+    """Add the moments of the elements of each facet among `rows` to `sums` and `count`.
 
-    `sums` are (f, 11), `count` (f,).
+    `sums` has the shape (f, 11), `count` the shape (f,).
 
-    The columns are weight, first and second moments about a place that is `known`, else the first
-    element, and the squares of `reach` if it has a value per element.
+    The columns are the weight, the first and second moments about a position (the `known` one,
+    otherwise that of the first element), and the squares of `reach` if it has one value per
+    element.
     """
     for e in rows:
         f = labels[e]
@@ -281,7 +283,7 @@ def add_moments(  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[::1], i4[::1], i4[::1])")
 def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
-    """Map labels to numbers; labels below 0 count from the end of `number`."""
+    """Map labels to numbers; labels below 0 index from the end of `number`."""
     for e in range(len(labels)):
         f = labels[e]
         out[e] = number[f if f >= 0 else len(number) + f]
@@ -289,10 +291,11 @@ def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8, i8[::1], i8[:,::1], f8[:,::1])")
 def add_to_cells(places, normals, areas, per, names, ends, sums):  # type: ignore[no-untyped-def]
-    """Add elements with a normal to cubic cells, `per` along a unit, that are in a table.
+    """Add elements with a normal to the cubic cells of a table, with `per` cells per unit.
 
-    See `tabulate` for the table. Columns: area, and weighted by area the products of the normals
-    (xx, yy, zz, xy, xz, yz), the places from the corner of the cell, and the products of these.
+    See `tabulate` for the table. The columns are the area and the area-weighted sums of the
+    products of the normals (xx, yy, zz, xy, xz, yz), of the positions relative to the corner of the
+    cell, and of the products of these positions.
     """
     for e in range(len(places)):
         x, y, z = places[e, 0] * per, places[e, 1] * per, places[e, 2] * per
@@ -323,15 +326,15 @@ def add_to_cells(places, normals, areas, per, names, ends, sums):  # type: ignor
 
 @part
 def cell_name(i, j, k):  # type: ignore[no-untyped-def]
-    """Combine three cell indices into one key; it repeats after 2 million cells."""
+    """Combine three cell indices into one key, which repeats after 2 million cells."""
     return ((i & 0x1FFFFF) << 42) | ((j & 0x1FFFFF) << 21) | (k & 0x1FFFFF)
 
 
 @kernel("void(i4[::1], i8[::1], i8[::1])")
 def sort_by_label(labels, starts, order):  # type: ignore[no-untyped-def]
-    """Sort elements by facet: those of facet f become order[starts[f]:starts[f + 1]].
+    """Sort elements by facet: the elements of facet f become order[starts[f]:starts[f + 1]].
 
-    `starts` (facets + 1,) must be zero on entry. Elements without a facet are omitted.
+    `starts` (facets + 1,) must be zero on entry. Elements that belong to no facet are omitted.
     """
     for e in range(len(labels)):
         if labels[e] >= 0:

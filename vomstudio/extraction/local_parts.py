@@ -1,4 +1,4 @@
-"""Part of a model around the point in view, small enough for quick computations."""
+"""Part of a model around the point in view that is small enough for fast computations."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 _RAY_HALF_WIDTH = 0.02
-"""Half-width of the line of sight, relative to its length."""
+"""Half-width of the line of sight as a fraction of its length."""
 
 
 @dataclass(frozen=True, eq=False)
 class ModelPart:
-    """Part of a model.
+    """Part of a model and the rows of its points and faces.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        The part alone.
+        Data of this part only.
     points : (k,) int array
-        Its rows among the points or vertices of the model.
+        Rows among the points or vertices of the model.
     faces : (m,) int array
-        Its rows among the faces of a mesh; empty for a cloud.
+        Rows among the faces of a mesh; empty for a cloud.
     """
 
     data: Mesh | PointCloud
@@ -37,7 +37,7 @@ class ModelPart:
 def extract_visible_part(
     data: Mesh | PointCloud, eye: npt.ArrayLike, toward: npt.ArrayLike, count: int
 ) -> ModelPart:
-    """Extract the `count` points nearest to the place in view.
+    """Extract the `count` points that are nearest to the point in view.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def extract_visible_part(
     Returns
     -------
     ModelPart
-        The whole model if it is not larger.
+        The extracted part, or the whole model if it has no more points than requested.
     """
     points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
     rows = np.arange(len(points))
@@ -72,7 +72,7 @@ def extract_visible_part(
 
 
 def _find_point_in_view(points: FloatArray, eye: FloatArray, toward: FloatArray) -> FloatArray:
-    """Return the first point near the line of sight, or else the nearest to its end."""
+    """Return the first point near the line of sight, or else the point nearest to its end."""
     direction = toward - eye
     size = float(np.linalg.norm(direction))
     offsets = points - eye
@@ -81,7 +81,7 @@ def _find_point_in_view(points: FloatArray, eye: FloatArray, toward: FloatArray)
         distance = np.sqrt(np.maximum((offsets**2).sum(axis=1) - depth**2, 0.0))
         near = np.flatnonzero((depth > 0.0) & (distance < _RAY_HALF_WIDTH * depth))
         if len(near):
-            # Of the nearest points, the one closest to the line.
+            # Among the nearest points, select the one closest to the line.
             first = near[depth[near] <= (1.0 + _RAY_HALF_WIDTH) * depth[near].min()]
             return np.asarray(points[first[np.argmin(distance[first])]])
     return np.asarray(points[np.nanargmin(((points - toward) ** 2).sum(axis=1))])

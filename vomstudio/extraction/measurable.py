@@ -1,14 +1,14 @@
-"""Map of the expected error of a plane with a given attitude, before anything is picked.
+"""Map of the expected error of a plane of given attitude before any points are picked.
 
-A bed is measured well where the outcrop's face turns, and not at all where the face is one flat
-wall, because its trace there is straight. For each piece of the surface a plane of the attitude is
-placed through it. The line along which the plane cuts the surface, within the length of a trace,
-has a covariance like the vertices of a picked trace. With the noise of the model across the plane
-and one independent point for each resolution along the line, the joint 95 % region of the normal
-follows from `geometry.plane_errors`. It is at least the tilt that the resolution allows over the
-line's shorter axis, and includes the registration, as for a picked trace.
+A bed can be measured well where the outcrop face changes direction, but not on a single flat wall,
+because its trace is straight there. For each piece of the surface, a plane of the given attitude is
+placed through it. The line along which this plane cuts the surface, limited to the length of a
+trace, has a covariance like the vertices of a picked trace. With the noise of the model across the
+plane and one independent point per resolution along the line, the joint 95 % region of the normal
+follows from `geometry.plane_errors`. As for a picked trace, it is at least the tilt that the
+resolution allows over the shorter axis of the line, and includes the registration.
 
-Where the face is nearly parallel to the plane it exposes the plane as a surface. The expected
+Where the face is nearly parallel to the plane, it exposes the plane as a surface. The expected
 error is then that of a patch of this size (`geometry.plane_sizes`).
 """
 
@@ -55,43 +55,44 @@ from vomstudio.geometry.resolution import (
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 CLASSES = ("none", "poor", "doubtful", "good")
-"""Classes of an expected error, worst first; for "none" the plane cannot be determined."""
+"""Classes of the expected error, worst first; "none" means that the plane is undetermined."""
 GOOD_DEG, POOR_DEG = 5.0, 15.0
 MIN_EXTENT_RESOLUTIONS = 10.0
 MIN_LENGTH_RESOLUTIONS = 4.0
-"""Minimum length of a trace, in resolutions."""
+"""Minimum length of a trace, in model resolutions."""
 DEFAULT_LENGTH_RESOLUTIONS = 100.0
-"""Default length of a trace, in resolutions."""
+"""Default length of a trace, in model resolutions."""
 _NORMAL_ANGLE_DEG = 20.0
 _MIN_PIECES = 4
 _MIN_CELL_RATIO = 1.25
-"""Cells larger than the typical side of a face by this factor contain several faces."""
+"""Ratio of cell size to the typical side of a face above which a cell contains several faces."""
 _MIN_RESOLUTION_RATIO = 0.6
-"""Lower bound of the surface's resolution over that of all points, which may be denser."""
-# Number of places, even over the area, at which the resolution is estimated, and of those that show
-# whether the noise exceeds the spacing.
+"""Lower bound for the ratio of the surface resolution to that of all points (may be denser)."""
+# Number of positions, evenly distributed over the area, at which the resolution is estimated, and
+# of positions that show whether the noise exceeds the spacing.
 _RESOLUTION_SAMPLES, _NOISE_SAMPLES = 4000, 100
 
 
 @dataclass(frozen=True, eq=False)
 class Measurable:
-    """Expected errors on n pieces of a surface (faces of a mesh, points of a cloud).
+    """Expected errors on n pieces of a surface (faces of a mesh, or points of a cloud).
 
     Parameters
     ----------
     elements : Elements
     trace_deg : (n,) array
         Expected 95 % error of a trace through each piece, degrees. 90 if any plane through the line
-        fits; NaN if there is no line: the face is parallel to the plane, or has no normal.
+        is possible; NaN if there is no line because the face is parallel to the plane or has no
+        normal.
     patch_deg : (n,) array
-        Expected 95 % error of the exposed patch, degrees; NaN if there is none or its size is less
-        than ten resolutions.
+        Expected 95 % error of the exposed patch, degrees; NaN if there is no patch, or if its size
+        is less than ten resolutions.
     extent, relief : (n,) arrays
-        Longest and shorter axis of the line, m.
+        Longest and shorter axes of the line, m.
     classes : (n,) int8 array
-        Index into `CLASSES` of the better of trace and patch.
+        Index into `CLASSES` for the better of trace and patch.
     patches : (n,) int32 array
-        Number of the patch, -1 for none.
+        Number of the patch of each piece; -1 if there is none.
     areas : (n,) array
         Area of each piece, m².
     resolutions : (n,) array
@@ -99,10 +100,10 @@ class Measurable:
     length : float
         Length of a trace, m.
     resolution, noise : float
-        Typical values, m.
+        Typical values for the model, m.
     warnings : tuple of Finding
     nodes : (vertices of the model,) int array, optional
-        Vertex of the map for each vertex of a decimated mesh; None without decimation.
+        Vertex of the map for each vertex of a decimated mesh; None if the mesh was not decimated.
     """
 
     elements: Elements
@@ -122,27 +123,27 @@ class Measurable:
 
     @property
     def trace_classes(self) -> Int8Array:
-        """Index (n,) into `CLASSES` for traces alone."""
+        """Index (n,) into `CLASSES` for traces only."""
         return _classes(self.trace_deg, self.extent, self.resolutions)
 
     @property
     def best_deg(self) -> FloatArray:
-        """Expected 95 % error (n,) of the better of trace and patch, degrees; 90 for none."""
+        """Expected 95 % error (n,) of the better of trace and patch; 90 degrees for none."""
         return np.asarray(np.fmin(np.fmin(self.trace_deg, self.patch_deg), 90.0))
 
 
 def typical_resolution(data: Mesh | PointCloud) -> float:
-    """Estimate the typical effective resolution of a model, as around a picked trace.
+    """Estimate the typical effective resolution of a model, as is done around a picked trace.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        In World, m.
+        Model in the World frame, m.
 
     Returns
     -------
     float
-        m.
+        Resolution in metres.
 
     Raises
     ------
@@ -170,14 +171,14 @@ def map_measurability(
     options: MeasurableOptions,
     progress: Progress | None = None,
 ) -> Measurable:
-    """Map how well a plane could be measured on a surface.
+    """Map how accurately a plane of given attitude can be measured on a surface.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        In World, m.
+        Model in the World frame, m.
     normal : (3,) array_like
-        Normal of the plane, World.
+        Normal of the plane in the World frame.
     options : MeasurableOptions
         Must contain the length of a trace.
     progress : Progress, optional
@@ -189,7 +190,7 @@ def map_measurability(
     Raises
     ------
     GeometryError
-        If the model has no surface, or the length is too short for a trace on it.
+        If the model has no surface, or if the length is too short for a trace on the model.
     Cancelled
         Through `progress`.
     """
@@ -210,10 +211,10 @@ def map_measurability(
 # --- the surface ------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """Pieces of a surface, none of them long compared with a trace.
+    """Pieces of a surface that are all short compared with a trace.
 
-    `of` (n,) is the face or point of the model that each piece belongs to, `nodes` as in
-    `Measurable`.
+    `of` (n,) is the face or point of the model that each piece belongs to. See `Measurable` for
+    `nodes`.
     """
 
     elements: Elements
@@ -239,12 +240,12 @@ def _surface(
     square_longest_sides(
         for_reading(vertices, np.float64), for_reading(used_faces, np.int64), square
     )
-    # Half and three quarters of the faces have no side longer than these.
+    # Half and three quarters of the faces have no side longer than these lengths.
     typical_side, long_side = np.sqrt(np.percentile(square, [50.0, 75.0]))
     step = strip_half_width(float(long_side), length)
     max_side = 2.0 * step
     if max_side < typical_side:
-        # Refuse a length that is far too short before the mesh is cut into millions of pieces.
+        # Reject a length that is much too short before the mesh is divided into millions of pieces.
         _require_min_length(length, resolution or _MIN_RESOLUTION_RATIO * typical_resolution(data))
     fine = CELL_STRIPS * step > _MIN_CELL_RATIO * typical_side
     if not fine and float(square.max()) <= max_side**2:
@@ -264,7 +265,7 @@ def _surface(
     elements = build_elements(mesh, _NORMAL_ANGLE_DEG, progress)
     source = source[elements.rows]
     if areas is not None:
-        # Distribute the area of each face over its pieces in proportion.
+        # Distribute the area of each face proportionally over its pieces.
         piece_area = np.bincount(source, elements.areas, len(areas))[source]
         elements = replace(elements, areas=elements.areas * (areas[source] / piece_area))
     return _Surface(elements, rows[source], nodes)
@@ -273,8 +274,8 @@ def _surface(
 def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     """Estimate the effective resolution (n,) of the model around each piece, m.
 
-    It follows from the spacing and noise of the nearest vertices or points, as around a picked
-    trace; the pieces themselves are cut finer than the model.
+    It is derived from the spacing and noise of the nearest vertices or points, as around a picked
+    trace, because the pieces themselves are smaller than the resolution.
     """
     from scipy.spatial import cKDTree
 
@@ -293,7 +294,7 @@ def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     overall = effective_resolution(finite, tree, nearest[:: max(1, len(nearest) // _NOISE_SAMPLES)])
     if overall is None or not typical > 0.0:
         return np.asarray(elements.spacing)
-    # If the noise exceeds the spacing, it does so everywhere.
+    # If the noise exceeds the spacing, it is assumed to do so everywhere.
     spacing = np.maximum(
         np.nan_to_num(spacing, nan=typical), overall if overall > 1.5 * typical else 0.0
     )
@@ -361,11 +362,11 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
 
 def _classes(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> Int8Array:
     classes = np.where(error <= GOOD_DEG, 3, np.where(error <= POOR_DEG, 2, 1))
-    # Below ten resolutions an error estimate is not reliable.
+    # Below ten resolutions, an error estimate is not reliable.
     with np.errstate(invalid="ignore"):
         small = extent < MIN_EXTENT_RESOLUTIONS * resolution
     classes = np.where(small, np.minimum(classes, 2), classes)
-    # At 90 degrees every plane through the line fits.
+    # At 90 degrees, every plane through the line is possible.
     return np.where(np.nan_to_num(error, nan=90.0) >= 90.0, 0, classes).astype(np.int8)
 
 
@@ -391,7 +392,7 @@ def _patches(
     )
     size = 2.0 * np.sqrt(area / np.pi)
     error = np.full(len(size), np.nan)
-    # The error depends on size over resolution, and most patches are too small for it.
+    # The error depends on the size relative to the resolution, and most patches are too small.
     for row in np.flatnonzero(size >= MIN_EXTENT_RESOLUTIONS * mean_resolution):
         error_deg = PlaneSizes(
             float(mean_resolution[row]), noise, options.used_registration_error_deg
@@ -406,9 +407,9 @@ def _patches(
 def _errors(
     moments: FloatArray, noise: float, options: MeasurableOptions
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the expected 95 % error of the traces (degrees), and their axes (m).
+    """Return the expected 95 % errors of the traces (degrees) and their axes (m).
 
-    The longest axis comes before the shorter one.
+    The longest axis is followed by the shorter one.
     """
     length, resolution, larger, smaller, count = moments.T
     relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)

@@ -12,28 +12,29 @@ from vomstudio.geometry.kernels.jit import kernel
 def line_moments(  # type: ignore[no-untyped-def]
     rows, coordinates, slopes, steepness, areas, resolution, first, last, half, width, out
 ):
-    """Compute the moments of the line along which a plane through each place cuts the surface.
+    """Compute the moments of the lines along which planes through pieces cut the surface.
 
-    Only the part within `half` of the place counts. Pieces of the surface are sorted in runs,
-    first[i] to last[i] of piece i, of connected pieces near its plane, by coordinates[:, 3].
+    Only the part of a line within `half` of the piece is used. The pieces of the surface are sorted
+    by coordinates[:, 3] in runs of connected pieces near the plane; the run of piece i extends from
+    first[i] to last[i].
 
     Parameters
     ----------
     rows : (k,) array
-        Places.
+        Rows of the pieces for which the line is computed.
     coordinates : (n, 4) array
         Offset along the normal, two coordinates in the plane, and the sort coordinate.
     slopes : (n, 2) array
-        Shift of a piece in the plane per unit of offset along the surface.
+        Shift of a piece within the plane per unit of offset along the surface.
     steepness : (n,) array
-        Sine of the angle between surface and plane.
+        Sine of the angle between the surface and the plane.
     areas, resolution : (n,) arrays
     first, last : (n,) arrays
     half, width : float
-        Half the length of the line, and half the width of the strip of surface.
+        Half the length of the line, and half the width of the strip of surface around it.
     out : (k, 9) array
-        Written: area of the strip, area-weighted mean of `resolution`, mean (2) and covariance
-        (uu, vv, uv) of the line, number of pieces, share of the largest piece.
+        Results: area of the strip, area-weighted mean of `resolution`, mean (2) and covariance (uu,
+        vv, uv) of the line, number of pieces, and share of the largest piece.
     """
     for at in range(len(rows)):
         i = rows[at]
@@ -74,7 +75,7 @@ def line_moments(  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], i8[:,::1], f8[::1])")
 def square_longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
-    """Write the squared longest side of each face (k, 3)."""
+    """Write the squared length of the longest side of each face (k, 3)."""
     for i in range(len(faces)):
         longest = 0.0
         for k in range(3):
@@ -88,7 +89,7 @@ def square_longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i8[:,::1], i8[::1])")
 def cluster_vertices(cells, faces, root):  # type: ignore[no-untyped-def]
-    """Write, for each vertex, the first vertex connected to it within one cell (n, 3)."""
+    """Write, for each vertex, the first vertex connected to it within the same cell (n, 3)."""
     for i in range(len(root)):
         root[i] = i
     for i in range(len(faces)):

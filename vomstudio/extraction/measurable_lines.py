@@ -1,4 +1,4 @@
-"""Moments of the line in which a plane of given attitude cuts a surface, at each place."""
+"""Moments of the lines along which a plane of given attitude cuts a surface."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from vomstudio.extraction.measurable_kernels import line_moments
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
-# Width of the strip on either side of the line, as a fraction of the length: finest, coarsest for
-# the given mesh, and for a mesh that must be cut.
+# Width of the strip on either side of the line, as a fraction of the length: the finest, the
+# coarsest for the mesh as it is, and that for a mesh that must be subdivided.
 _STRIPS, _MIN_STRIPS, _CUT_STRIPS = 40.0, 12.0, 40.0
-# Side of the cells in which one piece represents all, in half strip widths.
+# Side length of the cells in which one piece represents all others, in half strip widths.
 CELL_STRIPS = 0.75
 _BLOCK_PIECES = 20_000
 
 
 def strip_half_width(spacing: float, length: float) -> float:
-    """Return half the width of the strip around a line.
+    """Return half the width of the strip of surface around a line.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def strip_half_width(spacing: float, length: float) -> float:
     Returns
     -------
     float
-        Metres.
+        Half-width in metres.
     """
     if spacing <= length / _MIN_STRIPS:
         return max(spacing, length / _STRIPS)
@@ -41,18 +41,18 @@ def strip_half_width(spacing: float, length: float) -> float:
 
 
 def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
-    """Find the connected pieces of each band.
+    """Find the connected pieces of the surface within each band.
 
     Parameters
     ----------
     elements : Elements
     band : (n,) ndarray of int
-        Band of each element, -1 for none.
+        Band of each element; -1 if it belongs to none.
 
     Returns
     -------
     (n,) ndarray of int
-        Number of the piece; -1 for elements without a band.
+        Number of the piece; -1 for elements that belong to no band.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -75,19 +75,19 @@ def intersection_moments(
     length: float,
     progress: Progress,
 ) -> FloatArray:
-    """Compute the moments of the line through each piece.
+    """Compute the moments of the line through each piece of a surface.
 
     Parameters
     ----------
     elements : Elements
     normal : (3,) array
-        Of the plane, World.
+        Normal of the plane in the World frame.
     cut : (n,) bool array
-        Pieces that the plane cuts.
+        Pieces that are cut by the plane.
     exposed : (n,) bool array
-        Pieces parallel to the plane.
+        Pieces that are parallel to the plane.
     resolution : (n,) array
-        Local resolution, m.
+        Local resolution of the model, m.
     length : float
         Length of a trace, m.
     progress : Progress
@@ -96,7 +96,7 @@ def intersection_moments(
     -------
     (n, 5) array
         Length of the line and resolution along it, m; larger and smaller variance, m²; number of
-        pieces. NaN without a line.
+        pieces. NaN if there is no line.
     """
     n = len(elements)
     moments = np.full((n, 5), np.nan)
@@ -113,7 +113,7 @@ def intersection_moments(
     first, second = _plane_axes(normal)
     slope = np.einsum("ij,j->i", np.nan_to_num(elements.normals[representatives]), normal)
     steep = np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
-    # The steepest line of the surface itself leaves the plane by its sine.
+    # The line of steepest ascent of the surface leaves the plane by this sine.
     slopes = np.stack(
         [
             -slope * (elements.normals[representatives] @ axis) / steep**2
@@ -133,7 +133,7 @@ def intersection_moments(
     quarter = offset / (4.0 * width)
     shifted = quarter + 0.5
     share = quarter[representatives] - np.floor(quarter[representatives])
-    # Two overlapping sets of bands, so that every place is well inside one of them.
+    # Use two overlapping sets of bands, so that every piece is well inside one of them.
     middle = (share >= 0.25) & (share < 0.75)
     progress.stage(tr("Measuring patches"), len(representatives))
     before = 0
@@ -173,7 +173,7 @@ def intersection_moments(
 
 
 def _plane_axes(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two orthogonal unit vectors in a plane."""
+    """Return two orthogonal unit vectors in the plane with a given normal."""
     helper = np.eye(3)[np.argmin(np.abs(normal))]
     first = np.cross(normal, helper)
     first /= np.linalg.norm(first)
@@ -183,10 +183,10 @@ def _plane_axes(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _select_representatives(
     elements: Elements, cut: BoolArray, normal: FloatArray, width: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Select one piece per cell of the strip and side of the plane to represent the others.
+    """Select one piece to represent all pieces in each cell on either side of the plane.
 
-    Returns the rows of the representatives, the representative of each cut piece, and the area that
-    each represents.
+    Return the rows of the representatives, the representative of each cut piece, and the area that
+    each one represents.
     """
     rows = np.flatnonzero(cut)
     areas = elements.areas[rows]
@@ -197,7 +197,7 @@ def _select_representatives(
     cell -= cell.min(axis=0)
     size = cell.max(axis=0) + 1
     key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
-    # Faces of one cell with other directions belong to another surface.
+    # Faces in the same cell with a different direction belong to another surface.
     normals = elements.normals[rows]
     first, second = _plane_axes(normal)
     turn = np.arctan2(normals @ second, normals @ first)
@@ -225,7 +225,7 @@ def _moments(
     progress: Progress,
     before: int,
 ) -> FloatArray:
-    """Return `line_moments` (len(rows), 9); `label` (k,) is the component of each piece."""
+    """Return the `line_moments` (len(rows), 9); `label` (k,) is the component of each piece."""
     count = int(label.max()) + 1
     # Sorting along the longest direction of a component keeps the runs short.
     number = np.maximum(np.bincount(label, minlength=count), 1)

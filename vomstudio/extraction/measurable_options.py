@@ -1,4 +1,4 @@
-"""Options of the map of measurable planes, declared once for every door."""
+"""Options of the map of measurable planes, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ MIN_POINTS, MAX_POINTS = 4, 1_000_000
 
 @dataclass(frozen=True)
 class MeasurableOptions(Options):
-    """Trace and model for the map.
+    """Options for traces and model accuracy in the map.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds.
+        If a value is outside its bounds.
     """
 
     length_m: float | None = option(
@@ -72,18 +72,18 @@ class MeasurableOptions(Options):
 
     @property
     def used_registration_error_deg(self) -> float:
-        """Error that applies, degrees; 0 by default."""
+        """Effective registration error in degrees; 0 by default."""
         return self.registration_error_deg or 0.0
 
 
 @dataclass(frozen=True)
 class MeasurableTarget(Options):
-    """Plane and raster of the command.
+    """Plane and output raster of the command.
 
     Raises
     ------
     UsageError
-        Unless exactly one plane is given.
+        If not exactly one plane is given.
     """
 
     plane: str | None = option(

@@ -1,7 +1,7 @@
-"""Cost of a metre of a path at each node of a surface.
+"""Cost per metre of a path at each node of a surface.
 
-The cost is close to zero where a surface looks like a contact, and one where it does not. Without
-a contact the path of least cost is therefore the shortest one.
+The cost is close to zero where the surface looks like a contact, and one where it does not. Without
+a contact, the path of least cost is therefore the shortest path.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from vomstudio.extraction.surface_graph import Graph
 from vomstudio.geometry.kernels.pieces import split_work
 
 COSTS = ("colour", "dark", "light", "gradient", "curvature")
-"""Names of costs; any other cost is the name of a field."""
+"""Names of the costs; any other name refers to a field."""
 COLOUR_COSTS = ("colour", "dark", "light", "gradient")
 
-# Cost of a metre on the contact, as a share of that away from it.
+# Cost per metre on a contact, relative to the cost away from it.
 _MIN_COST = 0.02
-# Percentiles of the values in a corridor that count as the lowest and the highest: a thin bed is a
-# small part of them.
+# Percentiles of the values in a corridor that represent the lowest and the highest value: a thin
+# bed covers only a small part of the corridor.
 _LOW_PERCENTILE, _HIGH_PERCENTILE = 0.2, 98.0
-# Passes of successive smoothings: a bed about ten nodes wide still has a middle.
+# Numbers of smoothing passes: a bed about ten nodes wide still has a distinct middle.
 _VALLEY_SMOOTHINGS = (2, 4, 8)
-# Weight of chroma against lightness.
+# Weight of the chroma relative to the lightness.
 _CHROMA_WEIGHT = 1.5
-# Smoothing passes of the lightness before its gradient is computed.
+# Number of smoothing passes of the lightness before its gradient is computed.
 _GRADIENT_SMOOTHINGS = 3
 _LIGHTNESS_WEIGHTS = np.array([0.299, 0.587, 0.114])
 
@@ -50,7 +50,7 @@ def node_colour(graph: Graph, node: int) -> FloatArray:
 
 
 def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> FloatArray:
-    """Compute the cost of a metre at each node.
+    """Compute the cost per metre at each node of a graph.
 
     Parameters
     ----------
@@ -58,12 +58,12 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
     cost : str
         One of `COSTS`, or the name of a field whose low values are followed.
     tints : (w, 3) array, optional
-        Opponent colours to follow, required for the cost "colour".
+        Opponent colours to follow; required for the cost "colour".
 
     Returns
     -------
     (n,) array
-        Between 0 and 1, without unit.
+        Dimensionless costs between 0 and 1.
     """
     if cost == "colour":
         assert graph.colours is not None
@@ -94,7 +94,7 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
 
 
 def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArray:
-    """Average each node with its neighbours.
+    """Average the value of each node with those of its neighbours.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArra
 
 
 def contact_values(graph: Graph, cost: str) -> FloatArray:
-    """Compute the values of any cost but "colour", lowest on a contact.
+    """Compute the values on which a cost other than "colour" is based, lowest on a contact.
 
     Parameters
     ----------
@@ -150,10 +150,10 @@ def contact_values(graph: Graph, cost: str) -> FloatArray:
 
 
 def _valley(graph: Graph, value: FloatArray) -> FloatArray:
-    """Average values (n,) with their smoothings, so that the middle of a bed is lowest.
+    """Average values (n,) with smoothed versions, so that the middle of a bed is lowest.
 
-    Within a bed of one colour the shortest path cuts corners from side to side. That tilts the
-    plane systematically, and the residuals do not show it.
+    Within a bed of uniform colour, the shortest path cuts corners from side to side. This tilts the
+    plane systematically without being visible in the residuals.
     """
     total, last = value.copy(), value
     for times in _VALLEY_SMOOTHINGS:
@@ -164,7 +164,7 @@ def _valley(graph: Graph, value: FloatArray) -> FloatArray:
 
 
 def opponent_colours(colours: FloatArray) -> FloatArray:
-    """Convert red, green and blue to lightness and two weighted chroma (opponent colours).
+    """Convert red, green and blue to lightness and two weighted chroma components.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""Stretches in which a followed path has left its contact for a parallel one.
+"""Stretches in which a followed path has jumped from its contact to a parallel one.
 
 A path that leaves its contact crosses rock without a visible contact, which costs more, and
-continues beside the plane of the contact. At the next way-point, clicked on the contact, it
-returns. In each leg, the stretch between two crossings is excluded without which the remaining
-points are closest to one plane. It is doubtful if its offset from that plane exceeds the plane's
-error and the scatter of its points. A gap in a contact is crossed in the same way, but the path
-behind the gap lies in the plane of the rest.
+continues beside the plane of the contact. It returns at the next way-point, which was clicked on
+the contact. In each leg, the stretch between two crossings is excluded whose omission leaves the
+remaining points closest to a single plane. The stretch is doubtful if its offset from this plane
+exceeds the error of the plane and the scatter of its points. A gap in a contact is crossed in the
+same way, but the path behind the gap lies in the plane of the remaining points.
 """
 
 from __future__ import annotations
@@ -22,38 +22,38 @@ from vomstudio.geometry.planes import FittedPlane, fit_planes
 CONTACT_QUANTILE = 0.25
 """Quantile of the costs along a path that represents its contact."""
 MIN_PEAK = 0.1
-"""Minimum height of a crossing, between the cost of the contact and that of typical rock."""
+"""Minimum height of a crossing, as a share between the costs of the contact and typical rock."""
 MAX_PEAKS = 7
 MAX_VERTICES = 500
 MIN_VERTICES = 3
 MIN_LENGTH = 4.0
-"""Minimum length of a stretch, in resolutions of the model."""
+"""Minimum length of a stretch, in model resolutions."""
 MIN_RATIO = 1.3
-"""Minimum ratio of the offset to error and scatter, both 95 %.
+"""Minimum ratio of the offset to the error and the scatter, both at 95 %.
 
-Up to 2 % of single contacts then have a doubtful stretch, most of them where the path has in fact
-left the contact (docs/plane_errors.md)."""
+Up to 2 % of single contacts then have a doubtful stretch, in most cases because the path has
+actually left the contact (docs/plane_errors.md)."""
 
 
 def find_jumps(
     points: FloatArray, costs: FloatArray, at: IntArray, resolution: float
 ) -> tuple[Range, ...]:
-    """Find the stretches of a path that are beside the plane of the rest.
+    """Find the stretches of a path that are offset from the plane of the remaining points.
 
     Parameters
     ----------
     points : (n, 3) array
     costs : (n,) array
-        Cost of a metre at each point, in medians of the surface around.
+        Cost per metre at each point, relative to the median of the surface around it.
     at : (w,) array
-        Rows of the way-points, ascending.
+        Rows of the way-points in ascending order.
     resolution : float
         Resolution of the model, in the unit of the points.
 
     Returns
     -------
     tuple of (int, int)
-        First and last row of each stretch, in order; at most one per leg.
+        First and last row of each stretch, in order; at most one stretch per leg.
     """
     step = -(-len(points) // MAX_VERTICES)
     if step > 1:
@@ -100,7 +100,7 @@ def _candidates(
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     legs = []
     for first, last in pairwise(at.tolist()):
-        # A peak may be at the way-point itself.
+        # A peak can be located at the way-point itself.
         peaks, properties = find_peaks(np.pad(smooth[first : last + 1], 1), height=min_height)
         highest = np.sort(peaks[np.argsort(properties["peak_heights"])[-MAX_PEAKS:]]) + first - 1
         legs.append(
@@ -116,7 +116,7 @@ def _candidates(
 def _best(
     points: FloatArray, is_used: BoolArray, legs: Sequence[Sequence[Range]]
 ) -> tuple[int, Range] | None:
-    """Return the leg and stretch whose exclusion leaves the points closest to one plane.
+    """Return the leg and the stretch whose exclusion leaves the points closest to one plane.
 
     The points of the stretch may lie in a parallel plane.
     """
@@ -139,7 +139,7 @@ def _best(
 
 
 def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[FittedPlane | None]:
-    """Fit a plane to the points of each mask (n,); None if there are too few."""
+    """Fit a plane to the points of each mask (n,); None if there are too few points."""
     enough = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
     fits: list[FittedPlane | None] = [None] * len(masks)
     if not enough:
@@ -152,7 +152,7 @@ def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[FittedPl
 
 
 def _ratio(points: FloatArray, stretch: Range, fit: FittedPlane, resolution: float) -> float:
-    """Return the offset of a stretch from a plane, in multiples of the expected offset."""
+    """Return the offset of a stretch from a plane, in multiples of the allowed offset."""
     if fit.max_confidence95_deg is None or fit.min_confidence95_deg is None or fit.rms is None:
         return 0.0
     middle = points[stretch[0] : stretch[1] + 1].mean(axis=0) - fit.centroid

@@ -1,4 +1,4 @@
-"""Compiled inner loops of paths over a graph.
+"""Compiled inner loops of path searches in a graph.
 
 The neighbours of node i are near[starts[i]:starts[i + 1]]. No function allocates memory: results
 are written to arguments.
@@ -19,7 +19,7 @@ def list_neighbours(first, second, starts, near):  # type: ignore[no-untyped-def
         starts[second[arc] + 1] += 1
     for node in range(1, len(starts)):
         starts[node] += starts[node - 1]
-    # Filling a list moves its start; the starts are restored afterwards.
+    # Filling a list advances its start; the starts are restored afterwards.
     for arc in range(len(first)):
         a, b = first[arc], second[arc]
         near[starts[a]] = b
@@ -33,7 +33,7 @@ def list_neighbours(first, second, starts, near):  # type: ignore[no-untyped-def
 
 @kernel("i8(i8[::1], i4[::1])")
 def remove_duplicates(starts, near):  # type: ignore[no-untyped-def]
-    """Sort each node's neighbours and remove duplicates, in place; return the total number."""
+    """Sort the neighbours of each node and remove duplicates in place; return their number."""
     count, begin = 0, starts[0]
     for node in range(len(starts) - 1):
         end = starts[node + 1]
@@ -58,7 +58,7 @@ def remove_duplicates(starts, near):  # type: ignore[no-untyped-def]
 
 @part
 def _detour(places, node, one, other):  # type: ignore[no-untyped-def]
-    """Return the distance from one place to another through a node."""
+    """Return the distance from one position to another through a node."""
     x, y, z = places[node, 0], places[node, 1], places[node, 2]
     far = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
     return far + math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
@@ -66,12 +66,12 @@ def _detour(places, node, one, other):  # type: ignore[no-untyped-def]
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
 def list_component_in_ellipsoid(places, starts, near, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
-    """List the nodes connected to `first` inside an ellipsoid, and return their number.
+    """List the nodes connected to `first` within an ellipsoid, and return their number.
 
-    -1 if there are too many.
+    Return -1 if there are too many nodes.
 
-    The ellipsoid contains the points whose distances from `one` and `other` sum to at most
-    `reach`. The nodes are written to `rows`; `mark` (n,) must be -1 and is restored.
+    The ellipsoid contains the points for which the sum of the distances from `one` and `other` does
+    not exceed `reach`. The nodes are written to `rows`; `mark` (n,) must be -1 and is restored.
     """
     rows[0] = first
     mark[first] = 0
@@ -96,13 +96,13 @@ def list_component_in_ellipsoid(places, starts, near, first, one, other, reach, 
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
 def list_nodes_in_ellipsoid(places, one, other, reach, rows):  # type: ignore[no-untyped-def]
-    """List all nodes inside such an ellipsoid in rows (n,); return their number.
+    """List all nodes within such an ellipsoid in `rows` (n,), and return their number.
 
-    For many nodes this is faster than a search from neighbour to neighbour.
+    For many nodes, this is faster than a search from neighbour to neighbour.
     """
     count = 0
     x, y, z = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1]), 0.5 * (one[2] + other[2])
-    # The enclosing ball, slightly enlarged for rounding, excludes most nodes without a root.
+    # The enclosing sphere, slightly enlarged for rounding, excludes most nodes without a root.
     max_square = 0.25 * reach * reach * (1.0 + 1e-9)
     for node in range(len(places)):
         right, up, ahead = places[node, 0] - x, places[node, 1] - y, places[node, 2] - z
@@ -116,7 +116,7 @@ def list_nodes_in_ellipsoid(places, one, other, reach, rows):  # type: ignore[no
 
 @kernel("i8(i8[::1], i4[::1], i8, b1[::1], i8[::1])")
 def mark_component(starts, near, first, met, rows):  # type: ignore[no-untyped-def]
-    """Mark the nodes connected to `first` in met (n,); return their number."""
+    """Mark the nodes connected to `first` in met (n,), and return their number."""
     rows[0], met[first] = first, True
     count, done = 1, 0
     while done < count:
@@ -132,9 +132,9 @@ def mark_component(starts, near, first, met, rows):  # type: ignore[no-untyped-d
 
 @kernel("i8(i8[::1], i4[::1], i8[::1], i8[::1], i8[::1], i4[::1])")
 def extract_subgraph(starts, near, rows, number, new_starts, new_near):  # type: ignore[no-untyped-def]
-    """Extract the graph of some nodes; return the length of its list of neighbours.
+    """Extract the subgraph of given nodes, and return the length of its list of neighbours.
 
-    `number` (n,) is the index of a node among `rows`, -1 for others.
+    `number` (n,) is the index of each node among `rows`; -1 for other nodes.
     """
     count = 0
     for i in range(len(rows)):
@@ -150,7 +150,7 @@ def extract_subgraph(starts, near, rows, number, new_starts, new_near):  # type:
 
 @kernel("void(i8[::1], i4[::1], f8[::1], f8[::1], i8, i8)")
 def average_neighbours(starts, near, values, out, first, last):  # type: ignore[no-untyped-def]
-    """Average each node's value with its neighbours', for the nodes first to last - 1."""
+    """Average the value of each node with its neighbours, for the nodes first to last - 1."""
     begin = starts[first]
     for node in range(first, last):
         end = starts[node + 1]
@@ -170,9 +170,9 @@ def _distance(places, a, b):  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1], f8[:,::1])")
 def compute_gradients(places, starts, near, values, out):  # type: ignore[no-untyped-def]
-    """Write the gradient of a value at each node: the mean of the gradients along its arcs.
+    """Write the gradient of a value at each node, the mean of the gradients along its arcs.
 
-    On a speckle the arcs cancel each other.
+    On a speckle, the gradients of the arcs cancel each other.
     """
     for node in range(len(values)):
         x, y, z = 0.0, 0.0, 0.0
@@ -190,7 +190,7 @@ def compute_gradients(places, starts, near, values, out):  # type: ignore[no-unt
 # --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
 def _raise(keys, heap, place, at):  # type: ignore[no-untyped-def]
-    """Move an entry of the heap towards its root."""
+    """Move an entry of the heap toward its root."""
     node, key = heap[at], keys[at]
     while at > 0:
         above = (at - 1) >> 2
@@ -204,7 +204,7 @@ def _raise(keys, heap, place, at):  # type: ignore[no-untyped-def]
 
 @part
 def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
-    """Remove the root; return the new size."""
+    """Remove the root of the heap, and return the new size."""
     place[heap[0]] = -1
     size -= 1
     node, key, at = heap[size], keys[size], 0
@@ -228,7 +228,7 @@ def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
 
 @part
 def _put(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
-    """Insert a node or reduce its key; return the new size."""
+    """Insert a node into the heap or reduce its key, and return the new size."""
     at = place[node]
     if at < 0:
         at, size = size, size + 1
@@ -245,12 +245,12 @@ def _put(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
 def search_least_cost(  # type: ignore[no-untyped-def]
     places, starts, near, costs, one, other, least, distance, before, keys, heap, place
 ):
-    """Search from one node until another is reached (Dijkstra 1959); return whether it is.
+    """Search from one node to another (Dijkstra 1959), and return whether it is reached.
 
-    An arc costs its length times the mean cost of a metre at its ends. With `least` above 0, a
-    lower bound of that cost, the remaining distance guides the search (A*, Hart, Nilsson & Raphael
-    1968). `distance` must be infinite and `place` -1 on entry; `before` receives the predecessors;
-    `keys` and `heap` (n,) are working space.
+    The cost of an arc is its length times the mean cost per metre at its ends. If `least`, a lower
+    bound of this cost, is positive, the remaining distance guides the search (A*, Hart, Nilsson &
+    Raphael 1968). `distance` must be infinite and `place` -1 on entry; the predecessors are written
+    to `before`; `keys` and `heap` (n,) are work arrays.
     """
     distance[one], before[one] = 0.0, -1
     size = _put(keys, heap, place, 0, one, 0.0)
@@ -262,7 +262,7 @@ def search_least_cost(  # type: ignore[no-untyped-def]
         base = distance[node]
         for at in range(starts[node], starts[node + 1]):
             to = near[at]
-            # Coincident places are still connected by an arc.
+            # Coincident nodes are also connected by an arc.
             step = max(_distance(places, node, to) * 0.5 * (costs[node] + costs[to]), 1e-15)
             total = base + step
             if total < distance[to]:
@@ -275,7 +275,7 @@ def search_least_cost(  # type: ignore[no-untyped-def]
 
 @part
 def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ignore[no-untyped-def]
-    """Return the slot of a node's states, initialised on first use; -1 if `nodes` is full."""
+    """Return the slot of the states of a node, initialised on first use; -1 if `nodes` is full."""
     slot = slots[node]
     if slot >= 0 or count == len(nodes):
         return slot
@@ -309,14 +309,14 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     heap,
     place,
 ):
-    """Search over states: a node together with one of `headings` directions around the circle.
+    """Search over states, each of which is a node with one of `headings` directions.
 
-    Arcs within an angle (cosine `min_cosine`) of the heading, in the plane flat (n, 2), lead to the
+    Arcs within an angle (cosine `min_cosine`) of the heading in the plane flat (n, 2) lead to the
     same heading at another node. Changing to the next heading on either side costs `turn`. Returns
-    the state at the other node; -1 if it is not connected, -2 if `nodes` is full.
+    the state at the other node, -1 if it is not connected, or -2 if `nodes` is full.
 
-    `remaining` (n,) is a lower bound of the cost from a node to the other one. `slots` (n,) must
-    be -1. State slot * headings + h belongs to nodes[slot]. The other arrays are working space.
+    `remaining` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,) must be
+    -1. State slot * headings + h belongs to nodes[slot]. The other arrays are work arrays.
     """
     count = _slot_of(one, slots, nodes, 0, headings, distance, place) + 1
     size = 0
@@ -342,7 +342,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
         for at in range(starts[node], starts[node + 1]):
             end = near[at]
             right, up = flat[end, 0] - flat[node, 0], flat[end, 1] - flat[node, 1]
-            # An arc perpendicular to the plane has no direction in it.
+            # An arc perpendicular to the plane has no direction within it.
             if right * x + up * y < min_cosine * math.sqrt(right * right + up * up):
                 continue
             step = max(_distance(places, node, end) * 0.5 * (costs[node] + costs[end]), 1e-15)

@@ -1,9 +1,9 @@
-"""Following of a contact in a photo at full resolution, projected onto the model.
+"""Following of a contact in a photo at full resolution, and projection onto the model.
 
-Between way-points the line is the path of least cost over the photo's pixels; large areas are
-searched in a reduced picture first. Lines of sight through the lens project it onto the surface
-(after Seers & Hodgetts 2016, Journal of Structural Geology 82, 1). Other photos that show the place
-contribute to the cost of a pixel, and afterwards confirm the line or not.
+Between way-points, the line is the path of least cost over the pixels of the photo; large areas are
+first searched in a reduced picture. The line is projected onto the surface along lines of sight
+through the lens (after Seers & Hodgetts 2016, Journal of Structural Geology 82, 1). Other photos of
+the same location contribute to the cost of a pixel, and are used afterwards to confirm the line.
 """
 
 from __future__ import annotations
@@ -27,36 +27,36 @@ from vomstudio.extraction.surface_graph import Graph
 
 _CORRIDOR_STRETCH = 1.4
 _MARGIN_PX = 16.0
-# Maximum number of pixels searched at once, and half-width of the corridor around the line of the
-# coarser picture, pixels.
+# Maximum number of pixels searched at once, and half-width of the corridor around the line that was
+# found in the coarser picture, pixels.
 _MAX_NODES = 120_000
 _CORRIDOR_PX = 12.0
 _MAX_VOTERS = 5
-# Maximum error of the end of a line of sight, in resolutions of the model.
+# Maximum error of the end point of a line of sight, in model resolutions.
 _SIGHT_ERROR_RESOLUTIONS = 0.25
 _MAX_SIGHT_ERROR_PX = 4
 
 
 @dataclass(frozen=True, eq=False)
 class PhotoPath:
-    """Path followed in a photo.
+    """Path that was followed in a photo.
 
     Parameters
     ----------
     pixels : (n, 2) array
-        Columns and rows in the photo.
+        Columns and rows of the path in the photo.
     points : (n, 3) array
-        Points of the model under the pixels, World, m.
+        Points of the model under these pixels, in the World frame, m.
     at : (w,) int array
-        Rows of the way-points.
+        Rows of the way-points in the path.
     costs : (n,) array
-        Cost of a metre at each pixel, in medians of the photo around the path.
+        Cost per metre at each pixel, relative to the median of the photo around the path.
     missed : int
-        Number of pixels of the line that miss the model.
+        Number of pixels of the path that miss the model.
     seen, agreeing : (n,) int arrays
-        Number of other photos that show a point, and of those that confirm it.
+        Number of other photos that show each point, and number of those that confirm it.
     voters : tuple of str
-        Names of these photos.
+        Names of the other photos.
     warnings : tuple of Finding
     """
 
@@ -72,12 +72,12 @@ class PhotoPath:
 
     @property
     def judged(self) -> int:
-        """Number of points that other photos show."""
+        """Number of points that are visible in other photos."""
         return int((self.seen > 0).sum())
 
     @property
     def confirmed(self) -> int:
-        """Number of these points that at least half of the other photos confirm."""
+        """Number of points confirmed by at least half of the other photos that show them."""
         return int(((self.seen > 0) & (2 * self.agreeing >= self.seen)).sum())
 
 
@@ -90,20 +90,20 @@ def _require_cost(cost: str) -> None:
 
 
 class PhotoFollower:
-    """Follower of contacts in one photo of a model, by one cost.
+    """Follower of contacts in one photo of a model with one cost.
 
     Parameters
     ----------
     photos : CalibratedPhotos
     cost : {"colour", "dark", "light", "gradient"}
-        As in `Follower`.
+        See `Follower`.
     voting : bool
-        Compare with other photos.
+        Whether to compare with other photos.
 
     Raises
     ------
     UsageError
-        For a cost that photos do not have.
+        If the cost is not available for photos.
     InputError
         If the photo cannot be read.
     """
@@ -113,16 +113,16 @@ class PhotoFollower:
         self.photos, self.cost, self._voting = photos, cost, voting
         self.view = photos.views.views[photos.view_row]
         self._pyramid = [photos.pixels(photos.view_row)]
-        # Photos of the last line, which the next one probably uses too.
+        # Cache the photos of the last line, which the next line probably uses as well.
         self._cached_voters: dict[int, Voter] = {}
 
     def with_cost(self, cost: str) -> PhotoFollower:
-        """Return a follower of the same photo by another cost; they share pixels.
+        """Return a follower of the same photo with another cost; both share the pixels.
 
         Raises
         ------
         UsageError
-            For a cost that photos do not have.
+            If the cost is not available for photos.
         """
         _require_cost(cost)
         other = copy(self)
@@ -135,9 +135,9 @@ class PhotoFollower:
         Parameters
         ----------
         way_points : (w, 2) array
-            Pixels, w >= 2.
+            Way-points in pixels, w >= 2.
         alone : bool
-            Do not compare the path with other photos, which takes longer.
+            If True, do not compare the path with other photos, which takes longer.
 
         Returns
         -------
@@ -146,7 +146,7 @@ class PhotoFollower:
         Raises
         ------
         GeometryError
-            If all way-points are in one pixel, or one is outside the photo or the model.
+            If all way-points are in the same pixel, or if one is outside the photo or the model.
         """
         marks = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require(marks)
@@ -162,7 +162,7 @@ class PhotoFollower:
         is_on_model = np.isfinite(points[:, 0])
         if is_on_model.sum() < 2:
             raise GeometryError(Finding("path.beside-model"))
-        # Rows of the way-points after the pixels that miss the model have been removed.
+        # Rows of the way-points after removing the pixels that miss the model.
         at = np.maximum(np.cumsum(is_on_model)[at] - 1, 0)
         visible_count, agreeing = count_agreeing_photos(
             self._pyramid[0], pixels[is_on_model], self.project, voters
@@ -185,7 +185,7 @@ class PhotoFollower:
         Returns
         -------
         (n, 3) array
-            World, m; NaN if a line of sight misses the model.
+            In the World frame, m; NaN if a line of sight misses the model.
         """
         return self.photos.views.places_under(self.photos.view_row, pixels)
 
@@ -201,7 +201,7 @@ class PhotoFollower:
             )
 
     def _voters(self, way_points: FloatArray) -> tuple[list[Voter], list[Finding]]:
-        """Return the other photos that show the way-points best, and warnings."""
+        """Return the other photos that show the way-points best, and warnings about them."""
         if not self._voting:
             return [], []
         photos, warnings = self.photos, list[Finding]()
@@ -235,7 +235,7 @@ class PhotoFollower:
     def _leg(
         self, start: FloatArray, goal: FloatArray, marks: FloatArray, voters: Sequence[Voter]
     ) -> tuple[FloatArray, FloatArray]:
-        """Return pixels (k, 2) from one way-point to the next, and their costs (k,)."""
+        """Return the pixels (k, 2) from one way-point to the next, and their costs (k,)."""
         distance = float(np.hypot(*(goal - start)))
         span = _CORRIDOR_STRETCH * distance + _MARGIN_PX
         area = 0.25 * np.pi * span * np.sqrt(max(span**2 - distance**2, 1.0))
@@ -253,7 +253,7 @@ class PhotoFollower:
             graph = pixel_graph(picture, box, mask)
             costs = node_costs(graph, self.cost, self._tints(picture, marks / size))
             if current == level:
-                # Graphs of later levels contain only a narrow corridor around the line.
+                # At later levels, the graph only contains a narrow corridor around the line.
                 typical = float(np.median(costs))
             if current == 0 and voters:
                 costs = self._add_votes(graph, costs, voters, marks)
@@ -278,7 +278,7 @@ class PhotoFollower:
         return self._pyramid[level]
 
     def _tints(self, picture: ByteArray, pixels: FloatArray) -> FloatArray:
-        """Return the opponent colours (w, 3) at pixels, each the mean of nine."""
+        """Return the opponent colours (w, 3) at pixels, averaged over nine pixels each."""
         colours = []
         for x, y in np.floor(pixels).astype(int).tolist():
             rows = slice(max(y - 1, 0), y + 2)
@@ -293,7 +293,7 @@ class PhotoFollower:
     ) -> FloatArray:
         """Average the costs (n,) of the photo with those of the other photos.
 
-        In the other photos the lowest cost within the error of the surface counts.
+        In each other photo, the lowest cost within the error of the surface is used.
         """
         pixels = graph.places[:, :2]
         places = self.project(pixels)
@@ -326,7 +326,7 @@ class PhotoFollower:
         return costs
 
     def _sight_error_px(self, places: FloatArray) -> int:
-        """Estimate the error in pixels of a place projected into another photo."""
+        """Estimate the error in pixels of a point that is projected into another photo."""
         views = self.photos.views
         visible = places[np.isfinite(places[:, 0])]
         if not len(visible):

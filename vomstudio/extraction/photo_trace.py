@@ -1,4 +1,4 @@
-"""Result of `vomstudio trace --photo` and `vs.follow`: a trace followed in a photo."""
+"""Trace followed in a photo, the result of `vomstudio trace --photo` and `vs.follow`."""
 
 from __future__ import annotations
 
@@ -29,29 +29,29 @@ from vomstudio.geology.doubtful_stretches import fit_remaining_plane
 from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 
-# Share of confirmed vertices below which the line is reported as doubtful.
+# If fewer vertices are confirmed, the line is reported as doubtful.
 _MIN_AGREEING_SHARE = 0.8
-# A step longer than both (in median steps and in resolutions) crosses a gap that the photo does not
-# show.
+# A step that exceeds both limits (in median steps and in resolutions) crosses a gap that is not
+# visible in the photo.
 _MAX_STEP_RATIO, _MIN_GAP_RESOLUTIONS = 10.0, 2.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PhotoTrace(FollowedTrace):
-    """Trace followed in a photo.
+    """Trace that was followed in a photo.
 
     Parameters
     ----------
     photo : str
     voters : tuple of str
-        Names of the other photos that the trace was compared with.
+        Names of the other photos with which the trace was compared.
     agreeing_share : float or None
-        Share of the vertices visible in other photos that at least half of these confirm; None if
-        no vertex is.
+        Share of the vertices visible in other photos that are confirmed by at least half of these
+        photos; None if no vertex is visible in other photos.
     pixels : (n, 2) array
-        Vertices in the photo; the centre of its top-left pixel is (0.5, 0.5).
+        Vertices in the photo; the centre of the top-left pixel is (0.5, 0.5).
     seen, agreeing : (n,) int arrays
-        Number of other photos in which each vertex is visible, and of those that confirm it.
+        Number of other photos in which each vertex is visible, and number of those that confirm it.
     """
 
     photo: str
@@ -80,20 +80,20 @@ def photo_trace(
     Parameters
     ----------
     surface : SurfaceGraph
-        Of a model in World.
+        Surface of a model in the World frame.
     photos : CalibratedPhotos
     way_points : (w, 3) or (w, 2) array
-        World, m, or pixels of the photo.
+        Way-points in the World frame, m, or in pixels of the photo.
     cost : str
         One of `COLOUR_COSTS`, or "auto" for the best of them.
     resolution : float
         Resolution of the model, m.
     model, frame : str
-        Names for the orientation table.
+        Names used in the orientation table.
     thresholds : Thresholds
     priors : sequence of SetPrior
     called : str
-        Name of the cost in the result, if different.
+        Name of the cost in the result, if it differs.
 
     Returns
     -------
@@ -102,9 +102,9 @@ def photo_trace(
     Raises
     ------
     GeometryError
-        For a way-point outside the model or the photo, or hidden in the photo.
+        If a way-point is outside the model or the photo, or if it is hidden in the photo.
     UsageError
-        For a cost that photos do not have.
+        If the cost is not available for photos.
     InputError
         If a photo cannot be read.
     """
@@ -184,12 +184,12 @@ def photo_trace(
 def _project_way_points(
     photos: CalibratedPhotos, way_points: FloatArray, resolution: float
 ) -> FloatArray:
-    """Project way-points in World into the photo; return pixels (w, 2).
+    """Project way-points from the World frame into the photo and return pixels (w, 2).
 
     Raises
     ------
     GeometryError
-        For a way-point that the photo does not show.
+        If a way-point is not visible in the photo.
     """
     pixels = photos.views.pixels(photos.view_row, way_points)
     is_visible = photos.views.shows(photos.view_row, way_points, MAX_SNAP_RESOLUTIONS * resolution)

@@ -33,7 +33,7 @@ _BLUR_PX = 1.0
 
 
 class Voter:
-    """Another photo of the model that may show a place.
+    """Another photo of the model that may show a given point.
 
     Parameters
     ----------
@@ -52,18 +52,18 @@ class Voter:
         return blurred_grey(self._picture)
 
     def colours(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Sample colours at places.
+        """Sample the colours of the photo at given points.
 
         Parameters
         ----------
         places : (n, 3) array
-            World, m.
+            Points in the World frame, m.
 
         Returns
         -------
         colours : (n, 3) array
         visible : (n,) bool array
-            Whether the photo shows each place.
+            Whether each point is visible in the photo.
         """
         pixels, visible = self._project(places)
         colours = np.zeros((len(places), 3))
@@ -72,7 +72,7 @@ class Voter:
         return colours, visible
 
     def greys(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Sample blurred lightness (n,) at places (n, 3), and whether the photo shows them."""
+        """Sample the blurred lightness (n,) at points (n, 3), and return which are visible."""
         pixels, visible = self._project(places)
         values = np.zeros(len(places))
         values[visible] = interpolate_pixels(self._grey, pixels[visible])
@@ -89,9 +89,9 @@ class Voter:
 
 
 def blurred_grey(picture: ByteArray) -> Float32Array:
-    """Convert a picture to lightness, slightly blurred.
+    """Convert a picture to slightly blurred lightness.
 
-    Pixels of two photos never match exactly.
+    The blur is required because the pixels of two photos never match exactly.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def blurred_grey(picture: ByteArray) -> Float32Array:
 
 
 def interpolate_pixels(values: GenericArray, pixels: FloatArray) -> FloatArray:
-    """Interpolate values linearly between pixel centres.
+    """Interpolate values linearly between the centres of pixels.
 
     Parameters
     ----------
@@ -136,16 +136,16 @@ def count_agreeing_photos(
 ) -> tuple[IntArray, IntArray]:
     """Count the photos that show each point of a line, and those that confirm it.
 
-    The patch around a pixel is projected onto the model and into the other photo. The two are
-    compared by normalised correlation, which is independent of the exposure.
+    The patch around a pixel is projected onto the model and from there into the other photo. Both
+    patches are compared by normalised correlation, which is independent of the exposure.
 
     Parameters
     ----------
     picture : (h, w, 3) uint8 array
     pixels : (n, 2) array
-        Line in the picture.
+        Line in the picture, in pixels.
     project : callable
-        Projects pixels (k, 2) onto the model (k, 3), World.
+        Function that projects pixels (k, 2) onto the model (k, 3), in the World frame.
     voters : sequence of Voter
 
     Returns

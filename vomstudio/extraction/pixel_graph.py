@@ -1,4 +1,4 @@
-"""Graph of the pixels of a picture, for paths, and the corridors of these paths."""
+"""Pixel graph of a picture for path searches, and corridors around paths."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.core.arrays import BoolArray, ByteArray, FloatArray
 from vomstudio.extraction.surface_graph import Graph, neighbour_lists
 
 Box = tuple[slice, slice]
-"""Rows and columns of a picture."""
+"""Ranges of rows and columns of a picture."""
 
 _NEIGHBOUR_STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
@@ -22,14 +22,14 @@ def pixel_graph(picture: ByteArray, box: Box, mask: BoolArray) -> Graph:
     ----------
     picture : (h, w, 3) uint8 array
     box : Box
-        Part of the picture.
+        Part of the picture to use.
     mask : bool array
-        Pixels to use, in the shape of the box.
+        Pixels to use, with the shape of the box.
 
     Returns
     -------
     Graph
-        Its places (n, 3) are column, row and 0; the centre of the first pixel is (0.5, 0.5).
+        The places (n, 3) are column, row and 0; the centre of the first pixel is (0.5, 0.5).
     """
     number = np.full(mask.shape, -1, np.int64)
     rows, columns = np.nonzero(mask)
@@ -53,13 +53,13 @@ def pixel_graph(picture: ByteArray, box: Box, mask: BoolArray) -> Graph:
 def pixels_around(
     one: FloatArray, other: FloatArray, reach: float, shape: Sequence[int]
 ) -> tuple[Box, BoolArray]:
-    """Select the pixels around two pixels: the sum of both distances is limited.
+    """Select the pixels in an ellipse around two pixels.
 
     Parameters
     ----------
     one, other : (2,) ndarray
     reach : float
-        Maximum sum of the distances.
+        Maximum sum of the distances to the two pixels.
     shape : sequence of int
         Height and width of the picture.
 
@@ -78,13 +78,13 @@ def pixels_around(
 
 
 def pixels_along(line: FloatArray, width: float, shape: Sequence[int]) -> tuple[Box, BoolArray]:
-    """Select the pixels near a line.
+    """Select the pixels within a distance of a line.
 
     Parameters
     ----------
     line : (k, 2) ndarray
     width : float
-        Approximate maximum distance, pixels.
+        Approximate maximum distance in pixels.
     shape : sequence of int
         Height and width of the picture.
 

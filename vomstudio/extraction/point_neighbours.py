@@ -1,4 +1,4 @@
-"""Surroundings of single points of a cloud: neighbours, normals and scatter."""
+"""Neighbourhoods of individual points of a cloud: neighbours, normals and scatter."""
 
 from __future__ import annotations
 
@@ -17,41 +17,41 @@ from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 NEIGHBOURS = 12
-"""Number of neighbours to which a point can pass on its facet."""
+"""Number of neighbours to which a facet can grow from a point."""
 NORMAL_COUNTS = (16, 32, 64, 96)
-"""Numbers of points for a normal; more if noise makes the normals of neighbours differ."""
+"""Numbers of points for a normal; more are used if noise makes neighbouring normals differ."""
 MAX_ANGLE_SHARE = 0.25
-"""Maximum median angle between neighbouring normals, as a share of the threshold angle."""
+"""Maximum median angle between neighbouring normals, as a fraction of the threshold angle."""
 MIN_CELL_CLOUD = 50_000
-"""Minimum size of a cloud that is analysed on cells first."""
+"""Minimum size of a cloud that is first analysed on cells."""
 _SAMPLE_POINTS = 4_000
 _BLOCK_POINTS = 20_000
 # Minimum variation of points whose noise exceeds their spacing, and quantile at which it is tested.
 # The variation is about 0 for a plane, 0.1 at an edge of 90 degrees, and above this value for the
-# largest neighbourhoods with noise of 1.7 spacings.
+# largest neighbourhoods if the noise is 1.7 spacings.
 _MIN_NOISY_VARIATION, _QUIET_QUANTILE = 0.11, 0.2
-# Maximum median variation of the vertices of a mesh; noise of one side has twice as much.
+# Maximum median variation of the vertices of a mesh; noise of one side length has twice this value.
 _MAX_FLAT_VARIATION = 0.08
 # Minimum variation and number of scattered points, and points per cell. A hundred points that fill
-# a block exceed this variation in 98 of 100 cases; those of a plane among as many scattered points
+# a block exceed this variation in 98 of 100 cases; points of a plane among as many scattered points
 # almost never do.
 _MIN_SCATTERED_VARIATION, _MIN_BLOCK_POINTS, _POINTS_PER_CELL = 0.22, 60, 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class PointNeighbourhoods:
-    """Surroundings of k points.
+    """Neighbourhoods of k points.
 
     Parameters
     ----------
     near : (k, m) int32 array
-        Nearest points.
+        Nearest points of each point.
     far : (k,) array
-        Distance of the last of these.
+        Distance of the last of the nearest points.
     normals : (k, 3) array
     variation : (k,) array
     around : (k,) int array
-        Number of points for normal and variation.
+        Number of points used for the normal and the variation.
     """
 
     near: Int32Array
@@ -62,10 +62,10 @@ class PointNeighbourhoods:
 
 
 def is_noise_dominated(places: FloatArray) -> bool:
-    """Check whether the noise of points exceeds their spacing.
+    """Return whether the noise of points exceeds their spacing.
 
-    Even the largest neighbourhoods then fill a volume rather than a surface. If a part of the cloud
-    is quiet, every point can be analysed individually.
+    In this case, even the largest neighbourhoods fill a volume rather than a surface. If some part
+    of the cloud is not noisy, all points can be analysed individually.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def is_noise_dominated(places: FloatArray) -> bool:
         return False
     sample = np.arange(0, len(places), max(1, len(places) // _SAMPLE_POINTS))
     near = np.ascontiguousarray(_tree(places).query(places[sample], k=max_count)[1], np.int32)
-    # The smallest neighbourhoods are tested too: two sheets close together are each quiet.
+    # The smallest neighbourhoods are tested as well: two sheets close together are each quiet.
     return all(
         float(np.quantile(np.nan_to_num(variation), _QUIET_QUANTILE)) > _MIN_NOISY_VARIATION
         for _, variation in (
@@ -91,7 +91,7 @@ def is_noise_dominated(places: FloatArray) -> bool:
 
 
 def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
-    """Find points that scatter in all directions, so that they define no plane.
+    """Find points that scatter in all directions and therefore do not define a plane.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
     -------
     scattered : (n,) ndarray of bool
     area : float
-        Area that each of these points represents.
+        Area represented by each of these points.
     """
     low = places.min(axis=0)
     grid = create_cell_grid(places - low, _POINTS_PER_CELL)
@@ -119,19 +119,19 @@ def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
 
 
 def estimate_normals(places: FloatArray, angle_deg: float, progress: Progress) -> FloatArray | None:
-    """Compute normals of points from as many neighbours as make them agree.
+    """Estimate the normals of points from as many neighbours as required for agreement.
 
     Parameters
     ----------
     places : (n, 3) ndarray
     angle_deg : float
-        Maximum angle between the normals of neighbours.
+        Maximum angle between the normals of neighbours, degrees.
     progress : Progress
 
     Returns
     -------
     (n, 3) ndarray or None
-        None if the surroundings are not flat.
+        Unit normals; None if the neighbourhoods are not flat.
     """
     tree = _tree(places)
     around = _required_neighbours(tree, places, angle_deg, 0.5)
@@ -154,25 +154,25 @@ def find_surroundings(
     angle_deg: float,
     progress: Progress,
 ) -> tuple[int, PointNeighbourhoods]:
-    """Find the surroundings of some points.
+    """Find the neighbourhoods of selected points.
 
     Parameters
     ----------
     grid : CellGrid
     rows : (k,) int array
-        Points.
+        Rows of the points.
     is_sparse : (cells,) bool array or None
-        Cells with so few points around that the smallest number of neighbours suffices: noise of
-        the same width is smaller relative to their spacing. None without cells.
+        Cells with so few points around them that the smallest number of neighbours is sufficient:
+        noise of the same width is then smaller relative to the spacing. None if there are no cells.
     known_count : int or None
-        Number of neighbours, if known.
+        Number of neighbours, if already known.
     angle_deg : float
     progress : Progress
 
     Returns
     -------
     around : int
-        Number of points for a normal.
+        Number of points used for a normal.
     seen : PointNeighbourhoods
     """
     progress.stage(tr("Finding neighbours"), None)
@@ -182,7 +182,7 @@ def find_surroundings(
         if known_count and is_sparse is not None and len(places) >= MIN_CELL_CLOUD
         else _tree(places)
     )
-    # Points in planes are quiet.
+    # Points within planes are quiet.
     share = 1.0 - 0.5 * len(places) / len(rows) if 2 * len(rows) > len(places) else 0.0
     known_count = known_count if len(rows) else NORMAL_COUNTS[0]
     around = (
@@ -221,10 +221,10 @@ def find_surroundings(
 
 
 def _select_surroundings(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) -> IntArray:
-    """Select points that describe the surroundings in these cells and in sparse cells.
+    """Select the points that describe the neighbourhoods in given cells and in sparse cells.
 
-    These are all points in sparse cells and in the neighbours of `cells`, and one of each other
-    cell.
+    These are all points in sparse cells and in the neighbours of `cells`, and one point of each
+    other cell.
     """
     starts, near = grid.around()
     is_used = is_sparse.copy()
@@ -246,9 +246,9 @@ def _search_cells(
     is_open: BoolArray,
     progress: Progress,
 ) -> None:
-    """Describe the surroundings of selected points from their cell and the cells around.
+    """Describe the neighbourhoods of selected points using their cell and adjacent cells.
 
-    `is_open` becomes False for each point that this is enough for.
+    `is_open` is set to False for each point for which this is sufficient.
     """
     if not len(selected):
         return
@@ -297,7 +297,7 @@ def _search_tree(
     surroundings: PointNeighbourhoods,
     progress: Progress,
 ) -> None:
-    """Describe the surroundings of selected points with a tree of all places or of a subset."""
+    """Describe the neighbourhoods of selected points with a tree of all or some points."""
     if not len(selected):
         return
     around, neighbour_count = int(surroundings.around[selected[0]]), surroundings.near.shape[1]
@@ -324,18 +324,18 @@ def _tree(places: FloatArray) -> Any:
 def _fit_planes(
     places: FloatArray, rows: IntArray, near: Int32Array
 ) -> tuple[FloatArray, FloatArray]:
-    """Return normal and variation of the points `near` (k, m) around each row (k,)."""
+    """Return the normals and variations of the points `near` (k, m) around each row (k,)."""
     results = np.empty((len(rows), 3)), np.empty(len(rows))
     fit_local_planes(places, for_kernels(places[rows], np.float64), near, *results)
     return results
 
 
 def _required_neighbours(tree: Any, places: FloatArray, angle_deg: float, share: float) -> int:
-    """Return the number of neighbours for normals that agree with adjacent ones.
+    """Return the number of neighbours at which adjacent normals agree.
 
-    It is determined from a sample.
+    The number is determined from a sample.
 
-    `share` is the share of the places that must agree.
+    `share` is the fraction of the points whose normals must agree.
     """
     n = len(places)
     sample = np.arange(0, n, max(1, n // _SAMPLE_POINTS))
@@ -343,7 +343,7 @@ def _required_neighbours(tree: Any, places: FloatArray, angle_deg: float, share:
     for count in NORMAL_COUNTS:
         used_count = min(count, n)
         _, rows = tree.query(places[sample], k=used_count)
-        # Compare with the fourth neighbour and the plane around it.
+        # Compare with the plane around the fourth neighbour.
         neighbours = rows[:, min(4, used_count - 1)]
         _, second_rows = tree.query(places[neighbours], k=used_count)
         normals = [

@@ -1,4 +1,4 @@
-"""Subdivision of large triangles, so that a surface has pieces everywhere."""
+"""Subdivision of large triangles, so that a surface has sufficiently small pieces everywhere."""
 
 from __future__ import annotations
 
@@ -14,56 +14,56 @@ from vomstudio.geometry.patches import triangle_areas
 MAX_FACES = 6_000_000
 """Maximum number of faces after the subdivision."""
 _MAX_ROUNDS = 40
-# Largest area of a triangle with sides up to 1 (equilateral).
+# Maximum area of a triangle with sides of up to 1 (equilateral).
 _MAX_UNIT_AREA = np.sqrt(3.0) / 4.0
 
 
 def subdivide_mesh(
     vertices: FloatArray, faces: IntArray, longest: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
-    """Subdivide a mesh until no edge is longer than a maximum.
+    """Subdivide a mesh until no edge exceeds a maximum length.
 
-    An edge is halved in all of its faces, so that neighbours remain neighbours.
+    An edge is halved in all of its faces, so that neighbouring faces remain connected.
 
     Parameters
     ----------
     vertices : (v, 3) array
     faces : (f, 3) int array
     longest : float
-        Maximum length of an edge, in the unit of the vertices.
+        Maximum length of an edge in the unit of the vertices.
 
     Returns
     -------
     vertices : (n, 3) array
     faces : (k, 3) int array
     source : (k,) int array
-        Face of the input that each face belongs to.
+        Original face that each face belongs to.
 
     Raises
     ------
     GeometryError
-        If there would be too many faces.
+        If the result would have too many faces.
     """
     square = np.empty(len(faces))
     square_longest_sides(for_reading(vertices, np.float64), for_reading(faces, np.int64), square)
     has_long_face = np.zeros(len(vertices), np.bool_)
     has_long_face[faces[square > longest**2].ravel()] = True
-    # An edge of a long face contains two such vertices.
+    # A face with a long edge contains at least two such vertices.
     is_candidate = has_long_face[faces].sum(axis=1) >= 2
     source = np.flatnonzero(is_candidate)
     done: list[tuple[IntArray, IntArray]] = [(faces[~is_candidate], np.flatnonzero(~is_candidate))]
     faces = faces[is_candidate]
     area = float(triangle_areas(*(vertices[faces[:, k]] for k in range(3))).sum())
     if area > MAX_FACES * _MAX_UNIT_AREA * longest**2:
-        # Refuse early: finding this out by subdivision takes half a minute.
+        # Fail early: detecting this by subdivision would take half a minute.
         raise GeometryError(Finding("faces.length-too-small"))
     for _ in range(_MAX_ROUNDS):
         ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
-        # Sort the ends, so that both faces of an edge compute the same length.
+        # Sort the ends, so that the length of an edge is identical for both of its faces.
         low, high = ends.min(axis=2), ends.max(axis=2)
         length = np.linalg.norm(vertices[low] - vertices[high], axis=2)
         # Cut only the longest edge of a face, so that the pieces keep its shape (Rivara 1984). A
-        # face whose shorter edge is the longest of a neighbour is cut there too.
+        # face is also cut at a shorter edge if this is the longest edge of its neighbour.
         long = (length >= length.max(axis=1, keepdims=True) * (1.0 - 1e-9)) & (length > longest)
         if not long.any():
             done.append((faces, source))
@@ -73,7 +73,7 @@ def subdivide_mesh(
         place = np.searchsorted(cut, key)
         place[place == len(cut)] = 0
         is_cut = cut[place] == key
-        # A face without a cut edge will only be cut later if it is long itself: every edge cut
+        # A face without a cut edge will only be cut later if it is itself too large: every edge cut
         # later is longer than `longest`.
         is_active = (length > longest).any(axis=1) | is_cut.any(axis=1)
         done.append((faces[~is_active], source[~is_active]))
@@ -98,11 +98,11 @@ def subdivide_mesh(
 
 
 def _cut(faces: IntArray, middle: IntArray, source: IntArray) -> tuple[IntArray, IntArray]:
-    """Split each face into two to four at the midpoints (k, 3) of its edges, -1 for none."""
+    """Split each face into two to four faces at the midpoints (k, 3) of its edges (-1: none)."""
     count = (middle >= 0).sum(axis=1)
     new_faces, new_source = [faces[count == 0]], [source[count == 0]]
     for corner in range(3):
-        # Indices of the corners and midpoints of a face, starting from this corner.
+        # Indices of the corners and midpoints of a face, starting from the current corner.
         a, b, c = (faces[:, (corner + k) % 3] for k in range(3))
         ab, bc, ca = (middle[:, (corner + k) % 3] for k in range(3))
         one = (count == 1) & (ab >= 0)

@@ -1,24 +1,24 @@
-"""Sets first, then their planes: the sequence of the Discontinuity Set Extractor (DSE).
+"""Search for sets and then for their planes, as in Discontinuity Set Extractor (DSE).
 
-After Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geosciences 68, 38-52):
+The method follows Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geosciences 68, 38-52):
 
-- Each point has a normal from its 30 nearest points, itself included, if the smallest eigenvalue
-  is at most 20 % of their sum.
-- The densest directions of the poles, at least 10 degrees apart, are the sets.
-- Each point belongs to the nearest set within 30 degrees.
+- The normal of each point is computed from its 30 nearest points, including the point itself, if
+  the smallest eigenvalue is at most 20 % of their sum.
+- The densest directions of the poles that are at least 10 degrees apart define the sets.
+- Each point is assigned to the nearest set within 30 degrees.
 - In each set, nearby points form clusters (DBSCAN; Ester, Kriegel, Sander & Xu 1996): four points
-  within the mean distance of the fourth neighbour in the set plus two standard deviations, each
-  distance counted once. Clusters of 100 points or more are planes.
+  within the mean distance of the fourth neighbour in the set plus two standard deviations, where
+  each distance counts once. Clusters of at least 100 points are planes.
 
-From DSE's source, version 2.10 (github.com/adririquelme/DSE): the 30 neighbours and 20 % to which
-its boxes return, the share of the smallest eigenvalue, the four points and two standard deviations.
-The 10 and 30 degrees are those of its window; it keeps clusters of any size and leaves the minimum
-to the user.
+The following values are taken from the source of DSE 2.10 (github.com/adririquelme/DSE): the 30
+neighbours and the 20 % to which its input fields default, the share of the smallest eigenvalue, the
+four points and the two standard deviations. The 10 and 30 degrees are those of its window. DSE
+keeps clusters of any size and leaves the minimum to the user.
 
-Two differences: DSE gives all clusters of a set the orientation of the set unless asked to fit
-each, here each is fitted. DSE searches a stereographic net and the user selects the sets, here the
-search is on the sphere, where a steep set is one maximum, and sets have at least a twentieth of the
-highest density.
+There are two differences. DSE assigns the orientation of the set to all of its clusters unless
+asked to fit each of them; here, each cluster is fitted. DSE searches for maxima on a stereonet,
+from which the user selects the sets; here, the search is done on the sphere, where a steep set is a
+single maximum, and sets have at least a twentieth of the highest density.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ CORE_POINTS = 4
 _RADIUS_DEVIATIONS = 2.0
 MAX_SETS = 20
 _MIN_RELATIVE_DENSITY = 0.05
-# Not from DSE: width of the kernel for the density of poles, and number of directions searched.
+# Not from DSE: width of the kernel for the density of poles, and number of search directions.
 _KERNEL_DEG = 4.0
 _DIRECTIONS = 6000
 _REFINEMENTS = 5
@@ -57,7 +57,7 @@ _BLOCK_POINTS = 50_000
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
-    """Planes and their sets, in the same order."""
+    """Planes and their sets in the same order."""
 
     facets: FacetSegmentation
     sets: SetProposal
@@ -70,14 +70,15 @@ def find_sequence(
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
 ) -> Sequence:
-    """Find sets, then planes, among the points or vertices of a model.
+    """Find sets, and then their planes, among the points or vertices of a model.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        In World, m.
+        Model in the World frame, m.
     options : FacetOptions
-        With the preset "dse"; the angle is the half-angle of the cone about the pole of a set.
+        Options with the preset "dse"; the angle is the half-angle of the cone about the pole of a
+        set.
     thresholds : Thresholds
     progress : Progress, optional
 
@@ -109,7 +110,7 @@ def find_sequence(
 
 
 def _normals(elements: Elements, progress: Progress) -> FloatArray:
-    """Compute normals (n, 3) of the points, NaN if their neighbours are not coplanar."""
+    """Compute the normals (n, 3) of points; NaN if their neighbours are not coplanar."""
     from scipy.spatial import cKDTree
 
     places = elements.places
@@ -131,17 +132,17 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
 
 
 def find_set_poles(normals: FloatArray) -> FloatArray:
-    """Find the densest directions of axes.
+    """Find the densest directions of axial data.
 
     Parameters
     ----------
     normals : (n, 3) ndarray
-        NaN rows are ignored.
+        Unit normals; NaN rows are ignored.
 
     Returns
     -------
     (k, 3) ndarray
-        Sorted by decreasing density.
+        Poles in order of decreasing density.
     """
     from scipy.spatial import cKDTree
 
@@ -188,7 +189,7 @@ def _half_sphere(count: int) -> FloatArray:
 
 
 def _refined(axes: FloatArray, start: FloatArray) -> FloatArray:
-    """Average the axes within half of the minimum angle between sets, from a coarse start."""
+    """Refine a coarse direction by averaging the axes within half the minimum set separation."""
     mean = start
     for _ in range(_REFINEMENTS):
         near = axes[np.abs(axes @ mean) >= np.cos(np.radians(0.5 * MIN_SET_ANGLE_DEG))]
@@ -199,7 +200,7 @@ def _refined(axes: FloatArray, start: FloatArray) -> FloatArray:
 
 
 def _assigned(normals: FloatArray, means: FloatArray, cone_deg: float) -> IntArray:
-    """Return the set (n,) of each point, -1 for none."""
+    """Return the set (n,) of each point; -1 if it belongs to none."""
     if not len(means):
         return np.full(len(normals), -1, np.int64)
     cosine = np.abs(np.nan_to_num(normals) @ means.T)
@@ -211,7 +212,7 @@ def _assigned(normals: FloatArray, means: FloatArray, cone_deg: float) -> IntArr
 def _clusters(
     elements: Elements, set_of: IntArray, count: int, progress: Progress
 ) -> tuple[Int32Array, IntArray]:
-    """Return the cluster (n,) of each point, -1 for none, and the set of each cluster."""
+    """Return the cluster (n,) of each point (-1 for none), and the set of each cluster."""
     inside = np.flatnonzero(set_of >= 0)
     labels = np.full(len(set_of), -1, np.int32)
     sets: list[int] = []
@@ -238,23 +239,24 @@ def _clusters(
 
 
 def dbscan(places: FloatArray, radius: float, core_points: int) -> IntArray:
-    """Cluster places by density (Ester et al. 1996).
+    """Cluster points by density (Ester et al. 1996).
 
-    A place with `core_points` places within the radius, itself included, is a core. Cores within
-    the radius of each other form one cluster; other places within it join the nearest core.
+    A point that has `core_points` points within the radius, including itself, is a core point. Core
+    points within the radius of each other form a cluster; other points within the radius join the
+    nearest core point.
 
     Parameters
     ----------
     places : (n, 3) array
-        m.
+        Coordinates in metres.
     radius : float
-        m.
+        Radius in metres.
     core_points : int
 
     Returns
     -------
     (n,) int array
-        Cluster, -1 for noise.
+        Cluster of each point; -1 for noise.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

@@ -1,4 +1,4 @@
-"""Paths of least cost through a graph, with and without a cost of turning."""
+"""Paths of least cost through a graph, with or without a cost for turns."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ HEADINGS = 16
 MAX_HEADING_ERROR_DEG = 34.0
 """Maximum angle between an arc and its heading.
 
-Two neighbouring arcs of a picture are 45 degrees apart. Both are within this angle of the heading
-between them, so that a zigzag between the two is not a turn."""
+Neighbouring arcs of a picture are 45 degrees apart. Both are within this angle of the heading
+between them, so a zigzag between the two is not a turn."""
 TURN_COST = 1.0
-"""Cost of a right angle, in typical arcs away from the contact."""
-# Maximum number of nodes searched with turns, for an interactive response; beyond it the shortest
-# path is used.
+"""Cost of a right-angle turn, in typical arcs away from the contact."""
+# Maximum number of nodes that are searched with turns, for an interactive response; for larger
+# graphs, the shortest path is used.
 _MAX_NODES = 15_000
-# Maximum distance, in arcs, of the final path from the one with the fewest turns.
+# Maximum distance, in arcs, between the final path and the path with the fewest turns.
 _CORRIDOR_ARCS = 4
 _FORBIDDEN_COST = 1e6
-# Factor for rounding in the lower bound of the remaining cost.
+# Factor that allows for rounding in the lower bound of the remaining cost.
 _BOUND_SCALE = 1.0 - 1e-9
 
 
@@ -32,14 +32,14 @@ def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntA
     ----------
     graph : Graph
     one, other : int
-        Nodes.
+        Start and end node.
     costs : (n,) array
-        Cost of a metre at each node.
+        Cost per metre at each node.
 
     Returns
     -------
     (k,) int array or None
-        Nodes from `one` to `other`; None if they are not connected.
+        Nodes from `one` to `other`; None if the nodes are not connected.
     """
     least = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
     search = _search(graph, one, other, costs, max(least, 0.0))
@@ -49,25 +49,25 @@ def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntA
 def straightest_path(
     graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN_COST
 ) -> IntArray | None:
-    """Find the path of least cost in the corridor of the path with the fewest turns.
+    """Find the path of least cost within the corridor of the path with the fewest turns.
 
-    Where two contacts cross, the path stays on the one that it follows: `path_with_turns` selects
-    the contact, and within its corridor the path of least cost stays close to the middle.
+    Where two contacts cross, the path stays on the contact that it follows: `path_with_turns`
+    selects the contact, and within its corridor the path of least cost stays near the middle.
 
     Parameters
     ----------
     graph : Graph
     one, other : int
-        Nodes.
+        Start and end node.
     costs : (n,) array
-        Cost of a metre at each node.
+        Cost per metre at each node.
     turn : float
-        Cost of a right angle, in typical arcs at the cost 1; 0 for `shortest_path`.
+        Cost of a right-angle turn, in typical arcs of cost 1. If 0, `shortest_path` is used.
 
     Returns
     -------
     (k,) int array or None
-        Nodes from `one` to `other`; None if they are not connected.
+        Nodes from `one` to `other`; None if the nodes are not connected.
     """
     path = path_with_turns(graph, one, other, costs, turn)
     if path is None or turn <= 0.0:
@@ -79,30 +79,30 @@ def straightest_path(
 def path_with_turns(
     graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN_COST
 ) -> IntArray | None:
-    """Find the path with the least cost of lengths and turns together.
+    """Find the path with the lowest total cost of length and turns.
 
-    The state of the search contains a heading: one of 16 around the circle in the plane that fits
-    the nodes best. An arc within `MAX_HEADING_ERROR_DEG` of the heading is not a turn.
+    The state of the search includes a heading, one of 16 directions in the best-fit plane of the
+    nodes. An arc within `MAX_HEADING_ERROR_DEG` of the heading does not count as a turn.
 
     Parameters
     ----------
     graph : Graph
     one, other : int
-        Nodes at both ends.
+        Start and end node.
     costs : (n,) ndarray
-        Cost of each node.
+        Cost per metre at each node.
     turn : float, optional
-        Cost of a turn.
+        Cost of a right-angle turn.
 
     Returns
     -------
     (k,) ndarray of int or None
-        Nodes; None without a path.
+        Nodes of the path; None if there is no path.
     """
     n = len(graph.places)
     if turn <= 0.0:
         return shortest_path(graph, one, other, costs)
-    # The remaining cost without turns guides the search (A*), so that few states are visited.
+    # The remaining cost without turns guides the search (A*), so that only few states are visited.
     back = _search(graph, other, one, costs, 0.0)
     if back is None:
         return None
@@ -146,9 +146,9 @@ def path_with_turns(
 def _search(
     graph: Graph, one: int, other: int, costs: FloatArray, least: float
 ) -> tuple[FloatArray, Int32Array] | None:
-    """Return the cost to each node that was reached, and its predecessor.
+    """Return the cost of reaching each node, and its predecessor.
 
-    None if the nodes are not connected.
+    Return None if the nodes are not connected.
     """
     from vomstudio.extraction.path_kernels import search_least_cost
 
@@ -179,7 +179,7 @@ def _trace_back(before: Int32Array, one: int, other: int) -> IntArray:
 
 
 def _corridor(graph: Graph, path: IntArray) -> BoolArray:
-    """Return which nodes (n,) are at most `_CORRIDOR_ARCS` arcs from a path."""
+    """Return which nodes (n,) are within `_CORRIDOR_ARCS` arcs of a path."""
     inside = np.zeros(len(graph.places), np.bool_)
     inside[path] = True
     front = np.unique(path)

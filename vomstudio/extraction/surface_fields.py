@@ -1,8 +1,8 @@
-"""Fields of a model's surface: attitude, curvature, roughness and planarity.
+"""Fields on the surface of a model: attitude, curvature, roughness and planarity.
 
-All are computed from the points within a radius, so that they describe the rock at the chosen scale
-and not the triangles of the model. Dense points are thinned to some per cell, so that a place does
-not count more because it was scanned from nearby.
+All fields are computed from the points within a radius, so that they describe the rock at the
+selected scale rather than the triangles of the model. Dense points are thinned to a maximum number
+per cell, so that an area does not have more weight because it was scanned from nearby.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from vomstudio.geometry.patches import face_areas
 from vomstudio.registration.surface_points import points_of, surface_points
 
 _RADIUS_SPACINGS = 6.0
-"""Radius over the maximum spacing of points on large faces."""
+"""Minimum radius relative to the maximum spacing of points on large faces."""
 _RADIUS_CELLS, _MAX_CELL_POINTS = 2.0, 24
-"""Radius over the side of a cell, and maximum points per cell: about 300 in the ball."""
+"""Radius relative to the cell size, and maximum points per cell: about 300 in the sphere."""
 _MAX_POINTS = 3_000_000
 _MIN_POINTS = 6
-"""Minimum number of points within the radius for a plane."""
+"""Minimum number of points within the radius for fitting a plane."""
 _MAX_SPARSE_SHARE = 0.02
 _MAX_LINE_RATIO = 1e-10
-"""Maximum ratio of the second to the first eigenvalue of points on a line, up to rounding."""
+"""Maximum ratio of the second to the first eigenvalue for points on a line, due to rounding."""
 
 
 @dataclass(frozen=True)
 class FieldKind:
-    """Kind of a field.
+    """Kind of surface field.
 
     Parameters
     ----------
     title : str
-        Marked for translation.
+        Title, marked for translation.
     name : str
-        Name of the field, before the radius.
+        Name of the field, without the radius.
     unit : str
-        Of its values.
+        Unit of the values.
     says : str
         Description, marked for translation.
     """
@@ -114,20 +114,20 @@ KINDS: dict[str, FieldKind] = {
         ),
     ),
 }
-"""Kinds by the name in which a project stores them, in the order of lists."""
+"""Kinds of fields by the name stored in projects, in display order."""
 
 _LEVEL_DEG = 1.0
 
 
 def field_name(kind: str, radius_m: float, *, metric: bool = True) -> str:
-    """Return the name of a field, with radius and unit.
+    """Return the name of a field including its radius and unit.
 
     Parameters
     ----------
     kind : str
     radius_m : float
     metric : bool, optional
-        Whether the metres are known.
+        Whether the scale of the model in metres is known.
 
     Returns
     -------
@@ -140,13 +140,13 @@ def field_name(kind: str, radius_m: float, *, metric: bool = True) -> str:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceFields:
-    """Fields of a model.
+    """Fields computed for a model.
 
     Parameters
     ----------
     radius_m : float
     values : mapping of str to (n,) float32 array
-        By key of `KINDS`, for each point or vertex of the model; NaN if unknown.
+        Values by key of `KINDS` for each point or vertex of the model; NaN if unknown.
     typical_count : int
         Median number of points within the radius.
     warnings : tuple of Finding
@@ -161,12 +161,12 @@ class SurfaceFields:
 def surface_fields(
     data: Mesh | PointCloud, radius_m: float, progress: Progress | None = None
 ) -> SurfaceFields:
-    """Compute the fields of a model.
+    """Compute the surface fields of a model.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     radius_m : float
     progress : Progress, optional
 
@@ -179,7 +179,7 @@ def surface_fields(
     UsageError
         If the radius is not a positive length.
     GeometryError
-        If almost all places have too few points within the radius.
+        If almost all points have too few neighbours within the radius.
     Cancelled
         Through `progress`.
     """
@@ -222,12 +222,12 @@ def surface_fields(
 
 
 def _check_radius(data: Mesh | PointCloud, radius_m: float) -> tuple[Finding, ...]:
-    """Compare the radius with the faces of a mesh; return warnings.
+    """Compare the radius with the face size of a mesh and return warnings.
 
     Raises
     ------
     GeometryError
-        If the faces would need too many points.
+        If the faces would require too many points.
     """
     if not isinstance(data, Mesh) or not len(data.faces):
         return ()
@@ -262,7 +262,7 @@ def _attitudes(normals: FloatArray) -> dict[str, FloatArray]:
 
 def _shapes(planes: LocalPlanes) -> dict[str, FloatArray]:
     third, second, first = planes.spread.T
-    # A perfect plane has a third eigenvalue of rounding errors.
+    # The third eigenvalue of a perfect plane consists of rounding errors.
     third = np.maximum(third, 1e-12 * first)
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
@@ -273,10 +273,10 @@ def _shapes(planes: LocalPlanes) -> dict[str, FloatArray]:
 
 
 def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
-    """Thin points to at most `_MAX_CELL_POINTS` per cell, at random.
+    """Randomly thin points to at most `_MAX_CELL_POINTS` per cell.
 
-    Points are not averaged: means would be smoother than the rock. One point in each of many small
-    cells would give outliers more weight.
+    Points are not averaged, because means would be smoother than the rock. Selecting one point in
+    each of many small cells would give outliers more weight.
     """
     if not len(points):
         return points
@@ -293,9 +293,9 @@ def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
 def _outward(
     data: Mesh | PointCloud, normals: FloatArray
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Orient normals out of the rock, by the faces of a mesh or the normals of a cloud.
+    """Orient normals out of the rock, using the faces of a mesh or the normals of a cloud.
 
-    Without either they are turned upward, and a warning is returned.
+    If neither is available, the normals are oriented upward, and a warning is returned.
     """
     if isinstance(data, Mesh) and len(data.faces):
         sides: FloatArray | None = _vertex_normals(data)
@@ -316,9 +316,9 @@ def _orient(normals: FloatArray, sides: FloatArray) -> FloatArray:
 
 
 def _vertex_normals(mesh: Mesh) -> FloatArray:
-    """Sum the normals of the faces around each place (n, 3), weighted by area.
+    """Sum the area-weighted normals of the faces around each vertex (n, 3).
 
-    Vertices at one place count as one, so that texture seams have no effect.
+    Vertices at the same position are treated as one, so that texture seams have no effect.
     """
     vertices = np.asarray(mesh.vertices, np.float64)
     corners = [vertices[mesh.faces[:, k]] for k in range(3)]

@@ -1,8 +1,9 @@
-"""Graph of a surface, for paths along it: the edges of a mesh, the neighbours in a cloud.
+"""Surface graph for path searches: the edges of a mesh, or the neighbours in a cloud.
 
-The whole graph is built when first required, and cached. Between two places close together only a
-corridor is required: an ellipse with these foci. On a textured mesh, the faces of the corridor are
-divided until their edges are a few pixels long, so that a path follows the picture.
+The whole graph is built when it is first required, and cached. Between two nearby points, only a
+corridor is required: an ellipse that has these points as foci. On a textured mesh, the faces of the
+corridor are subdivided until their edges are only a few pixels long, so that a path follows the
+picture.
 """
 
 from __future__ import annotations
@@ -35,29 +36,29 @@ _MAX_LEVEL = 9
 _EDGE_PX = 3.0
 _BLOCK_NODES = 200_000
 _SAMPLE_ARCS = 1001
-# Up to one in this many nodes is searched from neighbour to neighbour, which is slower per node
-# but does not visit all.
+# Up to this fraction (1 / value) of all nodes, a search proceeds from neighbour to neighbour, which
+# is slower per node but does not visit all nodes.
 _LOCAL_SEARCH_DIVISOR = 50
 
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """Graph with n nodes.
+    """Graph of n nodes on a surface.
 
     Parameters
     ----------
     places : (n, 3) float64 array
-        Relative to the surface's origin.
+        Positions relative to the origin of the surface.
     starts, near : int arrays
-        The neighbours of node i are near[starts[i]:starts[i + 1]]; neighbourhood is symmetric.
+        The neighbours of node i are near[starts[i]:starts[i + 1]]; the relation is symmetric.
     colours : (n, 3) array or None
-        0 to 255.
+        Colour components from 0 to 255.
     fields : mapping of str to (n,) array
     rough : callable
-        Returns the roughness (n,): bend of the surface, radians on a mesh, or the surface
-        variation of a cloud.
+        Function that returns the roughness (n,): the bend of the surface in radians on a mesh, or
+        the surface variation of a cloud.
     row : (n,) int array
-        Point or vertex of the model, -1 for places within faces.
+        Point or vertex of the model; -1 for positions within faces.
     """
 
     places: FloatArray
@@ -70,19 +71,19 @@ class Graph:
 
     @cached_property
     def roughness(self) -> FloatArray:
-        """Roughness (n,), see `rough`."""
+        """Roughness (n,) of the nodes, see `rough`."""
         return self.rough()
 
     @cached_property
     def flat(self) -> FloatArray:
-        """Places (n, 2) in their best-fitting plane."""
+        """Coordinates (n, 2) of the nodes in their best-fit plane."""
         offsets = self.places - self.places.mean(axis=0)
         _, axes = np.linalg.eigh(offsets.T @ offsets)
         return np.ascontiguousarray(offsets @ axes[:, 1:])
 
     @cached_property
     def typical_arc(self) -> float:
-        """Median length of a regular sample of arcs, 0 without arcs."""
+        """Median arc length in a regular sample of arcs; 0 if there are no arcs."""
         if not len(self.near):
             return 0.0
         sample = np.linspace(0, len(self.near) - 1, min(len(self.near), _SAMPLE_ARCS)).astype(
@@ -94,12 +95,12 @@ class Graph:
 
 
 class SurfaceGraph:
-    """Surface of a model as a graph.
+    """Surface of a model as a graph for path searches.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        In World or in the frame of the file; lengths are in its unit.
+        Model in the World frame or in the frame of its file; lengths are in its unit.
 
     Raises
     ------
@@ -128,19 +129,19 @@ class SurfaceGraph:
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = node_of
         self.cached_costs: dict[str, tuple[bytes, FloatArray]] = {}
-        """Cached costs of `whole`, by name: the colours that they apply to, and costs (n,)."""
+        """Cached costs of `whole` by name: the colours that they depend on, and costs (n,)."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Search tree of the nodes' places."""
+        """Search tree of the positions of the nodes."""
         from scipy.spatial import cKDTree
 
         return cKDTree(self.places, leafsize=24, compact_nodes=False, balanced_tree=False)
 
     @cached_property
     def textures(self) -> TextureColours | None:
-        """Textures of a mesh without vertex colours; None otherwise."""
+        """Textures of a mesh that has no vertex colours; otherwise None."""
         if isinstance(self.data, Mesh) and self.data.colors is None:
             textures = TextureColours(self.data)
             return textures if textures.any else None
@@ -148,21 +149,21 @@ class SurfaceGraph:
 
     @cached_property
     def is_mesh(self) -> bool:
-        """Whether faces connect the nodes; else distances between points do."""
+        """Whether nodes are connected by faces rather than by distances between points."""
         return isinstance(self.data, Mesh) and len(self.data.faces) > 0
 
     # --- the whole ---------------------------------------------------------------------------
     @cached_property
     def whole(self) -> Graph:
-        """Graph of the whole surface, with the colours of its points."""
+        """Graph of the whole surface with the colours of its points."""
         starts, near = self._neighbours
         return self._graph(np.arange(len(self.places)), self.places, starts, near)
 
     @cached_property
     def finest(self) -> Graph:
-        """Graph of the whole surface, with long edges of a textured mesh divided.
+        """Graph of the whole surface; long edges of a textured mesh are subdivided.
 
-        They are divided until all edges are a few pixels long, or up to a maximum number of nodes.
+        They are subdivided until all edges are a few pixels long, up to a maximum number of nodes.
         """
         if not self.refines:
             return self.whole
@@ -191,19 +192,19 @@ class SurfaceGraph:
     def _longest_edge(
         self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
     ) -> float:
-        """Return the length to which edges are divided."""
+        """Return the maximum edge length after the subdivision."""
         assert self.textures is not None
         a, b, c = (places[triangles[:, i]] for i in range(3))
         area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
         edge = float(np.median(np.linalg.norm(a - b, axis=1)))
         pixel = edge / max(self.textures.edge_pixels(uv, triangles, material), 1e-9)
-        # Equilateral triangles have 1.15 nodes per squared edge; divided ones, with edges between
-        # half of the longest and the longest, about four times as many.
+        # Equilateral triangles have 1.15 nodes per squared edge length; subdivided triangles, with
+        # edges between half the maximum and the maximum, have about four times as many.
         return max(float(np.sqrt(4.5 * area / MAX_FINEST_NODES)), _EDGE_PX * pixel)
 
     @cached_property
     def _faces(self) -> IntArray:
-        """Faces of a mesh by nodes, -1 for unused vertices."""
+        """Faces of a mesh as node indices; -1 for unused vertices."""
         faces = self._node[np.asarray(self.data.faces, np.int64)]  # type: ignore[union-attr]
         return np.asarray(faces)
 
@@ -214,7 +215,7 @@ class SurfaceGraph:
 
     @cached_property
     def _neighbours(self) -> tuple[IntArray, Int32Array]:
-        """Neighbours of the nodes: starts (n + 1,), and nodes."""
+        """Neighbours of the nodes: starts (n + 1,) and neighbouring nodes."""
         from vomstudio.extraction.path_kernels import remove_duplicates
 
         n = len(self.places)
@@ -223,12 +224,12 @@ class SurfaceGraph:
         is_near = self._near >= 0
         source = np.repeat(np.arange(n), is_near.sum(axis=1))
         starts, near = neighbour_lists(source, self._near[is_near].astype(np.int64), n)
-        # Two points that are each among the nearest of the other have two arcs.
+        # Two points that are both among the nearest neighbours of each other have two arcs.
         return starts, near[: remove_duplicates(starts, near)].copy()
 
     @cached_property
     def _faces_of(self) -> tuple[IntArray, IntArray]:
-        """Faces at each node, and the starts (n + 1,)."""
+        """Faces at each node, and their starts (n + 1,)."""
         rows = np.flatnonzero(self._sound_faces)
         nodes = self._faces[rows].ravel()
         order = np.argsort(nodes, kind="stable")
@@ -237,7 +238,7 @@ class SurfaceGraph:
 
     @cached_property
     def _near(self) -> Int32Array:
-        """Neighbours (n, k) of a cloud's nodes, -1 across a gap."""
+        """Neighbours (n, k) of the nodes of a cloud; -1 across a gap."""
         n = len(self.places)
         k = min(NEIGHBOURS, n - 1)
         near, far = np.empty((n, k), np.int32), np.empty((n, k), np.float32)
@@ -251,18 +252,18 @@ class SurfaceGraph:
         return near
 
     def snap_distances(self, places: FloatArray) -> FloatArray:
-        """Return the distance (w,) of places (w, 3) of the data from the nearest node."""
+        """Return the distances (w,) between positions (w, 3) of the data and the nearest nodes."""
         local = np.asarray(places, np.float64).reshape(-1, 3) - self.origin
         return np.asarray(self.tree.query(local)[0], np.float64)
 
     def prepare(self) -> None:
-        """Build what paths require, which takes seconds for millions of points. Thread-safe."""
+        """Build the data for path searches (seconds for millions of points). Thread-safe."""
         _ = self.tree, self.textures
         _ = self._faces_of if self.refines else self._neighbours
 
     # --- a part ------------------------------------------------------------------------------
     def world(self, graph: Graph, nodes: IntArray) -> FloatArray:
-        """Return the places (k, 3) of nodes in the frame of the data; its own points exactly."""
+        """Return the positions (k, 3) of nodes in the data frame, exact for its own points."""
         points = self.data.vertices if isinstance(self.data, Mesh) else self.data.points
         places = graph.places[nodes] + self.origin
         rows = graph.row[nodes]
@@ -271,22 +272,23 @@ class SurfaceGraph:
 
     @property
     def refines(self) -> bool:
-        """Whether the faces of corridors are divided to the pixels of textures."""
+        """Whether the faces of corridors are subdivided to the pixel size of textures."""
         return self.is_mesh and self.textures is not None
 
     def corridor(self, one: FloatArray, other: FloatArray, stretch: float, margin: float) -> Graph:
-        """Build the graph of an ellipse around two places.
+        """Build the graph of an ellipse around two positions.
 
-        It contains all paths between them of at most `stretch` times the straight distance plus a
-        margin. Points and vertices are limited to those connected to the first place.
+        The ellipse contains all paths between the positions that are not longer than `stretch`
+        times the straight distance plus a margin. Points and vertices are limited to those
+        connected to the first position.
 
         Parameters
         ----------
         one, other : (3,) arrays
-            Relative to the origin.
+            Positions relative to the origin.
         stretch : float
         margin : float
-            In the unit of the data.
+            Margin in the unit of the data.
 
         Returns
         -------
@@ -346,7 +348,7 @@ class SurfaceGraph:
         )
 
     def _refined(self, rows: IntArray) -> Graph:
-        """Build the graph of the faces at these nodes, divided to a few pixels."""
+        """Build the graph of the faces at given nodes, subdivided to a few pixels."""
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
         node_faces, starts = self._faces_of
@@ -398,7 +400,7 @@ class SurfaceGraph:
     def _level(
         self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
     ) -> int:
-        """Return how often to divide the faces, within the maximum of nodes."""
+        """Return the number of subdivisions of the faces, within the maximum number of nodes."""
         assert self.textures is not None
         pixels = self.textures.edge_pixels(uv, triangles, material)
         level = int(np.clip(np.ceil(np.log2(max(pixels / _EDGE_PX, 1.0))), 0, _MAX_LEVEL))
@@ -420,7 +422,7 @@ class SurfaceGraph:
 
     @cached_property
     def _vertex_roughness(self) -> FloatArray:
-        """Widest angle between the normals of adjacent faces at each node of a mesh, radians."""
+        """Maximum angle between the normals of adjacent faces at each node of a mesh, radians."""
         rows = np.flatnonzero(self._sound_faces)
         faces = self._faces[rows]
         a, b, c = (self.places[faces[:, i]] for i in range(3))
@@ -451,12 +453,12 @@ class SurfaceGraph:
 
 
 def neighbour_lists(first: IntArray, second: IntArray, n: int) -> tuple[IntArray, Int32Array]:
-    """List the neighbours of nodes, as in `Graph`.
+    """Build the lists of neighbours of nodes. See `Graph`.
 
     Parameters
     ----------
     first, second : (m,) ndarray of int
-        Nodes at both ends of each arc.
+        Nodes at the two ends of each arc.
     n : int
         Number of nodes.
 
@@ -475,7 +477,7 @@ def neighbour_lists(first: IntArray, second: IntArray, n: int) -> tuple[IntArray
 def _part(
     rows: IntArray, starts: IntArray, near: Int32Array, number: IntArray
 ) -> tuple[IntArray, Int32Array]:
-    """List the neighbours among some nodes alone; `number` (n,) must be -1 and is restored."""
+    """List the neighbours within a subset of nodes; `number` (n,) must be -1 and is restored."""
     from vomstudio.extraction.path_kernels import extract_subgraph
 
     number[rows] = np.arange(len(rows))
@@ -487,7 +489,7 @@ def _part(
 
 
 def _edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Return the first and second node of each edge of faces (m, 3), once."""
+    """Return the first and second nodes of the edges of faces (m, 3), without duplicates."""
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     key = np.unique(ends.min(axis=1) * n + ends.max(axis=1))
     return key // n, key % n
@@ -496,7 +498,7 @@ def _edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
 def _divide_all(
     places: FloatArray, extra: FloatArray, triangles: IntArray
 ) -> tuple[FloatArray, FloatArray, IntArray, int]:
-    """Divide every triangle in four; also return the number of new nodes."""
+    """Divide every triangle into four; also return the number of new nodes."""
     n = len(places)
     ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
     key, edge_of = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_inverse=True)
@@ -523,9 +525,9 @@ def _divide_all(
 def _divide_long_edges(
     places: FloatArray, extra: FloatArray, triangles: IntArray, longest: float
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Divide triangles at the midpoints of edges longer than `longest`.
+    """Divide triangles at the midpoints of the edges that are longer than `longest`.
 
-    Also returns the triangle (m,) that each new one belongs to.
+    The original triangle (m,) of each new triangle is also returned.
     """
     n = len(places)
     ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
@@ -536,7 +538,7 @@ def _divide_long_edges(
     first, second = first[long], second[long]
     count = (middle >= 0).sum(axis=1)
     rows = np.arange(len(triangles))
-    # Rotate triangles: a single divided edge comes first, the undivided one of three last.
+    # Rotate triangles so that a single divided edge comes first, or a single undivided edge last.
     rotation = np.where(count == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
     order = (rotation[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(triangles, order, axis=1).T

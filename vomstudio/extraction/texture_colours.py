@@ -1,4 +1,4 @@
-"""Colours of places on a textured mesh."""
+"""Colours at positions on a textured mesh."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _MISSING_GREY = 128.0
 
 
 class TextureColours:
-    """Colours of places on a textured mesh.
+    """Sampler of the colours of a textured mesh.
 
-    Pictures are read when first required; one that cannot be read is grey.
+    Pictures are read when first required; a picture that cannot be read is treated as grey.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class TextureColours:
     any : bool
         Whether the mesh has a texture.
     uv : (n, 2) array
-        Texture coordinates of its vertices.
+        Texture coordinates of the vertices.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -40,13 +40,13 @@ class TextureColours:
         self._pictures: dict[tuple[int, int], ByteArray | None] = {}
 
     def material_of(self, faces: IntArray) -> IntArray:
-        """Return the material (k,) of faces, -1 for none."""
+        """Return the material (k,) of faces; -1 if a face has none."""
         offsets = np.asarray(self._mesh.material_offsets, np.int64)
         materials = np.searchsorted(offsets, faces, side="right") - 1
         return np.where(materials < len(self._mesh.materials), materials, -1)
 
     def edge_pixels(self, uv: FloatArray, triangles: IntArray, material: IntArray) -> float:
-        """Return the median length of an edge in pixels."""
+        """Return the median edge length in pixels."""
         sizes = np.array([self._size(int(m)) for m in np.unique(material)], np.float64)
         scale = sizes[np.searchsorted(np.unique(material), material)]
         a, b = uv[triangles[:, 0]] * scale, uv[triangles[:, 1]] * scale
@@ -55,17 +55,17 @@ class TextureColours:
         return float(np.median(length)) if len(length) else 1.0
 
     def at(self, uv: FloatArray, triangles: IntArray, material: IntArray, level: int) -> FloatArray:
-        """Sample colours (n, 3) at vertices, averaged over about half of an edge.
+        """Sample colours (n, 3) at vertices, averaged over about half an edge.
 
         Parameters
         ----------
         uv : (n, 2) array
-            Texture coordinates.
+            Texture coordinates of the vertices.
         triangles : (k, 3) int array
         material : (k,) int array
             Material of each triangle.
         level : int
-            Number of times that the faces of the mesh were divided.
+            Number of times that the faces of the mesh were subdivided.
         """
         colours = np.full((len(uv), 3), _MISSING_GREY)
         pixels = self.edge_pixels(uv, triangles, material)
@@ -81,7 +81,7 @@ class TextureColours:
 
     @cached_property
     def vertex_colours(self) -> FloatArray:
-        """Colours (n, 3) of the mesh's vertices, averaged over about half of an edge."""
+        """Colours (n, 3) of the vertices of the mesh, averaged over about half an edge."""
         faces = np.arange(len(self._mesh.faces))
         return self.at(self.uv, np.asarray(self._mesh.faces, np.int64), self.material_of(faces), 0)
 
@@ -117,9 +117,9 @@ class TextureColours:
 
 
 def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
-    """Interpolate colours at texture coordinates, origin at the lower left.
+    """Interpolate colours at texture coordinates, whose origin is at the lower left.
 
-    The picture repeats.
+    The picture is repeated outside the range 0 to 1.
     """
     height, width = picture.shape[:2]
     known = np.asarray(np.isfinite(uv).all(axis=1))

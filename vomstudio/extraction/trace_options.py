@@ -1,4 +1,4 @@
-"""Options of followed, proposed and drawn traces, declared once for every door."""
+"""Options of followed, proposed and drawn traces, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from vomstudio.core.options import (
 from vomstudio.core.words import to_translate
 
 ONNX = "onnx"
-"""Cost from the edges that a network detects."""
+"""Cost derived from the edges that a network detects."""
 
 
 @dataclass(frozen=True)
 class TraceSource(Options):
-    """Source of the lines: way-points, a drawing or proposals.
+    """Source of the lines: way-points, a drawing or automatic proposals.
 
     Raises
     ------
     UsageError
-        Unless exactly one source is given.
+        If not exactly one source is given.
     """
 
     through: str | None = option(
@@ -59,12 +59,12 @@ class TraceSource(Options):
 
 @dataclass(frozen=True)
 class CostOptions(Options):
-    """Cost by which lines are followed or proposed.
+    """Cost for following or proposing lines.
 
     Raises
     ------
     UsageError
-        For a network without the cost ``onnx``, and for this cost without a network.
+        If a network is given without the cost ``onnx``, or this cost without a network.
     """
 
     cost: str | None = option(
@@ -97,12 +97,12 @@ class CostOptions(Options):
 
 @dataclass(frozen=True)
 class FollowOptions(CostOptions):
-    """Cost and photo by which a trace is followed between way-points.
+    """Cost and photo for following a trace between way-points.
 
     Raises
     ------
     UsageError
-        As `CostOptions`, and for cameras without a photo.
+        See `CostOptions`; also if cameras are given without a photo.
     """
 
     photo: str | None = option(
@@ -125,7 +125,7 @@ class FollowOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """The cost, given or by default."""
+        """Effective cost: the given one, or the default."""
         return self.cost or "colour"
 
 
@@ -136,7 +136,8 @@ class ProposalOptions(CostOptions):
     Raises
     ------
     UsageError
-        As `CostOptions`, for values outside their bounds, and for a cost that needs way-points.
+        See `CostOptions`; also if a value is outside its bounds, or if the cost requires
+        way-points.
     """
 
     min_length_m: float | None = option(
@@ -163,7 +164,7 @@ class ProposalOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """The cost, given or by default."""
+        """Effective cost: the given one, or the default."""
         return self.cost or "gradient"
 
 
@@ -174,7 +175,7 @@ class DrawnTraceOptions(Options):
     Raises
     ------
     UsageError
-        For a step outside its bounds, and for options of a project without one.
+        If the step is outside its bounds, or if project options are given without a project.
     """
 
     sidecar: str | None = option(

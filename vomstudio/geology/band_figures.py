@@ -1,4 +1,4 @@
-"""Figures of the band of planes that a straight trace allows, compared with sets."""
+"""Figures of the band of planes that fit a straight trace, compared with sets."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, compare_
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
 MIN_PLANES = 3
-"""Minimum number of planes of a set that serves as a prior."""
-# A higher concentration means identical planes rather than natural scatter.
+"""Minimum number of planes for a set to serve as a prior."""
+# A higher concentration indicates identical planes rather than natural scatter.
 MAX_KAPPA = 1e5
 
 
 @dataclass(frozen=True, repr=False)
 class BandFigures(PrintableResult):
-    """Band of planes that a straight trace allows, compared with sets.
+    """Band of planes that fit a straight trace, compared with sets.
 
     Attributes
     ----------
     trend_deg, plunge_deg : float
-        Line of the trace, which every plane of the band contains, degrees.
+        Line of the trace in degrees, contained in every plane of the band.
     half_width95_deg : float
-        Maximum angle between a plane and this line, degrees.
+        Maximum angle between a plane of the band and this line, degrees.
     turn95_deg : float
-        Maximum rotation of a plane about the line from the best one, degrees; 90 if unrestricted.
+        Maximum rotation about the line from the best plane, degrees; 90 if unrestricted.
     dip_direction_deg, dip_deg : float or None
-        Best plane, degrees; None if all rotations are equally likely.
+        Best plane in degrees; None if all rotations are equally likely.
     lowest_dip_deg, highest_dip_deg : float
-        Range of dips in the band, degrees.
+        Range of dips within the band, degrees.
     sets : tuple of BandSet
-        Sets compared with the band, the most probable first.
+        Comparisons of sets with the band, in order of decreasing probability.
     none_probability : float or None
-        Probability that the plane belongs to none of the sets; None without sets.
+        Probability that the plane belongs to none of the sets; None if there are no sets.
     """
 
     trend_deg: float
@@ -57,13 +57,13 @@ class BandFigures(PrintableResult):
 
     @property
     def likely(self) -> BandSet | None:
-        """The set with a probability above one half, if any."""
+        """Set with a probability above one half, or None."""
         first = self.sets[0] if self.sets else None
         return first if first is not None and first.probability > 0.5 else None
 
 
 def describe_band(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigures:
-    """Return the figures of a band and its comparison with sets.
+    """Compute the figures of a band and compare it with sets.
 
     Parameters
     ----------
@@ -92,18 +92,18 @@ def describe_band(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigur
 
 
 def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
-    """Fit Fisher's distribution to the planes of a set.
+    """Fit a Fisher distribution to the planes of a set.
 
     Parameters
     ----------
     name : str
     normals : (n, 3) array_like
-        Poles or normals; they are flipped into the hemisphere of the tensor's first axis.
+        Poles or normals; they are flipped into the hemisphere of the first axis of the tensor.
 
     Returns
     -------
     SetPrior or None
-        None for fewer than `MIN_PLANES` planes, or if they are not a cluster.
+        None if there are fewer than `MIN_PLANES` planes, or if they do not form a cluster.
     """
     v = np.asarray(normals, np.float64).reshape(-1, 3)
     v = v[np.isfinite(v).all(axis=1)]
@@ -123,12 +123,12 @@ def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
 
 
 def fit_priors(groups: Mapping[str, npt.ArrayLike]) -> list[SetPrior]:
-    """Fit the distributions of all sets with enough planes.
+    """Fit a Fisher distribution to each set that has enough planes.
 
     Parameters
     ----------
     groups : mapping
-        Normals (n, 3) of each set, by its name.
+        Normals (n, 3) of each set by name.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def fit_priors(groups: Mapping[str, npt.ArrayLike]) -> list[SetPrior]:
 
 
 def table_priors(table: OrientationRows) -> list[SetPrior]:
-    """Fit the sets of an orientation table; without a column of sets, all planes are one set.
+    """Fit the sets of an orientation table; without a set column, all planes form one set.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def table_priors(table: OrientationRows) -> list[SetPrior]:
 
 
 def band_lines(band: BandFigures, line: str, plane: str | None) -> list[str]:
-    """Describe the band of a straight trace, one sentence per line.
+    """Describe the band of a straight trace, with one sentence per line.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def band_lines(band: BandFigures, line: str, plane: str | None) -> list[str]:
     line : str
         Trend and plunge of the trace as text.
     plane : str or None
-        Plane by the most probable set as text; None if no set is compatible.
+        Plane according to the most probable set, as text; None if no set is compatible.
     """
     lines = [
         tr(

@@ -1,17 +1,17 @@
-"""Bowing (doming) of a model, detected by the residuals of points or cameras across it.
+"""Bowing (doming) of a model, detected in the residuals of points or cameras.
 
-A block of photos with a wrong lens model bends: its middle is offset from its edges by c r^2 at a
-distance r from the middle (James & Robson 2014, Earth Surface Processes and Landforms 39,
-1413-1420). Dips then change by 2 c r from the middle outwards, which looks like an open fold.
+A photo block with a wrong lens model is bent: at a distance r from the middle, the model is offset
+by c r^2 (James & Robson 2014, Earth Surface Processes and Landforms 39, 1413-1420). Dips then
+change by 2 c r away from the middle, which looks like an open fold.
 
-The residuals along the model's normal are regressed on 1, u, v and u^2 + v^2, where u and v are
-positions in its mean plane. A registration absorbs the first three (shift and tilt). Control points
-and check points can therefore be combined: both differ from the truth by the same shift and tilt.
-Student's t test decides whether c differs from zero.
+The residuals along the normal of the model are regressed on 1, u, v and u^2 + v^2, where u and v
+are coordinates in its mean plane. A registration absorbs the first three terms (shift and tilt).
+Control points and check points can therefore be combined: both differ from the truth by the same
+shift and tilt. Student's t test decides whether c differs from zero.
 
-Cameras bend with the model: a camera at a distance r from the middle is rotated by 2 c r, outwards
-or inwards. Verticals of photos (roll and pitch of a gimbal, accelerometer of a phone) show this
-without any point, as rotations that grow with the distance from the middle.
+Cameras bend with the model: a camera at a distance r from the middle is rotated by 2 c r, outward
+or inward. The verticals of photos (roll and pitch of a gimbal, accelerometer of a phone) reveal
+this without any point, as rotations that increase with the distance from the middle.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ MIN_BOWING_POINTS = 6
 
 SIGNIFICANCE = 0.05
 MIN_SPREAD = 0.05
-# Quantile of distances at the edge: outliers far behind the outcrop do not count.
+# Quantile of the distances that defines the edge: it ignores outliers far behind the outcrop.
 EDGE_QUANTILE = 0.999
-# Minimum relief, relative to the extent, at which points determine depths.
+# Minimum relief, relative to the extent, for points to determine the depth scale.
 MIN_RELIEF = 0.02
 
 
@@ -43,11 +43,11 @@ class Bowing:
     n : int
         Number of points or photos.
     curvature_per_m, error95_per_m : float
-        Curvature c along the upward normal and its 95 % error, 1/m; a dome is negative.
+        Curvature c along the upward normal and its 95 % error, 1/m; negative for a dome.
     reach_m : float
         Distance from the middle to the edge of the model, m.
     significant : bool
-        True if c differs from zero at a significance of 5 %.
+        True if c differs from zero at the 5 % significance level.
     normal : (3,) tuple
         Unit normal of the mean plane.
     """
@@ -61,7 +61,7 @@ class Bowing:
 
     @property
     def side_deg(self) -> float:
-        """Difference of dips between the edge and the middle, degrees."""
+        """Difference in dip between the edge and the middle, degrees."""
         return float(np.degrees(2.0 * abs(self.curvature_per_m) * self.reach_m))
 
     @property
@@ -70,23 +70,23 @@ class Bowing:
 
     @property
     def across_deg(self) -> float:
-        """Difference of dips between opposite edges, degrees."""
+        """Difference in dip between opposite edges, degrees."""
         return 2.0 * self.side_deg
 
     @property
     def rise_m(self) -> float:
-        """Distance of the edge from the tangent plane at the middle, m."""
+        """Distance between the edge and the tangent plane at the middle, m."""
         return abs(self.curvature_per_m) * self.reach_m**2
 
     @property
     def edges_toward(self) -> FloatArray:
-        """Unit vector (3,) from the tangent plane at the middle to the edges."""
+        """Unit vector (3,) pointing from the tangent plane at the middle toward the edges."""
         return np.array(self.normal) * (1.0 if self.curvature_per_m > 0.0 else -1.0)
 
 
 @dataclass(frozen=True)
 class LensBend:
-    """Possible deformation of a model by lens errors, 95 %.
+    """Possible deformation of a model due to lens errors, at 95 %.
 
     Attributes
     ----------
@@ -95,7 +95,8 @@ class LensBend:
     reach_m : float
         Distance from the middle to the edge of the model, m.
     stretch95 : float
-        Relative scale of depths (along the model's normal) against lengths along the model.
+        Relative scale error of depths (along the normal of the model) against lengths along the
+        model.
     """
 
     curvature95_per_m: float
@@ -104,25 +105,25 @@ class LensBend:
 
     @property
     def side_deg(self) -> float:
-        """Maximum difference of dips between the edge and the middle, degrees."""
+        """Maximum difference in dip between the edge and the middle, degrees."""
         return float(np.degrees(2.0 * self.curvature95_per_m * self.reach_m))
 
     @property
     def across_deg(self) -> float:
-        """Maximum difference of dips between opposite edges, degrees."""
+        """Maximum difference in dip between opposite edges, degrees."""
         return 2.0 * self.side_deg
 
     @property
     def stretch_deg(self) -> float:
-        """Maximum rotation by the stretch, of planes inclined to the model by 45 degrees."""
+        """Maximum rotation due to the stretch (of planes at 45 degrees to the model), degrees."""
         return float(np.degrees(self.stretch95 / 2.0))
 
 
 def bowing_deg(lens_across95_deg: float | None, bowing: Bowing | None) -> float | None:
-    """Return the difference of dips between opposite edges due to bowing, degrees.
+    """Return the difference in dip between opposite edges due to bowing, degrees.
 
-    Significant bowing of the residuals is used, otherwise the possible error of the lenses (95 %)
-    as far as the residuals allow it.
+    Bowing that is significant in the residuals is used directly; otherwise the possible lens error
+    (95 %) is used, limited to what the residuals allow.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def bowing_deg(lens_across95_deg: float | None, bowing: Bowing | None) -> float 
     Returns
     -------
     float or None
-        None without any information.
+        None if there is no information on bowing.
     """
     if bowing is not None and bowing.significant:
         return bowing.across_deg
@@ -145,20 +146,20 @@ def bowing_deg(lens_across95_deg: float | None, bowing: Bowing | None) -> float 
 
 @dataclass(frozen=True, eq=False)
 class ShapeChange:
-    """Deformation of a model as a whole.
+    """Deformation of a whole model.
 
     Attributes
     ----------
     turn : (3,) ndarray
         Rotation vector, radians.
     growth : float
-        Relative change of lengths along the model.
+        Relative change in lengths along the model.
     shift : (3,) ndarray
-        Translation of its middle, m.
+        Translation of the middle of the model, m.
     curvature_per_m : float
         Curvature c, 1/m.
     stretch : float
-        Relative scale of depths against lengths along the model; 0 without relief.
+        Relative scale of depths against lengths along the model; 0 if the model has no relief.
     """
 
     turn: FloatArray
@@ -174,7 +175,7 @@ def shape_change(places: FloatArray, moves: FloatArray) -> ShapeChange:
     Parameters
     ----------
     places, moves : (n, 3) ndarray
-        Points and their displacements. World frame, m.
+        Points and their displacements in the World frame, m.
 
     Returns
     -------
@@ -211,24 +212,24 @@ def fit_bowing(
     extent: FloatArray | None = None,
     normal: FloatArray | None = None,
 ) -> Bowing | None:
-    """Fit the bowing of a model to residuals of points.
+    """Fit the bowing of a model to the residuals of points.
 
     Parameters
     ----------
     places, residuals : (n, 3) ndarray
-        Positions and residuals (fitted minus measured) in the order of measurement, World frame, m.
-        Serial correlation, as of a drifting receiver, is not mistaken for bowing.
+        Positions and residuals (fitted minus measured) in the World frame in order of measurement,
+        m. Serial correlation, such as the drift of a receiver, is not mistaken for bowing.
     sigma : (n, 3) ndarray, optional
-        Standard deviations of the coordinates, used as weights, m.
+        Standard deviations of the coordinates in metres, used as weights.
     extent : (m, 3) ndarray, optional
-        Points over the whole model, which give its mean plane, middle and edge.
+        Points that cover the whole model and define its mean plane, middle and edge.
     normal : (3,) ndarray, optional
-        Normal of the model's mean plane, if no points of the model are available.
+        Normal of the mean plane of the model, if no points of the model are available.
 
     Returns
     -------
     Bowing or None
-        None if there are too few points, or if they lie on a line or at one distance from the
+        None if there are too few points, or if they lie on a line or at equal distances from the
         middle.
     """
     n = len(places)
@@ -253,18 +254,18 @@ def fit_bowing(
         weight = weight / weight.mean()
     drift = _neighbour_correlation(columns, residuals @ axes.T)
     rows = whiten(columns * weight[:, None], drift)
-    # Part of the last column that the others do not explain; 0 for points at one distance.
+    # Part of the last column that the others do not explain; 0 for points at equal distances.
     bend_column = rows[:, 3] - rows[:, :3] @ np.linalg.lstsq(rows[:, :3], rows[:, 3], rcond=None)[0]
     if float(bend_column @ bend_column) < MIN_SPREAD**2 * float(rows[:, 3] @ rows[:, 3]):
         return None
     heights = whiten((residuals @ normal) * weight, drift)
-    # Fitted minus measured is the bend of the model.
+    # The residuals (fitted minus measured) represent the bend of the model.
     bend, error = _fit_last(rows, heights, bend_column)
     return _bowing(n, bend / size**2, error / size**2, reach, normal)
 
 
 def _neighbour_correlation(columns: FloatArray, residuals: FloatArray) -> float:
-    """Return the correlation of neighbours in residuals (n, 3) of a fit of columns (n, k)."""
+    """Return the correlation of neighbouring residuals (n, 3) of a fit of columns (n, k)."""
     remaining = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
     sizes = np.sqrt((remaining**2).mean(axis=0))
     if not (sizes > 0.0).all():
@@ -279,25 +280,26 @@ def _neighbour_correlation(columns: FloatArray, residuals: FloatArray) -> float:
 def fit_bowing_to_turns(
     places: FloatArray, turns: FloatArray, cameras: FloatArray, extent: FloatArray | None = None
 ) -> Bowing | None:
-    """Fit the bowing of a model to the verticals of its photos.
+    """Fit the bowing of a model to the measured verticals of its photos.
 
     Parameters
     ----------
     places : (n, 3) ndarray
-        Positions of the cameras. World frame, m.
+        Positions of the cameras in the World frame, m.
     turns : (n, 3) ndarray
-        Rotation of each photo in the model relative to its own measurement, radians, World frame.
-        Only the components about east and north are used, which a vertical determines.
+        Rotation of each photo in the model relative to its measured orientation, radians, in the
+        World frame. Only the components about east and north, which a vertical determines, are
+        used.
     cameras : (n, 3, 3) ndarray
-        Rotations from camera to World: a misaligned mount rotates with the cameras and would look
-        like bowing if they surround a rock.
+        Rotations from the camera to the World frame. They are needed because a misaligned mount
+        rotates with the cameras and would look like bowing if the cameras surround a rock.
     extent : (m, 3) ndarray, optional
-        Points over the whole model, as in `fit_bowing`.
+        Points that cover the whole model, see `fit_bowing`.
 
     Returns
     -------
     Bowing or None
-        None if there are too few photos, or if they are all at one place along the model.
+        None if there are too few photos, or if all have the same position along the model.
     """
     n = len(places)
     if n < MIN_BOWING_POINTS:
@@ -311,7 +313,7 @@ def fit_bowing_to_turns(
     if not size > 0.0:
         return None
     equations = np.zeros((n, 2, 6))
-    # A registration absorbs rotations that all photos share.
+    # A registration absorbs rotations that are common to all photos.
     equations[:, 0, 0] = equations[:, 1, 1] = 1.0
     equations[:, :, 2:5] = cameras[:, :2, :]
     equations[:, :, 5] = bend_turns / size
@@ -324,12 +326,12 @@ def fit_bowing_to_turns(
 
 
 def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return the middle, axes and reach of a model.
+    """Return the middle, the axes and the radius of a model.
 
     Parameters
     ----------
     points : (m, 3) ndarray
-        Points over the whole model. World frame, m.
+        Points that cover the whole model, in the World frame, m.
 
     Returns
     -------
@@ -337,7 +339,7 @@ def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     axes : (3, 3) ndarray
         Right-handed axes as rows; the last one is the upward normal.
     reach : float
-        Distance from the middle to the edge along the mean plane, the 99.9 % quantile, m.
+        Distance from the middle to the edge along the mean plane (99.9 % quantile), m.
     """
     middle = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
@@ -356,18 +358,18 @@ def _bowing(n: int, curvature: float, error: float, reach: float, normal: FloatA
 def _shape_or_places(
     places: FloatArray, extent: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Return `model_shape` of the model, or of the places if its points are unknown."""
+    """Return the `model_shape` of the model, or of the positions if its points are unknown."""
     return model_shape(places if extent is None or len(extent) < MIN_BOWING_POINTS else extent)
 
 
 def _fit_last(rows: FloatArray, values: FloatArray, last_column: FloatArray) -> tuple[float, float]:
-    """Return the last unknown of a regression and its 95 % error.
+    """Return the last coefficient of a regression and its 95 % error.
 
-    `last_column` is the part of the last column that the others do not explain.
+    `last_column` is the part of the last column that the other columns do not explain.
     """
     from scipy.special import stdtrit
 
-    # Photos in a single direction cannot separate the mount from the registration.
+    # Photos that all face the same direction cannot separate the mount from the registration.
     solution, _, rank, _ = np.linalg.lstsq(rows, values, rcond=1e-6)
     residuals = values - rows @ solution
     free = len(rows) - int(rank)

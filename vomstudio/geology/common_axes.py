@@ -1,9 +1,10 @@
-"""Axis common to several sets of planes: hanging wall, footwall and fault (fig. 31a to c).
+"""Common axis of several sets of planes: hanging wall, footwall and fault (fig. 31a to c).
 
-Each set counts once, by its mean, regardless of its number of planes. Two mean planes always
-intersect in a line. Three or more share an axis if their poles lie in one plane. The deviation from
-this plane is compared with the errors of the means (with three sets, the triple product of the
-means with its error) by chi-square with an estimated variance, F.
+Each set is represented by its mean with equal weight, regardless of its number of planes. Two mean
+planes always intersect in a line. Three or more sets have a common axis if the poles of their means
+lie in one plane. The deviation from this plane is compared with the errors of the means (for three
+sets, the triple product of the means and its error) by chi-square or, if the variance is estimated,
+F.
 """
 
 from __future__ import annotations
@@ -41,39 +42,39 @@ from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
 
 NATURAL_SCATTER_DEG = 5.0
-"""Assumed angular scatter of planes in a set if no set determines it."""
+"""Assumed angular scatter of the planes in a set if it cannot be determined from any set."""
 
 TWO_AXES_P, TWO_AXES_DEG = 0.05, 5.0
-"""Significance level and minimum angle off the common plane for a verdict of two axes."""
+"""Significance level and minimum angle from the common plane for the verdict "two axes"."""
 
 
 def common_axis(
     sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
     turns: Mapping[str, Turns] | None = None,
 ) -> FoldAxis:
-    """Find the axis common to several sets of planes (hanging wall, footwall, fault ...).
+    """Find the common axis of several sets of planes (hanging wall, footwall, fault ...).
 
-    The axis is the pole of the best plane through the means of the sets' poles, and each set counts
-    once regardless of its number of planes. Two sets give the intersection of their mean planes
-    (textbook 4.2, fig. 31a, b).
+    The axis is the pole of the best-fit plane through the mean poles of the sets, and each set has
+    equal weight regardless of its number of planes. For two sets, it is the intersection of their
+    mean planes (textbook 4.2, fig. 31a, b).
 
     Parameters
     ----------
     sets : mapping of str to (array_like, array_like)
         Dip directions and dips of each set, degrees.
     turns : mapping of str to Turns, optional
-        Errors of the registrations of each set, for the same rotations.
+        Errors of the registrations of each set, which refer to the same rotations.
 
     Returns
     -------
     FoldAxis
-        Its confidence follows from the scatter of each set's mean along the axis, as F with the
-        degrees of freedom of the smallest set; None if a set has a single plane.
+        Its confidence region is derived from the scatter of the mean of each set along the axis,
+        with F and the degrees of freedom of the smallest set; None if a set has only one plane.
 
     Raises
     ------
     GeometryError
-        If there are fewer than two sets, an empty set, or parallel means.
+        If there are fewer than two sets, if a set is empty, or if the means are parallel.
     """
     if len(sets) < 2:
         raise GeometryError(Finding("fold.too-few-sets"))
@@ -114,11 +115,11 @@ def common_axis(
 def _mean_variances(
     members: Sequence[FloatArray], means: FloatArray, beta: FloatArray
 ) -> tuple[FloatArray, int]:
-    """Return the variance of each mean along beta, and its degrees of freedom.
+    """Return the variances of the means along beta, and their degrees of freedom.
 
-    The variance is in radians squared.
+    The variances are in radians squared.
 
-    A single plane takes the scatter of the other sets, or `NATURAL_SCATTER_DEG`.
+    For a single plane, the scatter of the other sets is used, or `NATURAL_SCATTER_DEG`.
     """
     squares = [
         float(np.sum((flip_to(poles, mean) @ beta - mean @ beta) ** 2))
@@ -137,13 +138,13 @@ def _mean_variances(
 def _axis_region(
     means: FloatArray, axes: FloatArray, variances: FloatArray, smallest: int
 ) -> tuple[tuple[float, float] | None, FloatArray]:
-    """Return the semi-axes of the joint 95 % region of beta, and the larger one's direction.
+    """Return the semi-axes of the joint 95 % region of beta, and the larger direction.
 
-    The semi-axes are in degrees.
+    The semi-axes are in degrees; the direction is that of the larger one.
     """
     if smallest < 2:
         return None, axes[1]
-    # An error e of a mean along beta rotates beta by t with A t = sum m e, A = sum m m^T in
+    # An error e of a mean along beta rotates beta by t, where A t = sum m e and A = sum m m^T in
     # the plane of the means (linearised); e has the variance of the mean of its set.
     across = axes[:2]
     flat = means @ across.T
@@ -157,12 +158,12 @@ def _axis_region(
 def _coplanarity_p(
     means: FloatArray, axes: FloatArray, variances: FloatArray, free: int
 ) -> float | None:
-    """Return the p-value of means on a common plane; None for two means."""
+    """Return the p-value for means in a common plane; None for two means."""
     k = len(means)
     if k < 3:
         return None
     projected, heights = means @ axes[:2].T, means @ axes[2]
-    # Two equal readings do not make a mean exact.
+    # Two equal readings do not make their mean exact.
     weights = 1.0 / np.maximum(variances, max(0.25 * float(variances.mean()), 1e-16))
     tilt = np.linalg.solve((projected.T * weights) @ projected, (projected.T * weights) @ heights)
     square = float(weights @ (heights - projected @ tilt) ** 2)
@@ -241,7 +242,7 @@ def _moved_axis(
     values: FloatArray,
     axes: FloatArray,
 ) -> MovedVectors:
-    """Return the common axis with its derivatives by the registrations."""
+    """Return the common axis with its derivatives with respect to the registrations."""
     parts = [
         principal_axis(vectors, *tensor, 0)
         for vectors, tensor in zip(members, tensors, strict=True)

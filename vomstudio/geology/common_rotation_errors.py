@@ -1,13 +1,13 @@
-"""Errors of results computed from many orientations, caused by an uncertain registration.
+"""Errors that an uncertain registration causes in results of many orientations.
 
 Everything measured on one model rotates with it: the error is common to its planes and lines, and
-the error of their mean or fold axis does not decrease with their number. To first order a small
+the error of their mean or fold axis does not decrease with their number. To first order, a small
 rotation w_k of model k moves a unit vector x of this model by w_k x x. A result (a mean, an axis)
 that depends on the vectors moves by D_1 dx_1 + D_2 dx_2 + ..., so its covariance is the sum over
-the models of J_k C_k J_k', where J_k is the sum over its vectors of D_i times the effect of the
-rotation on x_i (propagation of errors). If all vectors are of one model, the result rotates with
-it: J is that of x itself. The derivative of a principal axis is that of an eigenvector (Magnus
-1985, Econometric Theory 1, 179-191).
+the models of J_k C_k J_k', where J_k is the sum over the vectors of the model of D_i times the
+effect of the rotation on x_i (propagation of errors). If all vectors belong to one model, the
+result rotates with it: J is then that of x itself. The derivative of a principal axis is that of an
+eigenvector (Magnus 1985, Econometric Theory 1, 179-191).
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ MIN_EIGENVALUE_GAP = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Turns:
-    """Rotation of n vectors with registrations of known error.
+    """Uncertain rotations of n vectors due to their registrations.
 
     Attributes
     ----------
     group : (n,) ndarray of int
-        Row of `rotations` for each vector; NO_ROTATION for one that does not rotate (a compass
+        Row of `rotations` for each vector; NO_ROTATION for a vector that does not rotate (a compass
         reading) or whose registration has no known error.
     rotations : (k, 3, 3) ndarray
         Covariances of independent rotations about east, north and up, radians squared.
@@ -47,11 +47,11 @@ class Turns:
 
     @property
     def known(self) -> bool:
-        """Whether any vector has an error of registration."""
+        """Whether at least one vector has a known registration error."""
         return bool((self.group >= 0).any())
 
     def of(self, rows: npt.ArrayLike) -> Turns:
-        """Return the rotations of some of the vectors, by indices or a mask (n,)."""
+        """Return the rotations of selected vectors, given by indices or a mask (n,)."""
         return Turns(self.group[np.asarray(rows)], self.rotations)
 
 
@@ -61,8 +61,8 @@ def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> T
     Parameters
     ----------
     rotations : sequence of (object, (3, 3) ndarray or None)
-        Registration of each vector (equal keys rotate together) and its covariance, radians
-        squared; None if unknown.
+        Registration of each vector (vectors with equal keys rotate together) and its covariance,
+        radians squared; None if the covariance is unknown.
 
     Returns
     -------
@@ -84,9 +84,9 @@ def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> T
 
 @dataclass(frozen=True, eq=False)
 class MovedVectors:
-    """Vectors (n, 3) with their derivatives by small rotations.
+    """Vectors (n, 3) with their derivatives with respect to small rotations.
 
-    The derivatives (n, k, 3, 3) are by rotations about east, north and up.
+    The derivatives (n, k, 3, 3) are taken with respect to rotations about east, north and up.
     """
 
     vectors: FloatArray
@@ -99,19 +99,19 @@ class MovedVectors:
         return np.asarray(turned.sum(axis=1))
 
     def result(self, vector: FloatArray, derivative: FloatArray) -> MovedVectors:
-        """Return a vector (3,) that depends on these vectors by the derivatives (n, 3, 3)."""
+        """Return a vector (3,) that depends on these vectors through derivatives (n, 3, 3)."""
         derivatives = np.einsum("nij,nkjl->kil", derivative, self.derivatives)
         return MovedVectors(np.asarray(vector, np.float64)[None], derivatives[None], self.rotations)
 
 
 def move_vectors(vectors: npt.ArrayLike, turns: Turns) -> MovedVectors:
-    """Return unit vectors with their derivatives by their registrations.
+    """Return unit vectors and their derivatives with respect to their registrations.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
     turns : Turns
-        Registration of each vector.
+        Registrations of the vectors.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def move_vectors(vectors: npt.ArrayLike, turns: Turns) -> MovedVectors:
 
 
 def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
-    """Join results that depend on the same registrations to vectors of a further result.
+    """Combine results that depend on the same registrations as inputs of another result.
 
     Parameters
     ----------
@@ -146,15 +146,15 @@ def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
 def principal_axis(
     moved_vectors: MovedVectors, values: FloatArray, axes: FloatArray, index: int
 ) -> MovedVectors:
-    """Return a principal axis of the vectors' orientation tensor with its derivatives.
+    """Return a principal axis of an orientation tensor, with its derivatives.
 
     Parameters
     ----------
     moved_vectors : MovedVectors
     values, axes : (3,) and (3, 3) ndarray
-        Result of `statistics.orientation_tensor`.
+        Eigenvalues and eigenvectors returned by `statistics.orientation_tensor`.
     index : int
-        Row of the axis.
+        Row of the axis in `axes`.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def resultant(moved_vectors: MovedVectors, signs: FloatArray | None = None) -> M
     ----------
     moved_vectors : MovedVectors
     signs : (n,) ndarray, optional
-        Factors 1 or -1 of the vectors.
+        Factor of each vector, 1 or -1.
 
     Returns
     -------
@@ -196,7 +196,7 @@ def resultant(moved_vectors: MovedVectors, signs: FloatArray | None = None) -> M
 def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
     """Project a line onto a plane that nearly contains it.
 
-    Within the plane the line moves by itself, perpendicular to it with the plane.
+    Within the plane, the line moves with its own rotation; perpendicular to it, with the plane.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
     Parameters
     ----------
     first, second : MovedVectors
-        Normals.
+        Normals of the planes.
 
     Returns
     -------
@@ -240,7 +240,7 @@ def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
 
 @dataclass(frozen=True, eq=False)
 class ConfidenceRegion:
-    """Joint 95 % region on the sphere: half-angles, and the direction (3,) of the larger one."""
+    """Joint 95 % region on the sphere: half-angles and the direction (3,) of the larger one."""
 
     largest_deg: float
     smallest_deg: float
@@ -248,7 +248,7 @@ class ConfidenceRegion:
 
     @property
     def line(self) -> Line:
-        """Direction of the larger half-angle, as an axis."""
+        """Direction of the larger half-angle as an axis."""
         return Line.from_vector(self.axis)
 
 
@@ -263,9 +263,10 @@ def region(
     ----------
     vector : (3,) array_like
     covariance : (3, 3) array_like or None
-        Covariance by registrations, radians squared.
+        Covariance caused by the registrations, radians squared.
     own_region : (float, float, (3,) array_like), optional
-        Half-angles of the region without registrations, degrees, and the direction of the larger.
+        Half-angles of the region without registrations in degrees, and the direction of the larger
+        one.
 
     Returns
     -------
@@ -277,7 +278,7 @@ def region(
         spread = spread + squared_region(v, *own_region)
     basis = _tangent_basis(v)
     squares, directions = np.linalg.eigh(basis @ spread @ basis.T)
-    # The cone of a few scattered directions may be wider than 90 degrees.
+    # The cone of a few scattered directions can be wider than 90 degrees.
     max_angle_deg = 90.0 if own_region is None else max(90.0, own_region[0])
     angles = np.minimum(np.degrees(np.sqrt(np.maximum(squares, 0.0))), max_angle_deg)
     return ConfidenceRegion(float(angles[1]), float(angles[0]), directions[:, 1] @ basis)
@@ -322,11 +323,11 @@ def region_of_line(
     ----------
     vector : (3,) array_like
     covariance : (3, 3) array_like or None
-        Covariance by the registrations, radians squared.
+        Covariance caused by the registrations, radians squared.
     largest_deg, smallest_deg : float or None
-        Half-angles of the line itself.
+        Half-angles of the line itself, degrees.
     toward : (3,) array_like or None
-        Direction of the largest half-angle; None for a round region.
+        Direction of the larger half-angle. If None, the region is circular.
 
     Returns
     -------
@@ -342,7 +343,7 @@ def region_of_line(
 
 
 def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, FloatArray]:
-    """Return a round region in the form that `region` expects.
+    """Return a circular region in the form that `region` expects.
 
     Parameters
     ----------
@@ -352,13 +353,13 @@ def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, Fl
     Returns
     -------
     tuple
-        Both half-angles, degrees, and the direction of the larger one.
+        Both half-angles in degrees, and the direction of the larger one.
     """
     return half_angle_deg, half_angle_deg, _tangent_basis(np.asarray(vector, np.float64))[0]
 
 
 def _tangent_basis(v: FloatArray) -> FloatArray:
-    """Return two unit vectors (2, 3) perpendicular to v and each other."""
+    """Return two unit vectors (2, 3) perpendicular to v and to each other."""
     first = np.cross(v, np.eye(3)[int(np.argmin(np.abs(v)))])
     first = first / np.linalg.norm(first)
     return np.array([first, np.cross(v, first)])

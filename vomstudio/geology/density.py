@@ -1,10 +1,10 @@
-"""Density of poles and lines on the lower hemisphere: grids, levels and maxima.
+"""Density of poles and lines on the lower hemisphere: grids, contour levels and maxima.
 
-Four counting methods for axial data. Kamb's (Kamb 1959, Journal of Geophysical Research 64,
-1891-1909) uses a circle that grows for few data, so that a uniform distribution is expected to have
-`sigma` (3) standard deviations in it. The linear and exponential kernels (Vollmer 1995, Computers &
-Geosciences 21, 31-49) smooth this count. Schmidt's counts in 1 % of the hemisphere, regardless of
-the number of data.
+There are four counting methods for axial data. Kamb's method (Kamb 1959, Journal of Geophysical
+Research 64, 1891-1909) uses a counting circle that is larger if there are few data, so that the
+expected count of a uniform distribution is `sigma` (3) times its standard deviation. The linear and
+exponential kernels (Vollmer 1995, Computers & Geosciences 21, 31-49) smooth this count. Schmidt's
+method counts in 1 % of the hemisphere, regardless of the number of data.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ MAX_LEVELS = 8
 TILE_SIZE = 8
 BLOCK_SIZE = TILE_SIZE**2
 MAX_PAIRS = 100_000
-"""Number of cosines that stay in the cache."""
+"""Maximum number of cosines in one step, so that they stay in the cache."""
 NEGLIGIBLE_EXPONENT = 30.0
-"""Poles with an exponent below minus this contribute less than 1e-13 each; blocks skip them."""
+"""Poles with an exponent below minus this value contribute less than 1e-13 and are skipped."""
 
 
 def density(
@@ -43,10 +43,10 @@ def density(
     method: str = "exponential_kamb",
     sigma: float = SIGMA,
 ) -> FloatArray:
-    """Compute the density (m,) of axial data at unit vectors.
+    """Compute the density (m,) of axial data at given unit vectors.
 
-    Kamb's densities are lowered by half a count, as usual, and never negative. The function is
-    fastest if neighbours in `at` are neighbours on the sphere.
+    Kamb densities are reduced by half a count, as is usual, but never below zero. The function is
+    fastest if consecutive rows of `at` are neighbours on the sphere.
 
     Parameters
     ----------
@@ -55,12 +55,12 @@ def density(
     at : (m, 3) array_like
         Unit vectors.
     method : str
-        "kamb": count in a circle of sigma^2 / (n + sigma^2) of the hemisphere, in standard
-        deviations of a uniform distribution (Kamb 1959), which has `sigma`. "exponential_kamb" and
-        "linear_kamb": the same with a smooth kernel (Vollmer 1995). "schmidt": share of the data in
-        1 % of the area, which is 1 for a uniform distribution.
+        "kamb": count in a circle with an area of sigma^2 / (n + sigma^2) of the hemisphere, in
+        standard deviations of a uniform distribution (Kamb 1959), whose density is `sigma`.
+        "exponential_kamb" and "linear_kamb": the same with a smooth kernel (Vollmer 1995).
+        "schmidt": share of the data per 1 % of the area, which is 1 for a uniform distribution.
     sigma : float
-        Expected count of a uniform distribution in its standard deviations.
+        Expected count of a uniform distribution, in its standard deviations.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def density(
 
 @dataclass(frozen=True)
 class _Kernel:
-    """Weight of a pole at a place by the cosine of the angle between them.
+    """Weight of a pole at a point, as a function of the cosine of the angle between them.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class _Kernel:
     scale : float
         Unit of the density.
     reach_deg : float
-        Maximum distance of a pole that counts, degrees.
+        Maximum angular distance of a pole that contributes, degrees.
     """
 
     method: str
@@ -119,7 +119,7 @@ class _Kernel:
         return cls(method, cap, steep, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steep))
 
     def count(self, cosine: FloatArray) -> FloatArray:
-        """Return counts (m,) for cosines (m, k)."""
+        """Return the counts (m,) for cosines (m, k)."""
         if self.method in ("schmidt", "kamb"):
             return np.asarray((cosine >= 1.0 - self.cap).sum(axis=1), dtype=np.float64)
         if self.method == "linear_kamb":
@@ -130,7 +130,7 @@ class _Kernel:
 
 
 def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) -> float:
-    """Return the area of the counting circle as a share of the hemisphere.
+    """Return the area of the counting circle as a fraction of the hemisphere.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA
         Number of data.
     method : str, optional
     sigma : float, optional
-        Expected density of uniform data, in its standard deviations.
+        Expected density of uniform data in their standard deviations.
 
     Returns
     -------
@@ -148,12 +148,12 @@ def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA
 
 
 def _opening_deg(cap: float) -> float:
-    """Return the half-angle of a circle with this share of the hemisphere, degrees."""
+    """Return the half-angle of a circle that covers a fraction of the hemisphere, degrees."""
     return math.degrees(math.acos(max(1.0 - cap, 0.0)))
 
 
 def _within_reach(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
-    """Select the data (n, 3) that can count anywhere in a block of places (m, 3)."""
+    """Select the data (n, 3) that contribute anywhere in a block of points (m, 3)."""
     middle = block.sum(axis=0)
     length = float(np.linalg.norm(middle))
     if length < 1e-9 or kernel.reach_deg >= 90.0:
@@ -173,10 +173,10 @@ def density_grid(
     size: int | None = None,
     sigma: float = SIGMA,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Compute the density on a square grid around the net.
+    """Compute the density on a square grid that covers the net.
 
-    Beyond the primitive circle, values are those of the nearest point on it, so that contours reach
-    it and can be clipped by it.
+    Points outside the primitive circle take the value of the nearest point on it, so that contours
+    reach the circle and can be clipped there.
 
     Parameters
     ----------
@@ -184,14 +184,14 @@ def density_grid(
         Axial data.
     method, projection : str
     size : int, optional
-        Number of places per side; by default `grid_size`.
+        Number of grid points per side; by default `grid_size`.
     sigma : float
 
     Returns
     -------
     x, y : (size,) ndarray
     density : (size, size) ndarray
-        Rows along y.
+        The rows run along y.
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     n = grid_size(len(v), method, sigma) if size is None else size
@@ -199,7 +199,7 @@ def density_grid(
     x, y = np.meshgrid(axis, axis)
     radius = np.hypot(x, y)
     reach = 1.0 + 3.0 * (axis[1] - axis[0])
-    # Tile by tile, because few data count in a block of adjacent places.
+    # Process the grid in tiles, because only few data contribute to a block of adjacent points.
     row, column = np.indices(x.shape)
     tile = (row // TILE_SIZE) * n + column // TILE_SIZE
     order = np.argsort(tile.ravel(), kind="stable")
@@ -212,10 +212,10 @@ def density_grid(
 
 
 def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) -> int:
-    """Return the number of places per side of the grid, 61 to 181.
+    """Return the number of grid points per side, between 61 and 181.
 
-    Their distance is a third of the counting circle's radius on an equal-area net, where the radius
-    is the square root of its share of the area.
+    Their spacing is a third of the radius of the counting circle on an equal-area net, where the
+    radius is the square root of its fraction of the area.
 
     Parameters
     ----------
@@ -234,9 +234,9 @@ def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) ->
 
 
 def round_levels(maximum: float, method: str) -> list[float]:
-    """Return up to 8 round levels below the maximum density.
+    """Return up to 8 round contour levels below the maximum density.
 
-    They are multiples of 2 (or more) standard deviations, or round shares.
+    The levels are multiples of 2 (or more) standard deviations, or round shares.
 
     Parameters
     ----------
@@ -269,8 +269,9 @@ def find_maximum(
     Returns
     -------
     direction : (3,) ndarray
-        Unit vector that points down; the middle of an area of equal density (counts of Kamb and
-        Schmidt have steps) if it has the same density.
+        Unit vector that points down. If the density is constant over an area (the counts of Kamb
+        and Schmidt have steps), it is the centre of the area, provided that the density there is
+        the same.
     density : float
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
@@ -293,7 +294,7 @@ def find_maximum(
 
 
 def _lattice(n: int) -> FloatArray:
-    """Return n unit vectors (n, 3), evenly distributed over the lower hemisphere on a spiral."""
+    """Return n unit vectors (n, 3) on a spiral, evenly distributed over the lower hemisphere."""
     i = np.arange(n) + 0.5
     z, turn = -i / n, np.pi * (1.0 + math.sqrt(5.0)) * i
     h = np.sqrt(1.0 - z**2)
@@ -301,7 +302,7 @@ def _lattice(n: int) -> FloatArray:
 
 
 def _sort_by_place(places: FloatArray) -> FloatArray:
-    """Sort axes (n, 3) so that most of a block are adjacent on the net."""
+    """Sort axes (n, 3) so that most axes of a block are adjacent on the net."""
     down = np.where(places[:, 2:] > 0.0, -places, places)
     flat = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
     column, row = np.floor((flat + 1.0) * 8.0).astype(int).T
@@ -309,13 +310,13 @@ def _sort_by_place(places: FloatArray) -> FloatArray:
 
 
 def _climb(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
-    """Climb to the local maximum of density near a unit vector.
+    """Find the local maximum of the density near a unit vector by ascent.
 
-    Both smooth kernels are convex in the place, so the sum of the data, weighted by the slope of
-    their kernels, never decreases.
+    Both smooth kernels are convex functions of position, so the sum of the data, weighted by the
+    slopes of their kernels, never decreases.
     """
     place = start
-    # The maximum is as wide as the kernel, so a few times its reach includes all relevant data.
+    # The maximum is as wide as the kernel, so a few kernel radii include all relevant data.
     radius_deg = min(3.0 * kernel.reach_deg, 90.0)
     vectors = vectors[np.abs(vectors @ start) >= math.cos(math.radians(radius_deg)) - 1e-12]
     for _ in range(2000):

@@ -1,9 +1,9 @@
-"""Structural domains with their own axes, and a test of whether one axis serves all.
+"""Structural domains with their own fold axes, and a test whether one axis fits all.
 
-If no direction is valid for all domains (fig. 31c), a section projects each along its own axis. An
-F test (extra sum of squares of nested fits) compares one great circle through all poles with one
-per domain. A domain of one dip has no axis of its own: only the angle of its mean pole from the
-common great circle counts.
+If no direction is valid for all domains (fig. 31c), a section projects each domain along its own
+axis. An F test (extra sum of squares of nested fits) compares a single great circle through all
+poles with one great circle per domain. A domain of uniform dip has no axis of its own: only the
+angle between its mean pole and the common great circle enters the test.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from vomstudio.geology.populations.probabilities import f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 
 AXES_DIFFER_P, AXES_DIFFER_DEG = 0.05, 5.0
-"""Significance level and minimum angle at which domains have different axes."""
+"""Significance level and minimum angle for the axes of domains to be considered different."""
 
 
 @dataclass(frozen=True)
 class DomainFigures:
-    """Domain with its number of planes and its axis, or the reason for not having one."""
+    """Number of planes of a domain, and its axis or the reason why it has none."""
 
     n: int
     axis: AxisFigures | None
@@ -43,17 +43,18 @@ class DomainFigures:
 
 @dataclass(frozen=True)
 class OneAxisFigures:
-    """Test of whether one axis serves all domains.
+    """Result of the test whether one axis fits all domains.
 
     Attributes
     ----------
     F, p : float or None
-        Extra sum of squares; None if it cannot be tested.
+        F statistic of the extra sum of squares and its p-value; None if the test is not possible.
     apart_deg : float or None
-        Largest angle between the axes of two domains; None if fewer than two have one.
+        Largest angle between the axes of two domains, degrees; None if fewer than two domains have
+        an axis.
     beds_off_deg : float or None
-        Largest angle between the common axis and the mean bed of a domain of one dip; None without
-        such domains.
+        Largest angle between the common axis and the mean bed of a domain of uniform dip, degrees;
+        None if there is no such domain.
     """
 
     serves_all: bool
@@ -65,13 +66,13 @@ class OneAxisFigures:
 
 
 def describe_domain(domain: DomainFigures, decimals: int) -> str:
-    """Describe a domain in one line: its count and its axis, or the reason for not having one.
+    """Describe a domain in one line: its count and its axis, or why it has none.
 
     Parameters
     ----------
     domain : DomainFigures
     decimals : int
-        Number of decimals of angles.
+        Number of decimals for angles.
 
     Returns
     -------
@@ -92,7 +93,7 @@ def describe_domain(domain: DomainFigures, decimals: int) -> str:
 
 
 def apply_domain_verdict(axis: FoldAxis, one_axis: OneAxisFigures) -> FoldAxis:
-    """Return the axis of all planes with the verdict that its domains allow.
+    """Return the axis of all planes with its verdict adjusted to the domains.
 
     Parameters
     ----------
@@ -115,16 +116,16 @@ def domain_axes(
     pooled: FoldAxis,
     waviness_deg: float | None = None,
 ) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
-    """Compute the fold axis of each domain, and test whether one axis serves all.
+    """Compute the fold axis of each domain, and test whether one axis fits all.
 
     Parameters
     ----------
     beds : mapping
-        Domain -> dip directions and dips (n,), degrees.
+        Dip directions and dips (n,) of each domain, degrees.
     pooled : FoldAxis
-        The axis of the planes of all domains.
+        Fold axis of the planes of all domains.
     waviness_deg : float, optional
-        As in `fold_axis`.
+        See `fold_axis`.
     """
     beta = pooled.beta.vector()
     figures: dict[str, DomainFigures] = {}
@@ -164,18 +165,19 @@ def domain_axes(
 class ProjectionAxis:
     """Axis along which a domain is projected.
 
-    It is the fold axis of the domain, or the line in which its beds meet the faults (fig. 31c).
+    It is the fold axis of the domain, or the intersection line of its beds with the faults (fig.
+    31c).
 
     Attributes
     ----------
     line : Line or None
-        None if the domain has none.
+        None if the domain has no such axis.
     error95_deg : float or None
-        None if it is not known.
+        95 % error, degrees; None if unknown.
     description : str
-        Name of the line, or the reason why the domain has no line.
+        Name of the line, or the reason why the domain has none.
     valid : str
-        "yes" or "conditional", as for a fold axis.
+        "yes" or "conditional", as in `FoldAxis`.
     """
 
     line: Line | None
@@ -190,13 +192,13 @@ def projection_axes(
 ) -> dict[str, ProjectionAxis]:
     """Compute the projection axis of each domain (textbook 4.2, fig. 31c and d).
 
-    It is beta for a fold whose verdict is not "no". For beds of one dip it is the intersection of
-    their mean with that of the faults.
+    It is beta for a fold whose validity is not "no". For beds of uniform dip, it is the
+    intersection of their mean plane with the mean plane of the faults.
 
     Parameters
     ----------
     beds : mapping of str to (array_like, array_like)
-        Dip directions and dips by domain, degrees.
+        Dip directions and dips of each domain, degrees.
     faults : (array_like, array_like), optional
         Dip directions and dips of all faults, degrees.
 

@@ -1,4 +1,4 @@
-"""Plane of a trace without its doubtful stretches, which may lie on another surface."""
+"""Plane of a trace without its doubtful stretches, which may follow another surface."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.planes import FittedPlane, fit_planes
 
 Range = tuple[int, int]
-"""First and last vertex of a stretch, from 0."""
+"""First and last vertex of a stretch, counted from 0."""
 
 MIN_POINTS = 8
-"""Minimum number of remaining points for a plane with an error."""
+"""Minimum number of remaining points for a plane with an error estimate."""
 MARGIN = 2
-"""Vertices at either end of a stretch that belong to the transition and to neither side."""
+"""Number of transitional vertices at each end of a stretch, which belong to neither side."""
 
 
 @dataclass(frozen=True)
 class DoubtfulStretch:
-    """Stretch of a trace that may lie on another surface.
+    """Stretch of a trace that may follow another surface.
 
     Attributes
     ----------
     start, end : int
-        First and last vertex, from 0.
+        First and last vertex, counted from 0.
     offset_m : float
-        Distance of its middle from the plane of the other points along the upward normal, m.
+        Distance of its midpoint from the plane of the other points along the upward normal, m.
     """
 
     start: int
@@ -61,7 +61,7 @@ class RemainingTrace:
         )
 
     def findings(self) -> list[Finding]:
-        """Return one finding per stretch, with its vertices counted from 1."""
+        """Return one finding per stretch, with the vertices counted from 1."""
         plane = None if self.fit is None else Plane.from_normal(self.fit.normal)
         return [
             Finding(
@@ -77,19 +77,19 @@ class RemainingTrace:
 
 
 def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> RemainingTrace | None:
-    """Fit a plane to the points of a trace outside some stretches.
+    """Fit a plane to the points of a trace outside the given stretches.
 
     Parameters
     ----------
     points : (n, 3) ndarray
-        Points of the trace. World frame, m.
+        Points of the trace in the World frame, m.
     ranges : sequence of (int, int)
         First and last vertex of each stretch; invalid ranges are ignored.
 
     Returns
     -------
     RemainingTrace or None
-        None without a valid range.
+        None if there is no valid range.
     """
     n = len(points)
     valid = [(a, b) for a, b in ranges if 0 <= a <= b < n]
@@ -107,20 +107,20 @@ def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> Remainin
 
 
 def offset(points: FloatArray, stretch: Range, fit: FittedPlane | None) -> float:
-    """Return the distance of a stretch's middle from a plane.
+    """Return the distance between the middle of a stretch and a plane.
 
     Parameters
     ----------
     points : (n, 3) ndarray
         Points of the trace.
     stretch : Range
-        First and last row.
+        First and last vertex of the stretch.
     fit : FittedPlane or None
 
     Returns
     -------
     float
-        Metres, with sign; 0 without a plane.
+        Signed distance in metres; 0 if there is no plane.
     """
     if fit is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""Options of the fold axis of a table, declared once for every door."""
+"""Options for the fold axis of a table, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ MAX_WAVINESS_DEG = 45.0
 
 @dataclass(frozen=True)
 class FoldOptions(Options):
-    """Planes from which a fold axis is computed, and how they are grouped.
+    """Selection and grouping of the planes from which a fold axis is computed.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds, and for `sets` with `by`.
+        If a value is outside its bounds, or if `sets` and `by` are combined.
     """
 
     kind: str | None = option(

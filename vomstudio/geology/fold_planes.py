@@ -1,7 +1,7 @@
-"""Selection of the planes of a fold axis: one rule for tables, net, statistics and views.
+"""Common selection of the planes of a fold axis for tables, nets, statistics and views.
 
-Planes have equal weights regardless of their errors, because the scatter of real folds exceeds
-these. The number of planes that are not good is therefore reported with every axis.
+Planes have equal weights regardless of their errors, because the scatter of real folds exceeds the
+errors. Every axis is therefore reported with the number of planes whose verdict is not good.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from vomstudio.core.words import tr
 
 VERDICTS = ("good", "doubtful", "poor")
 MIN_QUALITIES = VERDICTS[:2]
-"""Worst verdicts that can be required."""
+"""Verdicts that can be required as a minimum."""
 
 
 @dataclass(frozen=True)
 class FoldFilter:
-    """Planes that a fold axis may be computed from.
+    """Filter for the planes from which a fold axis is computed.
 
     Parameters
     ----------
     min_quality : {"good", "doubtful"} or None
-        Worst verdict that is used; None for any.
+        Worst verdict to accept. If None, any verdict is accepted.
     set_name : str or None
-        Only this set, in any case; None for all.
+        Name of the only set to use. If None, all sets are used.
     """
 
     min_quality: str | None = None
@@ -42,7 +42,7 @@ class FoldFilter:
 
 @dataclass(frozen=True)
 class ExcludedRows:
-    """Number of rows that were not used, their description and the reason."""
+    """Number of excluded rows, with their description and the reason for the exclusion."""
 
     what: str
     n: int
@@ -58,7 +58,7 @@ class SelectedPlanes:
     use : (n,) ndarray of bool
     left_out : tuple of ExcludedRows
     not_good : int or None
-        Number of selected planes whose verdict is not good; None if none has a verdict.
+        Number of selected planes whose verdict is not good; None if no plane has a verdict.
     """
 
     use: BoolArray
@@ -67,7 +67,7 @@ class SelectedPlanes:
 
 
 def parse_verdict(word: str | None) -> str:
-    """Parse the verdict in a cell.
+    """Parse the verdict in a table cell.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def parse_verdict(word: str | None) -> str:
     Returns
     -------
     str
-        "" if the cell has none.
+        The verdict, or "" if the cell does not contain one.
     """
     text = (word or "").strip().casefold()
     return text if text in VERDICTS else ""
@@ -85,16 +85,16 @@ def parse_verdict(word: str | None) -> str:
 def select_planes(
     qualities: Sequence[str | None], sets: Sequence[str], selection: FoldFilter
 ) -> SelectedPlanes:
-    """Select the planes of one kind for a fold axis.
+    """Select the planes of one kind from which a fold axis is computed.
 
-    Planes without a verdict, such as compass readings, are used only if no plane has one.
+    Planes without a verdict, such as compass readings, are used only if no plane has a verdict.
 
     Parameters
     ----------
     qualities : (n,) sequence of str or None
-        Verdicts; other words are ignored.
+        Verdicts; other texts are ignored.
     sets : (n,) sequence of str
-        Names of their sets, "" for none.
+        Name of the set of each plane; "" if it has none.
     selection : FoldFilter
 
     Returns

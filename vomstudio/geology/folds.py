@@ -1,20 +1,22 @@
-"""Fold axes and common axes: pi-plane, beta, its error and its validity.
+"""Fold axes and common axes: pi-plane and beta, with error and validity.
 
-Beta is the eigenvector of S3 of the poles' orientation tensor, the pole of the best plane through
-them (textbook 4.2, fig. 31). Its confidence region is the asymptotic one of a principal axis,
-variance S3 Sj / (n (Sj - S3)^2) toward axis j (Anderson 1963, Annals of Mathematical Statistics 34,
-122-148; Fisher, Lewis & Embleton 1987, Statistical analysis of spherical data, ch. 6), with n
-replaced by n - 2 in S3 and F(0.95; 2, n - 2) in place of chi-square, as in the regression that it
-approaches for small scatter about the great circle. It is joint (both tilts at once) at 95 % and
-assumes independent deviations of the poles from the great circle with one distribution.
+Beta is the eigenvector of S3 of the orientation tensor of the poles, that is, the pole of the
+best-fit plane through them (textbook 4.2, fig. 31). Its confidence region is the asymptotic one of
+a principal axis, with the variance S3 Sj / (n (Sj - S3)^2) toward axis j (Anderson 1963, Annals of
+Mathematical Statistics 34, 122-148; Fisher, Lewis & Embleton 1987, Statistical analysis of
+spherical data, ch. 6). In S3, n is replaced by n - 2, and chi-square by F(0.95; 2, n - 2), as in
+the regression that it approaches for a small scatter about the great circle. The region is joint
+(both tilts at once) at 95 % and assumes that the deviations of the poles from the great circle are
+independent and identically distributed.
 
-An axis is valid only if its region is small. Of folds with equal scatter, these are the ones whose
-few poles scatter little by chance, and their regions contain the axis in less than 95 % of cases.
-The semi-axes are therefore widened by 1 / (n - 2), and below `MIN_PLANES_FOR_YES` planes no axis is
-valid without conditions. `tests/benchmarks/bench_folds.py` prints the coverage of the regions, of
-all axes and of the valid ones. A region over 30 degrees has a coverage of 85 %, and from
-`WEAK_AXIS_DEG` on the result reports a weak axis. The error of the registration is common to the
-planes of a model and does not decrease with their number (common_rotation_errors).
+An axis is valid only if its region is small. Among folds with equal scatter, this favours those
+whose few poles have a small scatter by chance, and their regions contain the axis in less than 95 %
+of cases. The semi-axes are therefore widened by a factor of 1 + 1 / (n - 2), and with fewer than
+`MIN_PLANES_FOR_YES` planes no axis is valid without conditions. `tests/benchmarks/bench_folds.py`
+prints the coverage of the regions for all axes and for the valid ones. A region over 30 degrees has
+a coverage of 85 %, and from `WEAK_AXIS_DEG` on a weak axis is reported. The error of the
+registration is common to the planes of a model and does not decrease with their number (see
+common_rotation_errors).
 """
 
 from __future__ import annotations
@@ -64,10 +66,10 @@ from vomstudio.geology.populations.distributions import LineFigures, assess_unif
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
 MIN_TURN_DEG = 1.0
-"""A smaller rotation of beta does not affect any verdict, even for exact planes."""
+"""A smaller rotation of beta does not affect any verdict, even if the planes are exact."""
 
 MIN_ARC = 1e-10
-"""The planes are parallel if S2 is below this (to 1e-5 rad), so any line in them is an axis."""
+"""If S2 is smaller, the planes are parallel (to 1e-5 rad), and any line in them is an axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,33 +79,34 @@ class FoldAxis:
     Attributes
     ----------
     n : int
-        Number of planes, or of sets of a common axis.
+        Number of planes, or of sets in the case of a common axis.
     beta : Line
-        The axis, plunging down.
+        Fold axis, plunging downward.
     pi_plane : Plane
-        Plane normal to beta, the best through the poles.
+        Plane normal to beta, the best-fit plane through the poles.
     eigenvalues : (float, float, float)
-        S1 >= S2 >= S3 of the orientation tensor, sum 1.
+        S1 >= S2 >= S3 of the orientation tensor, whose sum is 1.
     rms_deg : float
-        RMS angle of the poles from the pi-plane, degrees.
+        RMS angle between the poles and the pi-plane, degrees.
     arc_deg : float
-        Shortest arc of the pi-plane that contains all poles (axial), 0 to 180 degrees.
+        Shortest arc of the pi-plane that contains all (axial) poles, 0 to 180 degrees.
     max_confidence95_deg, min_confidence95_deg : float or None
-        Semi-axes of the joint 95 % region of beta, degrees; None without redundancy.
+        Semi-axes of the joint 95 % region of beta, degrees; None if there is no redundancy.
     confidence_direction_deg : float or None
-        Rake in the pi-plane, 0 to 180 degrees from its right-hand-rule strike, of the direction in
-        which beta is least certain.
+        Direction in which beta is least certain, as a rake in the pi-plane, 0 to 180 degrees from
+        its right-hand-rule strike.
     confidence_axis : Line or None
         The same direction as a line.
     valid : {"yes", "conditional", "no"}
     verdict : str
     reasons : tuple of Finding
     registration_error_deg : float or None
-        Larger half-angle of the 95 % region of beta by the registrations, degrees; None if unknown.
+        Larger half-angle of the 95 % region of beta due to the registrations, degrees; None if
+        unknown.
     total : ConfidenceRegion or None
-        Joint 95 % region with the registration; None if that of the planes is unknown.
+        Joint 95 % region including the registration; None if the region of the planes is unknown.
     strays : tuple of Stray
-        Outlying planes that the verdict excludes; beta includes them.
+        Outlying planes that are excluded from the verdict but included in beta.
     """
 
     n: int
@@ -129,12 +132,12 @@ class FoldAxis:
 
     @property
     def error95_deg(self) -> float | None:
-        """Larger half-angle of the total error of beta, degrees."""
+        """Larger half-angle of the total 95 % error of beta, degrees."""
         return self.max_confidence95_deg if self.total is None else self.total.largest_deg
 
     @property
     def figures(self) -> AxisFigures:
-        """The results as plain numbers and words."""
+        """Results as plain numbers and text."""
         direction, total = self.confidence_axis, self.total
         return AxisFigures(
             BetaFigures(
@@ -178,23 +181,23 @@ def fold_axis(
     names: Sequence[str] | None = None,
     overturned: npt.ArrayLike | None = None,
 ) -> FoldAxis:
-    """Compute the pi-plane and beta of planes of one kind.
+    """Compute the pi-plane and the fold axis beta of planes of one kind.
 
     Parameters
     ----------
     dip_direction_deg, dip_deg : (n,) array_like
         At least two planes, degrees.
     turns : Turns, optional
-        Errors of their registrations, (n,).
+        Errors of the registrations of the n planes.
     bowed_deg : float, optional
-        Difference of dips between the edges of a bowed model, degrees.
+        Difference in dip between the edges of a bowed model, degrees.
     waviness_deg : float, optional
         Standard deviation of natural poles from the great circle, including their error, degrees;
-        by default the usual limits of a cylindrical fold apply.
+        by default, the usual limits of a cylindrical fold apply.
     names : sequence of str, optional
-        Names of the planes for findings; by default their numbers from 1.
+        Names of the planes in findings; by default, they are numbered from 1.
     overturned : (n,) array_like of bool, optional
-        True if younger beds lie below, for the angle between limbs.
+        True for overturned beds (younger side below), used for the interlimb angle.
 
     Returns
     -------
@@ -203,7 +206,7 @@ def fold_axis(
     Raises
     ------
     GeometryError
-        If there are fewer than two planes, or all are parallel.
+        If there are fewer than two planes, or if all are parallel.
     """
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
     n = len(poles)
@@ -266,9 +269,7 @@ def fold_axis(
 def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
     """Return the semi-axes of the joint 95 % region of beta for n poles, larger first.
 
-    They are in degrees.
-
-    None without redundancy.
+    The semi-axes are in degrees. They are None if there is no redundancy.
     """
     if n < 3:
         return None
@@ -288,10 +289,10 @@ def _check_single_planes(
     bowed: Sequence[Finding],
     waviness_deg: float | None,
 ) -> FoldVerdict:
-    """Return the verdict, or "undetermined" if it depends on one plane.
+    """Return the verdict, or "undetermined" if it depends on a single plane.
 
-    It does if beta leaves its own 95 % region without that plane, or if the other planes have
-    another verdict. Of the two validities the weaker one counts.
+    This is the case if omitting the plane moves beta out of its own 95 % region, or changes the
+    verdict. The weaker of the two validities applies.
     """
     if len(poles) < MIN_PLANES or verdict.name in ("homoclinal", "scattered"):
         return verdict
@@ -311,7 +312,7 @@ def _check_single_planes(
     finding = lone_plane_finding(names[row], turn, error95_deg, other)
     if verdict.name == "undetermined":
         return replace(verdict, reasons=(finding, *verdict.reasons))
-    # The reasons for the shape do not apply any more.
+    # The reasons for the shape no longer apply.
     return FoldVerdict("undetermined", "conditional", (finding, *bowed))
 
 
@@ -322,23 +323,23 @@ def _find_decisive_plane(
     most_influential: int,
     waviness_deg: float | None,
 ) -> tuple[int | None, FoldVerdict | None]:
-    """Find the plane without which the others have another verdict.
+    """Find a plane whose omission changes the verdict.
 
-    Only planes that can have this effect are tested: the ends of the arc, the one farthest from
-    the great circle, and the one that turns beta most.
+    Only planes that can have this effect are tested: the ends of the arc, the plane farthest from
+    the great circle, and the plane that rotates beta most.
 
     Returns
     -------
     row : int or None
     verdict : FoldVerdict or None
-        Verdict of the other planes.
+        Verdict on the remaining planes.
     """
     farthest = int(np.argmax(np.abs(poles @ shape.axes[2])))
     for row in dict.fromkeys((*arc_ends(poles, shape.axes), most_influential, farthest)):
-        # Two axes of the others do not contradict any other verdict.
+        # Two axes of the remaining planes do not contradict any other verdict.
         two = verdict.name == "two axes"
         other = _verdict_without(poles, row, waviness_deg, two=two)
-        # The best of several cones without one plane is often better by chance.
+        # The best of several cones through all planes but one often fits better by chance.
         is_cone_artifact = verdict.name == "cylindrical" and other.name == "conical"
         is_alike = other.name == verdict.name or verdict.valid == other.valid == "no"
         if not is_alike and not is_cone_artifact:
@@ -349,9 +350,9 @@ def _find_decisive_plane(
 def _verdict_without(
     poles: FloatArray, row: int, waviness_deg: float | None, *, two: bool
 ) -> FoldVerdict:
-    """Return the verdict of all planes but one, scaled to the original number.
+    """Return the verdict without one plane, scaled to the original number of planes.
 
-    Larger errors and a shorter arc that are due only to the smaller number of planes do not count.
+    A larger error or a shorter arc that is only due to the smaller number of planes is ignored.
     """
     n, others = len(poles), np.delete(poles, row, axis=0)
     values, axes = orientation_tensor(others)
@@ -374,21 +375,21 @@ def build_axis(
     moved_axis: MovedVectors | None,
     notes: Sequence[Finding],
 ) -> FoldAxis:
-    """Return beta of poles, or of the means of sets, with its errors and its verdict.
+    """Build the fold axis of poles, or of the means of sets, with its errors and verdict.
 
     Parameters
     ----------
     poles : (n, 3) ndarray
     values, axes : (3,) and (3, 3) ndarray
-        Eigenvalues and eigenvectors of their orientation tensor.
+        Eigenvalues and eigenvectors of the orientation tensor of the poles.
     semi_axes : tuple of float or None
-        Semi-axes of the joint 95 % region of beta, degrees, the larger one first.
+        Semi-axes of the joint 95 % region of beta in degrees, the larger one first.
     larger_direction : (3,) ndarray
         Direction of the larger semi-axis.
     judge : callable
-        Returns the verdict for a 95 % error of beta, degrees.
+        Function that returns the verdict for a 95 % error of beta in degrees.
     moved_axis : MovedVectors or None
-        Beta with its derivatives by the rotations of the registrations.
+        Beta with its derivatives with respect to the rotations of the registrations.
     notes : sequence of Finding
         Findings to append to the reasons of the verdict.
 
@@ -465,9 +466,9 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
 
 
 def _limbs(shape: PoleShape) -> LimbFigures | None:
-    """Return the figures of the limbs; None if the poles do not determine them.
+    """Return the figures of the limbs, or None if the poles do not determine them.
 
-    The fold opens downward or upward but contains neither limb.
+    The interlimb angle is the one that opens downward or upward without containing either limb.
     """
     if shape.limbs is None or shape.limbs.doubt:
         return None
@@ -491,7 +492,7 @@ def _limbs(shape: PoleShape) -> LimbFigures | None:
 
 
 def _leave_one_out(poles: FloatArray, beta: FloatArray) -> InfluentialPlane | None:
-    """Find the pole whose omission rotates beta most."""
+    """Find the plane whose omission rotates beta most."""
     total = poles.T @ poles
     tensors = total - poles[:, :, None] * poles[:, None, :]
     axes = np.linalg.eigh(tensors)[1][:, :, 0]
@@ -502,7 +503,7 @@ def _leave_one_out(poles: FloatArray, beta: FloatArray) -> InfluentialPlane | No
 
 
 def _outliers_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> Finding:
-    """Report the outlying planes, which the verdict does not include."""
+    """Report the outlying planes, which are excluded from the verdict."""
     return Finding(
         "fold.strays",
         count=len(planes),
@@ -515,7 +516,7 @@ def _outliers_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -
 
 
 def _registration_finding(registration_deg: float, total: ConfidenceRegion | None) -> Finding:
-    """Report the error of beta by the registration, which all planes of a model share."""
+    """Report the error of beta due to the registration, common to all planes of a model."""
     if total is None:
         return Finding("fold.registration-alone", error_deg=registration_deg)
     weak = total.largest_deg > WEAK_AXIS_DEG

@@ -1,10 +1,11 @@
-"""Intersection line of two planes with its error.
+"""Intersection line of two planes, with its error.
 
-Let the ellipse C be the error of a plane's normal n (joint 95 %, tangent to the sphere). A line l
-in the plane then deviates from it by sqrt(l' C l). A line that must lie in both planes deviates by
-a vector e perpendicular to itself with e . n1 = s1, e . n2 = s2. Both deviations are independent,
-so the joint 95 % region of e is the ellipse that they span. It becomes longer as the angle between
-the planes decreases (Fisher, Lewis & Embleton 1987, propagation of errors, ch. 3).
+Let the ellipse C be the error of the normal n of a plane (joint 95 %, tangent to the sphere). The
+deviation of a line l in the plane from the plane is then sqrt(l' C l). A line that must lie in both
+planes deviates by a vector e perpendicular to the line, with e . n1 = s1 and e . n2 = s2. Both
+deviations are independent, so the joint 95 % region of e is the ellipse that they span. This
+ellipse becomes longer as the angle between the planes decreases (Fisher, Lewis & Embleton 1987,
+propagation of errors, ch. 3).
 """
 
 from __future__ import annotations
@@ -31,19 +32,19 @@ NORMAL_QUANTILE95 = 1.959963984540054
 
 @dataclass(frozen=True, eq=False)
 class UncertainPlane:
-    """Plane with the error of its normal.
+    """Plane with the uncertainty of its normal.
 
     Attributes
     ----------
     normal : (3,) ndarray
         Upward unit vector.
     spread95 : (3, 3) ndarray or None
-        Matrix C whose ellipse x' C^-1 x <= 1 in the tangent plane of the sphere at the normal is
-        its joint 95 % region; None if unknown.
+        Matrix C. The ellipse x' C^-1 x <= 1 in the tangent plane of the sphere at the normal is the
+        joint 95 % region; None if unknown.
     free : float
-        Degrees of freedom of the variance.
+        Degrees of freedom of the variance estimate.
     roughness : float
-        Standard deviation of its points from it, m.
+        Standard deviation of the points about the plane, m.
     """
 
     normal: FloatArray
@@ -59,12 +60,12 @@ class IntersectionLine:
     Attributes
     ----------
     line : Line
-        Axial, plunging down.
+        Intersection line as an axis that plunges downward.
     angle_deg : float
         Angle between the planes, 0 to 90 degrees.
     max_confidence95_deg, min_confidence95_deg : float or None
-        Semi-axes of the joint 95 % region of the line, degrees; None if the error of a plane is
-        unknown.
+        Semi-axes of the joint 95 % region of the line, degrees; None if the error of one of the
+        planes is unknown.
     confidence_axis : (3,) ndarray or None
         Direction of the larger semi-axis.
     """
@@ -83,17 +84,17 @@ def uncertain_plane(
     min_confidence95_deg: float | None,
     free: float = math.inf,
 ) -> UncertainPlane:
-    """Return a fitted plane with the error of its normal.
+    """Create a plane with the error of its normal from the results of a fit.
 
     Parameters
     ----------
     normal : (3,) array_like
     tilt : (3,) array_like
-        Direction in the plane toward which its normal is most uncertain.
+        Direction in the plane toward which the normal is most uncertain.
     max_confidence95_deg, min_confidence95_deg : float or None
         Semi-axes of the joint 95 % region, degrees.
     free : float
-        Degrees of freedom of its residuals.
+        Degrees of freedom of the residuals.
 
     Returns
     -------
@@ -112,15 +113,15 @@ def uncertain_plane(
 def deviation95(
     plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True
 ) -> float | None:
-    """Return the 95 % deviation of a vector in a plane from it, in the vector's unit.
+    """Return the 95 % deviation of a vector in a plane from the plane, in its own unit.
 
     Parameters
     ----------
     plane : UncertainPlane
     vector : (3,) array_like
     joint : bool
-        True for the half-width of the joint region, False for the interval of this figure alone
-        (Student's t instead of Fisher's F).
+        If True, return the half-width of the joint region; if False, the interval of this value
+        alone (Student's t instead of Fisher's F).
 
     Returns
     -------
@@ -158,11 +159,11 @@ def _marginal_factor(free: float) -> float:
 
 
 def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
-    """Compute the axial mean of the planes of one set with its error.
+    """Compute the axial mean of the planes of one set, with its error.
 
-    Hotelling's T^2 in the tangent plane at the mean, F with 2 and n - 2 degrees of freedom. Two or
-    three planes do not determine the shape of their scatter, which is then assumed equal in all
-    directions, F with 2 and 2 (n - 1). A single plane is returned with its own error.
+    The error is Hotelling's T^2 in the tangent plane at the mean, with F(2, n - 2). Two or three
+    planes do not determine the shape of their scatter, which is then assumed to be equal in all
+    directions, with F(2, 2 (n - 1)). A single plane is returned with its own error.
 
     Raises
     ------
@@ -188,7 +189,7 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
 
 
 def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float:
-    """Return the root mean square angle of planes from their mean, axially.
+    """Return the axial root-mean-square angle between planes and their mean.
 
     Parameters
     ----------
@@ -209,7 +210,7 @@ def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float
 
 
 def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
-    """Compute the intersection line of two planes with its error.
+    """Compute the intersection line of two planes, with its error.
 
     Raises
     ------

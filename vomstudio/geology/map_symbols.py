@@ -1,7 +1,7 @@
-"""Map symbols as lines: strike and dip of planes, trend and plunge of lines.
+"""Map symbols as polylines: strike and dip of planes, trend and plunge of lines.
 
 Symbols are drawn in the horizontal plane through the feature (FGDC-STD-013-2006, sections 6 and 9):
-a bar along the strike with a tick down the dip, a tick on both sides if vertical, a cross if
+a bar along the strike with a tick in the dip direction, ticks on both sides if vertical, a cross if
 horizontal, a hook on the opposite side if overturned, and an arrow along the trend of a line.
 """
 
@@ -14,11 +14,11 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.orientation import sin_cos_deg
 
 MAX_FLAT_DEG, MIN_STEEP_DEG = 0.5, 89.5
-"""Dips that are written as 0 or 90 are drawn as such."""
+"""Planes whose rounded dip is 0 or 90 are drawn as horizontal or vertical."""
 
 
 TICK_SHARE = 0.4
-"""Length of the tick relative to half the bar."""
+"""Length of the tick relative to half the length of the bar."""
 N_HOOK_SEGMENTS = 8
 
 
@@ -34,13 +34,13 @@ def strike_and_dip(
     Parameters
     ----------
     centre : (3,) array_like
-        World frame, m.
+        Centre of the symbol in the World frame, m.
     dip_direction_deg, dip_deg : float
     size : float
         Length of the bar, m.
     overturned : bool
-        True if the younger side of the bed is below; a half circle with its ends on the bar opens
-        up the dip.
+        True if the bed is overturned (younger side below); a half circle with its ends on the bar
+        then opens up dip.
     """
     place = np.asarray(centre, np.float64)
     sine, cosine = (float(part) for part in sin_cos_deg(dip_direction_deg))
@@ -62,12 +62,12 @@ def trend_arrow(
 ) -> list[FloatArray]:
     """Return the polylines (k, 3) of an arrow along the trend of a line.
 
-    A horizontal line has a head at both ends.
+    A horizontal line has an arrow head at both ends.
 
     Parameters
     ----------
     centre : (3,) array_like
-        Start of the arrow. World frame, m.
+        Start of the arrow in the World frame, m.
     trend_deg, plunge_deg : float
     size : float
         Length of the arrow, m.
@@ -89,9 +89,9 @@ def _head(tip: FloatArray, ahead: FloatArray, sideways: FloatArray) -> FloatArra
 
 
 def symbol_size(places: npt.ArrayLike) -> float:
-    """Return a length at which the symbols of places do not overlap.
+    """Return a symbol length at which symbols at given positions do not overlap.
 
-    It is a fortieth of their extent on the map, at least of a metre.
+    It is a fortieth of the map extent of the positions, and at least a fortieth of a metre.
 
     Parameters
     ----------

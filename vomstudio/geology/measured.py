@@ -1,4 +1,4 @@
-"""A length or an angle with half of its 95 % interval."""
+"""Measured length or angle with the half-width of its 95 % interval."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 
 CONE95 = math.sqrt(-2.0 * math.log(0.05))
-"""Half-angle of the cone that holds 95 % of a direction, in standard deviations along one axis."""
+"""Half-angle of the cone that contains 95 % of the directions, in standard deviations per axis."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Value with half of its 95 % interval, which is None if its errors are unknown."""
+    """Value with the half-width of its 95 % interval; None if the error is unknown."""
 
     value: float
     error95: float | None

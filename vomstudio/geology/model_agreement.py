@@ -1,4 +1,4 @@
-"""Agreement of the orientations of two models of the same rock within their errors."""
+"""Comparison of orientations measured on two models of the same rock, given their errors."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from vomstudio.core.results import Result
 
 @dataclass(frozen=True, eq=False)
 class OrientedPlane:
-    """Plane measured on a model; attributes are None if unknown.
+    """Plane measured on a model; unknown attributes are None.
 
     Attributes
     ----------
     kind : str
-        Feature kind such as "bedding"; "" if unknown.
+        Kind of feature, such as "bedding"; "" if unknown.
     normal : (3,) ndarray
-        Unit vector in either direction. World frame.
+        Unit vector in the World frame, pointing up or down.
     place : (3,) ndarray or None
-        Its middle. World frame, m.
+        Midpoint of the plane in the World frame, m.
     extent_m : float or None
         Length, m.
     error95_deg : float or None
-        95 % half-angle, including the registration if known, degrees.
+        95 % half-angle in degrees, including the registration if it is known.
     """
 
     name: str
@@ -40,20 +40,20 @@ class OrientedPlane:
 
 @dataclass(frozen=True)
 class MatchedPlane:
-    """Pair of planes of the same structure; attributes are None if unknown.
+    """Pair of planes of the same structure; unknown attributes are None.
 
     Attributes
     ----------
     first, second : str
-        Names.
+        Names of the planes.
     by : {"name", "nearness"}
-        How they were matched.
+        Criterion of the match.
     distance_m : float or None
-        Distance of their middles, m.
+        Distance between the midpoints, m.
     angle_deg : float
         Angle between the planes, 0 to 90 degrees.
     error95_deg : float or None
-        Root of the sum of squares of both errors, degrees.
+        Square root of the sum of the squared errors, degrees.
     agree : bool or None
         True if the angle is within the error.
     """
@@ -69,18 +69,18 @@ class MatchedPlane:
 
 @dataclass(frozen=True)
 class Agreement(Result):
-    """Agreement of two sets of planes.
+    """Summary of the agreement between two sets of planes.
 
     Attributes
     ----------
     n : int
-        Number of matched planes.
+        Number of matched pairs.
     unmatched : (int, int)
-        Number of planes without a match in the first and the second set.
+        Number of planes without a match in the first and in the second set.
     median_angle_deg, rms_angle_deg : float or None
-        Angles of the matched planes, degrees; None without matches.
+        Angles between matched planes, degrees; None if there are no matches.
     agree_share : float or None
-        Share of matches with known errors that agree; None without such.
+        Share of agreeing pairs among those with known errors; None if there are no such pairs.
     """
 
     n: int
@@ -96,12 +96,13 @@ class Agreement(Result):
 def compare_orientations(
     first: Sequence[OrientedPlane], second: Sequence[OrientedPlane]
 ) -> Agreement:
-    """Compare the orientations of the same structures in two models.
+    """Compare the orientations of the same structures measured on two models.
 
-    Planes match by name if both models have this name once (ignoring case and surrounding spaces).
-    Others match by nearness: the same kind, each the nearest to the other, and within half the
-    extent of the longer one. Stated errors are the larger half-angles of 95 % regions, so more than
-    95 % agree if they are right.
+    Planes are matched by name if the name occurs exactly once in each model (ignoring case and
+    surrounding spaces). The others are matched by nearness: they must be of the same kind, mutual
+    nearest neighbours, and no farther apart than half the extent of the longer one. The stated
+    errors are the larger half-angles of 95 % regions, so more than 95 % of the pairs agree if the
+    errors are correct.
 
     Parameters
     ----------
@@ -138,7 +139,7 @@ def compare_orientations(
 
 
 def _unique_names(planes: Sequence[OrientedPlane]) -> dict[str, int]:
-    """Return rows by name, for names that occur once."""
+    """Return the row of each name that occurs exactly once."""
     names = [plane.name.strip().casefold() for plane in planes]
     rows_by_name: dict[str, list[int]] = {}
     for row, name in enumerate(names):
@@ -152,7 +153,7 @@ def _nearest(
     left: Sequence[int],
     right: Sequence[int],
 ) -> list[tuple[int, int]]:
-    """Return rows of planes of the same kind that are mutual nearest neighbours."""
+    """Return pairs of rows: planes of the same kind that are mutual nearest neighbours."""
     from scipy.spatial import cKDTree
 
     pairs = []

@@ -1,16 +1,16 @@
-"""Parsing and formatting of orientations in the notations of field books.
+"""Parse and format orientations in the notations used in field books.
 
-Planes are formatted in one of `NOTATIONS`:
+Planes are formatted in one of the `NOTATIONS`:
     "dipdir/dip"   132/41        dip direction and dip
     "strike/dip"   042/41 RHR    strike by the right-hand rule, and dip
     "quadrant"     N42E 41SE     strike counted from North, dip and the quadrant of the dip
 
-These and their usual variants are parsed: other separators (132-41, 132 41, 132°/41°), the
-left-hand rule (222/41 LHR: the plane dips to the left), either end of the strike with the side of
-the dip (042/41 SE, 222/41 SE), N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or West;
-E-W 30N; strike 042 dip 41 SE; dip first with an arrow (41 → 132). Lines are trend/plunge (130/25,
-N50W 25) or plunge first with an arrow (25 → 130). Decimal commas and minutes (7°30') are accepted.
-Invalid or ambiguous texts raise InputError with the reason.
+These notations and their usual variants are parsed: other separators (132-41, 132 41, 132°/41°);
+the left-hand rule (222/41 LHR: the plane dips to the left); either end of the strike with the side
+of the dip (042/41 SE, 222/41 SE); N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or West;
+E-W 30N; strike 042 dip 41 SE; the dip first, followed by an arrow (41 → 132). Lines are given as
+trend/plunge (130/25, N50W 25) or as the plunge followed by an arrow (25 → 130). Decimal commas and
+minutes (7°30') are accepted. Invalid or ambiguous texts raise InputError with the reason.
 """
 
 from __future__ import annotations
@@ -96,30 +96,30 @@ _TOKEN = re.compile(
 )
 
 SIDE_REACH_DEG = {1: 80.0, 2: 55.0, 3: 45.0}
-"""Maximum angle between a dip direction and the given side, by the number of its letters. SE is a
-quadrant (45 to both sides, and 10 for a rounded strike), E is a half that must not be mistaken for
-the strike.
+"""Maximum angle between a dip direction and the compass point of the dip side, by the number of
+letters of that point. SE denotes a quadrant (45 degrees to both sides, plus 10 for a rounded
+strike); E denotes a half circle, which must not be mistaken for the strike.
 """
 
 
 @dataclass(frozen=True)
 class _Token:
-    """kind: number, bearing (text such as N42E, value its azimuth), wind, label, rule, arrow."""
+    """Token: number, bearing (N42E, with its azimuth as value), wind, label, rule or arrow."""
 
     kind: str
     text: str
     value: float = 0.0
     comma: tuple[float, float] | None = None
-    """The two numbers that the comma in a number may also separate."""
+    """The two numbers if the comma in a number may also be a separator."""
     signed: bool = False
-    """A minus stood before it that may be a sign."""
+    """Whether the number follows a minus that may be a sign."""
 
 
 # Reading -------------------------------------------------------------------------------------
 
 
 def exact_plane(plane: Plane) -> str:
-    """Return dip direction/dip with all digits, as `parse_plane` reads it.
+    """Format a plane as dip direction/dip with all digits, for `parse_plane`.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def exact_plane(plane: Plane) -> str:
 
 
 def exact_line(line: Line) -> str:
-    """Return trend/plunge with all digits, as `parse_line` reads it.
+    """Format a line as trend/plunge with all digits, for `parse_line`.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     Raises
     ------
     InputError
-        If the text is not a plane.
+        If the text is not a valid plane.
     """
     meaning = "dipdir/dip" if notation is None else notation
     if meaning not in PAIR_MEANINGS:
@@ -229,7 +229,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
 
 
 def plane_option(text: str, field: str = "--plane") -> Plane:
-    """Parse the plane of an option, dip direction/dip.
+    """Parse the plane given as an option in the form dip direction/dip.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def plane_option(text: str, field: str = "--plane") -> Plane:
     Raises
     ------
     UsageError
-        If the text is not a plane.
+        If the text is not a valid plane.
     """
     try:
         return parse_plane(text, "dipdir/dip")
@@ -253,7 +253,7 @@ def plane_option(text: str, field: str = "--plane") -> Plane:
 
 
 def line_option(text: str, field: str) -> Line:
-    """Parse the line of an option, trend/plunge.
+    """Parse the line given as an option in the form trend/plunge.
 
     Parameters
     ----------
@@ -268,7 +268,7 @@ def line_option(text: str, field: str) -> Line:
     Raises
     ------
     UsageError
-        If the text is not a line.
+        If the text is not a valid line.
     """
     try:
         return parse_line(text)
@@ -277,12 +277,12 @@ def line_option(text: str, field: str) -> Line:
 
 
 def parse_line(text: str) -> Line:
-    """Parse a line; a negative plunge (130/-25) is a directed line that points up.
+    """Parse a line; a negative plunge (130/-25) denotes a directed line that points up.
 
     Raises
     ------
     InputError
-        If the text is not a line.
+        If the text is not a valid line.
     """
     if text.strip().lower() == "vertical":
         return Line(0.0, 90.0)
@@ -327,7 +327,7 @@ def parse_azimuth(text: str) -> float:
     Raises
     ------
     InputError
-        If the text is not an azimuth.
+        If the text is not a valid azimuth.
     """
     tokens = _tokens(text, is_azimuth=True)
     if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
@@ -336,12 +336,12 @@ def parse_azimuth(text: str) -> float:
 
 
 def parse_rake(text: str, plane: Plane) -> float:
-    """Parse a rake from a named end of the strike, as field books write it (80SW).
+    """Parse a rake counted from a named end of the strike, as in field books (80SW).
 
     Parameters
     ----------
     text : str
-        From 0 to 90 degrees, and a compass point that names an end of the strike.
+        Angle from 0 to 90 degrees and the compass point of an end of the strike.
     plane : Plane
 
     Returns
@@ -352,8 +352,8 @@ def parse_rake(text: str, plane: Plane) -> float:
     Raises
     ------
     InputError
-        For a text that is not a rake, an angle over 90 from an end, and a compass point that names
-        neither end of the strike.
+        If the text is not a rake, the angle is over 90 degrees, or the compass point is at neither
+        end of the strike.
     """
     tokens = _tokens(text)
     if _kinds(tokens) != ["number", "wind"] or tokens[0].signed:
@@ -382,7 +382,7 @@ def parse_angle(text: str) -> float:
     Raises
     ------
     InputError
-        If the text is not an angle.
+        If the text is not a valid angle.
     """
     tokens = _tokens(text)
     if _kinds(tokens) != ["number"]:
@@ -401,7 +401,7 @@ def _kinds(tokens: list[_Token]) -> list[str]:
 def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
     """Split a text into numbers, bearings, winds, labels, rules and arrows.
 
-    Separators are dropped.
+    Separators are omitted.
     """
     if not text.strip():
         raise InputError(Finding("notation.empty"))
@@ -475,7 +475,7 @@ def _word(text: str, word: str) -> list[_Token]:
 
 
 def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
-    """Join N 42 E to a bearing, NE - SW to a strike, dip direction to a label; drop marks."""
+    """Join tokens into bearings (N 42 E), strikes (NE - SW) and labels (dip direction)."""
     out: list[_Token] = []
     i = 0
     while i < len(raw):
@@ -510,9 +510,9 @@ def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]
 
 
 def _is_bearing(raw: list[_Token], first: int) -> bool:
-    """Return whether a wind, a number and a wind are a bearing, such as N42E or E48N.
+    """Return whether a wind, a number and a wind form a bearing, such as N42E or E48N.
 
-    E 30 N alone is a plane that strikes East; beside another angle it is a bearing.
+    On its own, E 30 N is a plane that strikes East; next to another angle it is a bearing.
     """
     start, end = raw[first].text, raw[first + 2].text
     if start in ("N", "S"):
@@ -522,7 +522,7 @@ def _is_bearing(raw: list[_Token], first: int) -> bool:
 
 
 def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
-    """Return the two labelled angles in the order (first, second), then the other tokens."""
+    """Return the angles labelled `first` and `second`, followed by the other tokens."""
     values: dict[str, _Token] = {}
     other_tokens: list[_Token] = []
     label: str | None = None
@@ -542,7 +542,7 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
 
 
 def _split_comma(tokens: list[_Token]) -> list[_Token]:
-    """Split one number such as 132,41 at its comma if two are needed."""
+    """Split the only number, such as 132,41, at its comma if two numbers are needed."""
     comma = tokens[0].comma
     if comma is None:
         return tokens
@@ -560,7 +560,7 @@ def _azimuth(text: str, token: _Token) -> float:
 
 
 def _steepness(text: str, token: _Token, name: str) -> float:
-    """Return a dip or plunge. Raises InputError."""
+    """Return a dip or plunge. Raises InputError if it is out of range."""
     value = token.value
     if token.signed and value > 0:
         raise _refused("notation.unclear-minus", text)
@@ -575,7 +575,7 @@ def _steepness(text: str, token: _Token, name: str) -> float:
 
 def _plane_from(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane:
     first = _azimuth(text, azimuth)
-    # For planes a minus before the dip can only be a separator: 132 -41.
+    # In planes, a minus before the dip can only be a separator: 132 -41.
     free = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
     steep = _steepness(text, free, "dip")
     if meaning == "dipdir/dip":
@@ -596,7 +596,7 @@ def _plane_to_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plan
 
 
 def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
-    """Format an azimuth with three digits before the point; values that round to 360 are 000.
+    """Format an azimuth with three integer digits; values that round to 360 become 000.
 
     Parameters
     ----------
@@ -612,7 +612,7 @@ def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
 
 
 def format_wind(azimuth_deg: float) -> str:
-    """Return the compass point of 16 that is nearest, and the azimuth: SW (225).
+    """Format an azimuth as the nearest of the 16 compass points and degrees: SW (225).
 
     Parameters
     ----------
@@ -628,7 +628,7 @@ def format_wind(azimuth_deg: float) -> str:
 
 
 def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
-    """Format an azimuth for a cell of a file; values that round to 360 are 0.
+    """Format an azimuth for a table cell; values that round to 360 become 0.
 
     Parameters
     ----------
@@ -654,7 +654,7 @@ def format_plane(
         One of `NOTATIONS`.
     decimals : int, optional
     bare : bool, optional
-        Whether to omit "RHR" after strike/dip, for columns whose header states it.
+        Whether to omit "RHR" after strike/dip, for columns whose header already contains it.
 
     Returns
     -------
@@ -663,7 +663,7 @@ def format_plane(
     Raises
     ------
     ValueError
-        For an unknown notation.
+        If the notation is unknown.
     """
     dip = _padded(plane.dip_deg, decimals, 2)
     if notation == "dipdir/dip":
@@ -682,7 +682,7 @@ def format_plane(
 
 
 def format_line(line: Line, decimals: int = 0) -> str:
-    """Format trend/plunge with a fixed number of digits, with a minus if it points up.
+    """Format a line as trend/plunge with fixed digits; upward plunges are negative.
 
     Parameters
     ----------
@@ -705,17 +705,18 @@ def format_attitude(
 ) -> str:
     """Format a plane or line with its 95 % error, such as 318/39 ± 2.4°.
 
-    Every measured attitude is shown by this function. Its digits follow the error.
+    Every measured attitude is formatted by this function. The error determines the number of
+    digits.
 
     Parameters
     ----------
     attitude : Plane or Line
     error95_deg : float or None
-        Total 95 % error; None if it is not known: the attitude then stands alone.
+        Total 95 % error. If None (unknown), the attitude is formatted without an error.
     notation : {"dipdir/dip", "strike/dip", "quadrant"}
-        Of planes.
+        Notation of planes.
     bare : bool
-        As in `format_plane`.
+        See `format_plane`.
     """
     decimals = attitude_decimals(error95_deg)
     text = (
@@ -727,7 +728,7 @@ def format_attitude(
 
 
 def attitude_decimals(error95_deg: float | None) -> int:
-    """Return how many decimals of an angle its 95 % error justifies, at most two.
+    """Return the number of decimals that a 95 % error justifies, at most two.
 
     Parameters
     ----------
@@ -743,7 +744,7 @@ def attitude_decimals(error95_deg: float | None) -> int:
 
 
 def degrees(value: float | None) -> str:
-    """Format an error, or an angle that is as well known, with two significant digits.
+    """Format an error, or an angle of similar accuracy, with two significant digits.
 
     Parameters
     ----------

@@ -1,13 +1,14 @@
 """Lines and planes: geological angles and the corresponding vectors.
 
-World frame x East, y North, z Up; azimuths clockwise from North, all angles in degrees. A line is
-(trend, plunge), plunge positive down, with the vector (sin t cos p, cos t cos p, -sin p). A plane
-is (dip direction, dip) with the upward normal (sin dd sin d, cos dd sin d, cos d); its pole is the
-downward normal, the line (dd + 180, 90 - d); its strike, by the right-hand rule, is dd - 90.
+The World frame has x East, y North and z Up; azimuths are clockwise from North and all angles in
+degrees. A line is given by (trend, plunge), with the plunge positive downward, and has the vector
+(sin t cos p, cos t cos p, -sin p). A plane is given by (dip direction, dip) and has the upward
+normal (sin dd sin d, cos dd sin d, cos d). Its pole is the downward normal, which is the line (dd +
+180, 90 - d); its strike by the right-hand rule is dd - 90.
 
-Angles are computed by atan2 of both legs, never by arccos or arcsin alone, which lose half of the
-digits near horizontal and vertical. Sines and cosines are exact at multiples of 90 degrees, so the
-normal of a vertical plane has a z of exactly 0.
+Angles are computed by atan2 of both components, never by arccos or arcsin alone, which lose half of
+the digits near horizontal and vertical. Sines and cosines are exact at multiples of 90 degrees, so
+the normal of a vertical plane has a z of exactly 0.
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.vectors import wrap360
 
 ANGLE_TOLERANCE_DEG = 1e-7
-"""A dip below this has no dip direction, a plunge within this of 90 has no trend, and planes and
-lines within this of vertical or horizontal are treated as exactly that if one of two equivalent
-directions must be selected. Far below any measurement, far above rounding.
+"""A plane with a smaller dip has no dip direction, and a line within this angle of vertical has no
+trend. Planes and lines within this angle of vertical or horizontal are treated as exactly vertical
+or horizontal where one of two equivalent directions must be selected. The value is far below any
+measurement error and far above rounding errors.
 """
 
 
@@ -34,7 +36,7 @@ directions must be selected. Far below any measurement, far above rounding.
 
 
 def sin_cos_deg(angle_deg: float | FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return sine and cosine of degrees, exact at every multiple of 90.
+    """Return the sine and cosine of angles in degrees, exact at multiples of 90.
 
     Parameters
     ----------
@@ -65,7 +67,7 @@ def _finite(value: float, name: str) -> float:
 
 
 def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> FloatArray:
-    """Return the unit vectors of lines; plunges over 90 are accepted.
+    """Return the unit vectors of lines; plunges over 90 degrees are accepted.
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> Flo
     Returns
     -------
     (n, 3) ndarray
-        World frame.
+        In the World frame.
     """
     sin_t, cos_t = sin_cos_deg(np.asarray(trend_deg, dtype=np.float64))
     sin_p, cos_p = sin_cos_deg(np.asarray(plunge_deg, dtype=np.float64))
@@ -91,7 +93,7 @@ def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) 
     Returns
     -------
     (n, 3) ndarray
-        World frame.
+        In the World frame.
     """
     sin_a, cos_a = sin_cos_deg(np.asarray(dip_direction_deg, dtype=np.float64))
     sin_d, cos_d = sin_cos_deg(np.asarray(dip_deg, dtype=np.float64))
@@ -108,7 +110,7 @@ def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) ->
     Returns
     -------
     (n, 3) ndarray
-        World frame.
+        In the World frame.
     """
     return 0.0 - planes_to_normals(dip_direction_deg, dip_deg)
 
@@ -116,22 +118,22 @@ def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) ->
 def vectors_to_lines(
     vectors: npt.ArrayLike, *, directed: bool = False
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Compute trend and plunge of vectors.
+    """Compute the trend and plunge of vectors.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
-        World frame, any length except zero.
+        In the World frame, of any non-zero length.
     directed : bool
-        False for axes, with a plunge in [0, 90] and the trend of horizontal lines in [0, 180). True
-        for plunges in [-90, 90].
+        If False, the vectors are axes: plunges are in [0, 90] and the trends of horizontal lines in
+        [0, 180). If True, plunges are in [-90, 90].
 
     Returns
     -------
     trend, plunge : (n,) ndarray
-        Degrees; NaN for zero or non-finite vectors. A vertical line has trend 0.
+        Degrees; NaN for zero or non-finite vectors. The trend of a vertical line is 0.
     undefined : (n,) ndarray of bool
-        Whether the line is vertical.
+        True for vertical lines, whose trend is undefined.
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
@@ -158,20 +160,20 @@ def vectors_to_lines(
 
 
 def normals_to_planes(normals: npt.ArrayLike) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Compute dip direction and dip of normals.
+    """Compute the dip direction and dip of planes from their normals.
 
     Parameters
     ----------
     normals : (n, 3) array_like
-        World frame, either direction, any length except zero.
+        In the World frame, pointing up or down, of any non-zero length.
 
     Returns
     -------
     dip_direction, dip : (n,) ndarray
         Degrees; NaN for zero or non-finite normals. A vertical plane has a dip direction in [90,
-        270), so that its strike is in [0, 180); a horizontal one has 0.
+        270), so that its strike is in [0, 180); the dip direction of a horizontal plane is 0.
     undefined : (n,) ndarray of bool
-        Whether the plane is horizontal.
+        True for horizontal planes, whose dip direction is undefined.
     """
     n = np.atleast_2d(np.asarray(normals, dtype=np.float64))
     x, y, z = n[..., 0], n[..., 1], n[..., 2]
@@ -196,7 +198,7 @@ def normals_to_planes(normals: npt.ArrayLike) -> tuple[FloatArray, FloatArray, B
 def _wrap180(azimuth_deg: FloatArray) -> FloatArray:
     """Wrap azimuths in [0, 360) modulo 180; values within rounding of 180 become 0.
 
-    Both readings of a horizontal line then agree.
+    The two equivalent azimuths of a horizontal line then give the same result.
     """
     half = np.where(azimuth_deg >= 180.0, azimuth_deg - 180.0, azimuth_deg)
     return np.where(180.0 - half < ANGLE_TOLERANCE_DEG, 0.0, half)
@@ -238,7 +240,7 @@ class Line:
 
     @property
     def undefined(self) -> bool:
-        """Whether the line is vertical, so that its trend is undefined."""
+        """Whether the line is vertical and its trend therefore undefined."""
         return 90.0 - abs(self.plunge_deg) < ANGLE_TOLERANCE_DEG
 
     def vector(self) -> FloatArray:
@@ -247,7 +249,7 @@ class Line:
 
     @classmethod
     def from_vector(cls, vector: npt.ArrayLike, *, directed: bool = False) -> Line:
-        """Return the line along a vector of any length except zero; axial unless `directed`."""
+        """Return the line along a vector of any non-zero length, axial unless `directed`."""
         v = _vector3(vector, "direction")
         trend, plunge, _ = vectors_to_lines(v, directed=directed)
         return cls(float(trend[0]), float(plunge[0]))
@@ -270,16 +272,16 @@ class Line:
 
 @dataclass(frozen=True)
 class Plane:
-    """Plane by dip direction and dip.
+    """Plane given by dip direction and dip.
 
     Parameters
     ----------
     dip_direction_deg : float
         Taken modulo 360; 0 for a horizontal plane, which is `undefined`. A vertical plane keeps the
-        given direction, although the opposite one is equivalent; `from_normal` returns that in [90,
-        270).
+        given direction, although the opposite one is equivalent; `from_normal` returns the one in
+        [90, 270).
     dip_deg : float
-        [0, 90]; overturned beds have a flag rather than a dip over 90.
+        In [0, 90]; overturned beds have a flag instead of a dip over 90.
 
     Raises
     ------
@@ -303,7 +305,7 @@ class Plane:
 
     @property
     def undefined(self) -> bool:
-        """Whether the plane is horizontal, so that dip direction and strike are undefined."""
+        """Whether the plane is horizontal and its dip direction and strike therefore undefined."""
         return self.dip_deg < ANGLE_TOLERANCE_DEG
 
     @property
@@ -312,7 +314,7 @@ class Plane:
 
     @property
     def strike_rhr_deg(self) -> float:
-        """Right-hand-rule strike: the plane dips to the right; meaningless if `undefined`."""
+        """Strike by the right-hand rule (dip to the right); meaningless if `undefined`."""
         return wrap360(self.dip_direction_deg - 90.0)
 
     @classmethod
@@ -321,13 +323,13 @@ class Plane:
 
     @classmethod
     def from_normal(cls, normal: npt.ArrayLike) -> Plane:
-        """Return the plane with this normal, in either direction and of any length except zero."""
+        """Return the plane with a normal of any non-zero length, pointing up or down."""
         azimuth, dip, _ = normals_to_planes(_vector3(normal, "normal"))
         return cls(float(azimuth[0]), float(dip[0]))
 
     @classmethod
     def from_normals(cls, normals: npt.ArrayLike) -> list[Plane]:
-        """Return the planes with these normals (n, 3), like `from_normal`."""
+        """Return the planes with the normals (n, 3). See `from_normal`."""
         rows = np.asarray(normals, dtype=np.float64).reshape(-1, 3)
         if not (np.isfinite(rows).all() and rows.any(axis=1).all()):
             return [cls.from_normal(row) for row in rows]
@@ -340,7 +342,7 @@ class Plane:
 
     @property
     def pole_trend_deg(self) -> float:
-        """Trend of the downward normal, 0 for a horizontal plane."""
+        """Trend of the downward normal; 0 for a horizontal plane."""
         return 0.0 if self.undefined else wrap360(self.dip_direction_deg + 180.0)
 
     @property
@@ -349,13 +351,13 @@ class Plane:
         return 90.0 if self.undefined else 90.0 - self.dip_deg
 
     def pole(self) -> Line:
-        """Return the downward normal as a line."""
+        """Return the pole, the downward normal, as a line."""
         return Line(self.pole_trend_deg, self.pole_plunge_deg)
 
     def strike_vector(self) -> FloatArray:
-        """Return the horizontal unit vector (3,) along the strike from which rakes are counted.
+        """Return the horizontal unit vector (3,) along the strike, the origin of rakes.
 
-        By the right-hand rule, but in [0, 180) on a vertical plane.
+        The strike follows the right-hand rule, but is in [0, 180) for a vertical plane.
         """
         return lines_to_vectors(self._rake_strike_deg(), 0.0)
 
@@ -385,7 +387,7 @@ def _angle_deg(a: FloatArray, b: FloatArray, *, axial: bool) -> float:
 
 
 def angle_between_lines(a: Line, b: Line, *, directed: bool = False) -> float:
-    """Return the angle between lines.
+    """Return the angle between two lines.
 
     Parameters
     ----------
@@ -396,13 +398,13 @@ def angle_between_lines(a: Line, b: Line, *, directed: bool = False) -> float:
     Returns
     -------
     float
-        0 to 90 degrees for axes, 0 to 180 for directed lines.
+        Degrees: 0 to 90 for axes, 0 to 180 for directed lines.
     """
     return _angle_deg(a.vector(), b.vector(), axial=not directed)
 
 
 def angle_between_planes(a: Plane, b: Plane) -> float:
-    """Return the acute dihedral angle of planes.
+    """Return the acute dihedral angle between two planes.
 
     Parameters
     ----------
@@ -458,31 +460,32 @@ def intersection(a: Plane, b: Plane) -> Line:
 
 
 def rake_of(line: Line, plane: Plane) -> float:
-    """Return the rake of a lineation (axial) from the right-hand-rule strike.
+    """Return the rake of an axial lineation, counted from the right-hand-rule strike.
 
-    It is in [0, 180) degrees.
+    The rake is in [0, 180) degrees.
 
-    90 is down dip; on a vertical plane the strike is in [0, 180). A line off the plane is projected
-    along the normal (`angle_line_plane` is its angle). On a horizontal plane, the rake is counted
-    from the strike of dip direction 0.
+    A rake of 90 degrees is down dip. On a vertical plane, the rake is counted from the strike in
+    [0, 180). A line off the plane is projected onto it along the normal (see `angle_line_plane` for
+    the angle between them). On a horizontal plane, the rake is counted from the strike that belongs
+    to the dip direction 0.
 
     Raises
     ------
     GeometryError
-        If the line is along the normal.
+        If the line is parallel to the normal.
     """
     along, down = _plane_components(line, plane)
     return float(_wrap180(np.asarray(wrap360(math.degrees(math.atan2(down, along))))))
 
 
 def line_from_rake(plane: Plane, rake_deg: float) -> Line:
-    """Return the lineation with a rake on a plane.
+    """Return the lineation with a given rake on a plane.
 
     Parameters
     ----------
     plane : Plane
     rake_deg : float
-        As from `rake_of`, modulo 180.
+        Rake as returned by `rake_of`, taken modulo 180.
 
     Returns
     -------
@@ -493,7 +496,7 @@ def line_from_rake(plane: Plane, rake_deg: float) -> Line:
 
 
 def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:
-    """Return the directed line of the hanging wall's movement; reverse slip points up.
+    """Return the slip of the hanging wall as a directed line; reverse slip points up.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Planes and lines of a table, independent of its source."""
+"""Planes and lines of a table, regardless of its source."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from vomstudio.geology.common_rotation_errors import Turns
 
 
 class OrientationRows(Protocol):
-    """Table of n planes and lines; NaN for values of the other geometry.
+    """Table of n planes and lines; angles of the other geometry are NaN.
 
     Attributes
     ----------
     path : Path
-        Source, for errors.
+        Path of the source, for error messages.
     ids, kinds, sets : (n,) tuple of str
-        Kinds and sets are None without such a column.
+        Identifiers, kinds and sets; kinds and sets are None if the table has no such column.
     overturned : (n,) tuple of bool or None
-        Whether the younger side of a bed is below, None if unknown.
+        Whether a bed is overturned (younger side below); None if unknown.
     convention : str
-        Interpretation of the columns, for users.
+        Convention by which the columns were read, for display.
     dropped : tuple of int
-        Lines of the table without angles.
+        Line numbers of the table that contain no angles.
     warnings : tuple of Finding
     turns : Turns or None
-        Rotation of the rows with the registrations of their models.
+        Uncertain rotations of the rows due to the registrations of their models.
     repeats : int
-        Number of rows excluded as repeats of others.
+        Number of rows excluded because they repeat other rows.
     bowed_deg : float or None
-        Difference of dips between the edges of a bowed model, degrees.
+        Difference in dip between the edges of a bowed model, degrees.
     """
 
     @property
@@ -70,10 +70,10 @@ class OrientationRows(Protocol):
     def __len__(self) -> int: ...
 
     def column(self, key: str) -> list[str]:
-        """Return the words (n,) of the column with this name. Raises UsageError."""
+        """Return the cells (n,) of the named column as text. Raises UsageError."""
 
     def vectors(self) -> FloatArray:
-        """Return unit vectors (n, 3), World frame.
+        """Return unit vectors (n, 3) in the World frame.
 
-        They are the poles of planes, pointing down, and the directed lines.
+        Planes are represented by their downward poles, lines by their directed vectors.
         """

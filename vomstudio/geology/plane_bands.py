@@ -1,11 +1,11 @@
-"""Band of planes that a straight trace determines: all planes that contain its line.
+"""Band of the planes that are compatible with a straight trace.
 
-A plane through a straight trace may rotate freely about it, so its pole lies anywhere on the great
+A plane through a straight trace can rotate freely about it, so its pole lies anywhere on the great
 circle perpendicular to the trace. The direction error of the trace widens this circle to a band:
-the joint 95 % region of the fitted normal (`geometry.plane_errors`: the F test of
-(m'Cm)(m'C^-1 m)) where it is not an ellipse any more. Other information selects a plane within the
-band: a set to which the trace may belong, whose poles scatter by Fisher's distribution, or another
-trace in the same plane that crosses it.
+the joint 95 % region of the fitted normal (`geometry.plane_errors`: the F test of (m'Cm)(m'C^-1 m))
+if it is no longer an ellipse. Additional information selects a plane within the band: a set to
+which the trace may belong, whose poles follow a Fisher distribution, or another trace that crosses
+it in the same plane.
 """
 
 from __future__ import annotations
@@ -27,31 +27,32 @@ from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import FittedPlane
 
 MAX_HALF_WIDTH_DEG = 10.0
-"""Maximum half-width of a band; the points of a wider one are a blob (own choice)."""
+"""Maximum half-width of a band; the points of a wider one form a blob (own choice)."""
 MIN_ASPECT_RATIO = 3.0
-"""Minimum ratio of the rotation about the trace to that along it (own choice)."""
+"""Minimum ratio of the rotation error about the trace to that along it (own choice)."""
 SIGNIFICANCE = 0.05
 N_TURNS, N_ACROSS, GRID_RANGE_SIGMA = 360, 41, 6.0
-# Smallest error of a trace, which may be straight to the last digit.
+# Minimum direction error of a trace, which may be straight to the last digit.
 MIN_SIGMA_RAD = 1e-6
 MIN_CROSSING_DEG = 10.0
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneBand:
-    """Planes that a straight trace allows at 95 % confidence.
+    """Planes that are compatible with a straight trace at 95 % confidence.
 
     Attributes
     ----------
     axes : (3, 3) ndarray
-        Unit vectors as rows: the line of the trace and two perpendicular to it, of which the third
-        is the normal of the best plane.
+        Unit vectors as rows: the line of the trace and two vectors perpendicular to it, the second
+        of which is the normal of the best plane.
     widths_rad : (2,) tuple
-        Semi-axes along the line at normals along the second and third axis, radians.
+        Semi-axes along the line, for normals along the second and third axis, radians.
     turn_rad : float
-        Maximum rotation of the normal about the line from the third axis; pi / 2 if unrestricted.
+        Maximum rotation of the normal about the line, from the third axis, radians; pi / 2 if
+        unrestricted.
     free : float
-        Degrees of freedom of the errors.
+        Degrees of freedom of the error estimate.
     """
 
     axes: FloatArray
@@ -61,36 +62,36 @@ class PlaneBand:
 
     @property
     def line(self) -> Line:
-        """Line of the trace, which every plane of the band contains."""
+        """Line of the trace, which is contained in every plane of the band."""
         return Line.from_vector(self.axes[0])
 
     @property
     def half_width95_deg(self) -> float:
-        """Maximum angle between a plane of the band and the line of the trace."""
+        """Maximum angle between a plane of the band and the line of the trace, degrees."""
         return float(np.degrees(max(self.widths_rad)))
 
     @property
     def turn95_deg(self) -> float:
-        """Maximum rotation of a plane about the line from the best one; 90 if unrestricted."""
+        """Maximum rotation about the line from the best plane, degrees; 90 if unrestricted."""
         return float(np.degrees(self.turn_rad))
 
     @property
     def best(self) -> Plane | None:
-        """Plane in the middle of the band; None if all rotations are equally likely."""
+        """Plane in the middle of the band, or None if all rotations are equally likely."""
         return None if self.turn_rad >= np.pi / 2 else Plane.from_normal(self.axes[2])
 
     def widths_at_rad(self, turn: FloatArray) -> FloatArray:
-        """Return the half-widths (k,) at normals rotated about the line by `turn`, radians."""
+        """Return the half-widths (k,) at normals rotated about the line by `turn`, in radians."""
         second, third = np.tan(self.widths_rad)
         return np.asarray(np.arctan(np.hypot(second * np.sin(turn), third * np.cos(turn))))
 
     def normals(self, turn: FloatArray, along: FloatArray) -> FloatArray:
-        """Return unit normals (k, 3) rotated about the line and tilted along it, radians."""
+        """Return unit normals (k, 3) rotated about the line and tilted along it, in radians."""
         across = np.sin(turn)[:, None] * self.axes[1] + np.cos(turn)[:, None] * self.axes[2]
         return np.asarray(np.cos(along)[:, None] * across + np.sin(along)[:, None] * self.axes[0])
 
     def misfit(self, normals: npt.ArrayLike) -> FloatArray:
-        """Return the squared distances (k,) of normals (k, 3) from the best one; 1 is the edge."""
+        """Return the squared distances (k,) of normals (k, 3) from the best one; 1 at the edge."""
         local = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
         turn = np.arctan2(local[:, 1], local[:, 2])
         along = np.arcsin(np.clip(local[:, 0], -1.0, 1.0))
@@ -100,11 +101,11 @@ class PlaneBand:
         return np.asarray(squares)
 
     def contains(self, normals: npt.ArrayLike) -> BoolArray:
-        """Return for each of the unit normals (k, 3) whether it is inside the band."""
+        """Return whether each of the unit normals (k, 3) is inside the band."""
         return np.asarray(self.misfit(normals) <= 1.0)
 
     def dips_deg(self) -> tuple[float, float]:
-        """Return the lowest and the highest dip in the band, degrees."""
+        """Return the smallest and largest dip in the band, degrees."""
         turn = np.linspace(-self.turn_rad, self.turn_rad, 721)
         width = self.widths_at_rad(turn)
         dips = []
@@ -120,17 +121,17 @@ class PlaneBand:
         return self.normals(turn, width), self.normals(turn, -width)
 
     def likelihood(self, normals: FloatArray) -> FloatArray:
-        """Return the likelihood (k,) of normals (k, 3).
+        """Return the likelihoods (k,) of normals (k, 3).
 
-        Student's distribution in two dimensions, whose 95 % region is the band.
+        The likelihood is Student's distribution in two dimensions, whose 95 % region is the band.
         """
         quantile = float(joint_quantile(np.array([self.free]))[0])
         return np.asarray((1.0 + self.misfit(normals) * quantile) ** (-(self.free + 2.0) / 2.0))
 
     def sigma_rad(self, turn: FloatArray) -> FloatArray:
-        """Return the scale (k,) of the error along the line at rotated normals.
+        """Return the scales (k,) of the error along the line for rotated normals, radians.
 
-        `turn` is in radians.
+        `turn` is the rotation in radians.
         """
         quantile = float(joint_quantile(np.array([self.free]))[0])
         scale = self.widths_at_rad(turn) / np.sqrt(self.free * quantile)
@@ -144,22 +145,22 @@ def find_plane_band(
     registration_deg: float | None = None,
     outcrop_normal: npt.ArrayLike | None = None,
 ) -> PlaneBand | None:
-    """Find the band of a trace whose plane is poorly determined because the trace is straight.
+    """Find the band of a straight trace that does not determine its plane.
 
     Parameters
     ----------
     fit : FittedPlane
     resolution_m : float, optional
-        Resolution of the model, which can tilt a line over its length, m.
+        Resolution of the model in metres, which limits the direction of a line over its length.
     registration_deg : float, optional
         95 % half-angle of the registration, degrees.
     outcrop_normal : (3,) array_like, optional
-        Normal of the face around the trace.
+        Normal of the outcrop face around the trace.
 
     Returns
     -------
     PlaneBand or None
-        None if the trace determines a plane, or not even a line.
+        None if the trace determines a plane, or if it does not even determine a line.
     """
     if fit.error is not None or fit.trace is None or fit.n_effective is None:
         return None
@@ -173,12 +174,12 @@ def find_plane_band(
     if largest <= DEFAULTS.poor_confidence95_deg or l1 <= 0.0:
         return None
     third = np.tan(np.radians(min(smallest, 89.0)))
-    # In proportion to the variance in the direction of the normal.
+    # The error is proportional to the variance in the direction of the normal.
     second = third * np.sqrt(l2 / l3) if l3 > 0.0 else third
     min_width = 0.0
     if resolution_m is not None and fit.extent:
-        # Half a spacing over the length, or a whole one if the trace is only as wide as it
-        # wanders, which shifts long stretches to one side.
+        # Half the point spacing divided by the length, or the whole spacing if the trace is no
+        # wider than its wander, which shifts long stretches to one side.
         spacings = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
         min_width = float(np.arctan(spacings * resolution_m / fit.extent))
     turned = np.radians(registration_deg or 0.0)
@@ -197,7 +198,7 @@ def find_plane_band(
 
 @dataclass(frozen=True)
 class SetPrior:
-    """Set of planes: mean pole or normal (3,), Fisher's concentration and number of planes."""
+    """Set of planes: mean pole or normal (3,), Fisher concentration and number of planes."""
 
     name: str
     normal: tuple[float, float, float]
@@ -206,7 +207,7 @@ class SetPrior:
 
     @property
     def predictive(self) -> float:
-        """Concentration of the next plane of the set: its scatter and the error of its mean."""
+        """Concentration of a further plane, from the scatter and the error of the mean."""
         return self.kappa * self.n / (self.n + 1.0)
 
 
@@ -217,13 +218,13 @@ class BandSet:
     Attributes
     ----------
     p : float
-        p-value of a plane of the set whose distance from the band is at least that of its mean.
+        p-value: probability that a plane of the set is at least as far from the band as its mean.
     compatible : bool
         True if p is at least 0.05.
     probability : float
-        Probability that the trace belongs to this set rather than to another or to none.
+        Probability that the trace belongs to this set rather than to another set or to none.
     dip_direction_deg, dip_deg, max_confidence95_deg, min_confidence95_deg : float
-        Plane of the trace if it belongs to the set, degrees.
+        Plane of the trace in degrees if it belongs to the set.
     """
 
     name: str
@@ -240,8 +241,8 @@ class BandSet:
 def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandSet, ...], float]:
     """Compare the band of a straight trace with sets of planes.
 
-    The prior probability of a set is its share of all planes. One additional plane belongs to none
-    of the sets and has a uniform distribution of attitudes.
+    The prior probability of a set is its share of all planes. One additional plane, which belongs
+    to none of the sets, has a uniform distribution of attitudes.
 
     Parameters
     ----------
@@ -251,9 +252,9 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
     Returns
     -------
     sets : tuple of BandSet
-        The most probable first.
+        Results in order of decreasing probability.
     none_probability : float
-        Probability that the plane belongs to none of the sets.
+        Probability that the trace belongs to none of the sets.
     """
     normals, weights = _band_grid(band)
     likelihood = band.likelihood(normals) * weights
@@ -293,12 +294,12 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
 
 @dataclass(frozen=True)
 class CrossingPlane:
-    """Plane of two straight traces that cross.
+    """Plane through two straight traces that cross each other.
 
     Attributes
     ----------
     max_confidence95_deg, min_confidence95_deg : float
-        Semi-axes of the joint 95 % region of its normal, degrees.
+        Semi-axes of the joint 95 % region of the normal, degrees.
     crossing_deg : float
         Angle between the traces, degrees.
     """
@@ -312,7 +313,7 @@ class CrossingPlane:
 
 
 def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
-    """Find the plane that contains the lines of two traces, with its error.
+    """Find the plane that contains the lines of two traces, and its error.
 
     Parameters
     ----------
@@ -334,7 +335,7 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     normal = np.cross(first, second)
     normal /= np.linalg.norm(normal)
     basis = np.stack([first, np.cross(normal, first)])
-    # A tilt x of the normal misses each line by x . d.
+    # A tilt x of the normal rotates it away from each line d by x . d.
     lines = np.stack([first, second]) @ basis.T
     scales = [_line_error_rad(band, normal) for band in (one, other)]
     free = min(one.free, other.free)
@@ -356,13 +357,13 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
 
 # ----------------------------------------------------------------------------------------------
 def _line_error_rad(band: PlaneBand, normal: FloatArray) -> float:
-    """Return the scale of the error along the line for this normal, radians."""
+    """Return the scale of the error along the line for a normal, radians."""
     local = band.axes @ normal
     return float(band.sigma_rad(np.array([np.arctan2(local[1], local[2])]))[0])
 
 
 def _band_grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
-    """Return normals (k, 3) on a grid beyond the edges of the band, and the area of each."""
+    """Return grid normals (k, 3) that extend beyond the edges of the band, and their areas."""
     turn = (np.arange(N_TURNS) + 0.5) * np.pi / N_TURNS - np.pi / 2
     share = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_ACROSS)
     sigma = band.sigma_rad(turn)
@@ -373,19 +374,19 @@ def _band_grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
 
 
 def _fisher_density(kappa: float, cosine: FloatArray) -> FloatArray:
-    """Return the axial Fisher density on the sphere at cosines from its mean."""
+    """Return the axial Fisher density on the sphere for cosines of angles to its mean."""
     c = np.abs(cosine)
     density = np.exp(kappa * (c - 1.0)) + np.exp(-kappa * (c + 1.0))
     return np.asarray(kappa * density / (4.0 * np.pi * -np.expm1(-2.0 * kappa)))
 
 
 def _p_value(band: PlaneBand, prior: SetPrior) -> float:
-    """Return the p-value of a plane of the set at the distance of the set's mean."""
+    """Return the p-value of a plane of the set at the distance of the mean of the set."""
     local = band.axes @ np.asarray(prior.normal)
     misfit = float(np.arcsin(np.clip(abs(local[0]), 0.0, 1.0)))
     variance_line = _line_error_rad(band, np.asarray(prior.normal)) ** 2
     variance_set = 1.0 / prior.predictive
-    # Welch-Satterthwaite degrees of freedom of the sum.
+    # Welch-Satterthwaite degrees of freedom of the sum of variances.
     variance = variance_line + variance_set
     free = variance**2 / (
         variance_line**2 / band.free + variance_set**2 / max(2.0 * (prior.n - 1.0), 1.0)
@@ -399,7 +400,7 @@ def _mean_plane(normals: FloatArray, weights: FloatArray) -> tuple[Plane, float,
     tensor = (normals * share[:, None]).T @ normals
     _, vectors = np.linalg.eigh(tensor)
     middle = vectors[:, 2]
-    # Project to the tangent plane of the ellipse; limit the weight of normals beyond 80 degrees.
+    # Project onto the tangent plane of the ellipse; limit the weight of normals beyond 80 degrees.
     local = normals @ vectors
     cosine = np.maximum(np.abs(local[:, 2]), np.cos(np.radians(80.0)))
     tangent = local[:, :2] / cosine[:, None]

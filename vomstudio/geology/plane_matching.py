@@ -1,4 +1,4 @@
-"""Agreement of proposed planes with those of a geologist, in both directions."""
+"""Agreement between proposed planes and those picked by a geologist, in both directions."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ MIN_TOLERANCE_DEG = 10.0
 
 @dataclass(frozen=True)
 class MutualAgreement:
-    """Agreement of picked and proposed planes.
+    """Agreement between picked and proposed planes.
 
     Attributes
     ----------
     picked, proposed : int
-        Number of planes with a position.
+        Number of planes with a known position.
     picks_near : int
-        Number of picked planes with a proposed one within half the extent of the longer one.
+        Number of picked planes that have a proposed plane within half the extent of the longer one.
     picks_found : int
-        Number of these that agree with one.
+        Number of these picked planes that agree with a proposed plane.
     proposed_near, proposed_borne_out : int
-        The same for proposed planes.
+        The same numbers for proposed planes.
     median_angle_deg : float or None
-        Of the picks found, to the best proposed plane, degrees.
+        Median angle between the picks found and the best proposed plane, degrees.
     """
 
     picked: int
@@ -45,9 +45,9 @@ def compare_proposals(
 ) -> MutualAgreement:
     """Compare proposed planes with picked ones.
 
-    Two planes agree if their angle is within 10 degrees or their combined 95 % errors (root of the
-    sum of squares), whichever is larger. Proposed planes without a pick nearby are not wrong and do
-    not count.
+    Two planes agree if the angle between them is within 10 degrees or within their combined 95 %
+    errors (square root of the sum of squares), whichever is larger. Proposed planes that have no
+    pick nearby are not wrong and are not counted.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def compare_proposals(
 def _compare_planes(
     one: Sequence[OrientedPlane], other: Sequence[OrientedPlane]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return whether planes (k, m) are near each other, whether they agree, and their angle."""
+    """Return which planes (k, m) are near each other, which ones agree, and their angles."""
 
     def columns(planes: Sequence[OrientedPlane]) -> tuple[np.ndarray, ...]:
         return (

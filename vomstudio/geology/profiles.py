@@ -1,7 +1,7 @@
-"""Thresholds of the verdicts on planes and lines, by profile.
+"""Threshold profiles for the verdicts on planes and lines.
 
-Separate from the verdicts, which need numpy: a project names its profile before anything is
-measured.
+This module is separate from the verdicts, which require NumPy, because a project selects its
+profile before anything is measured.
 """
 
 from __future__ import annotations
@@ -14,31 +14,33 @@ from vomstudio.core.words import tr
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds of a verdict. The textbook (section 4.1) has only the two limits of 4.1.3.
+    """Thresholds of a verdict. The textbook (section 4.1) only gives the two limits of 4.1.3.
 
     Attributes
     ----------
     good_confidence95_deg, poor_confidence95_deg : float
-        Own choice: two geologists with a compass on the same bed differ by about 5 degrees; beyond
-        15 a plane has little value for a structure.
+        Own choice: two geologists who measure the same bed with a compass differ by about 5
+        degrees; beyond 15 degrees a plane is of little value for a structural analysis.
     good_M, good_K : float
-        Lower limit of M = ln(l1 / l3), upper limit of K = ln(l1 / l2) / ln(l2 / l3), as quoted in
-        later work and in published plane-fitting programs after O. Fernandez (2005), Obtaining a
+        Lower limit of M = ln(l1 / l3) and upper limit of K = ln(l1 / l2) / ln(l2 / l3), as quoted
+        in later work and in published plane-fitting programs after O. Fernandez (2005), Obtaining a
         best fitting plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858 (the paper
         itself was not available).
     extent_over_resolution : float
-        Two orders of magnitude between a feature and the spacing of the model (textbook 4.1.3).
+        Two orders of magnitude between the extent of a feature and the point spacing of the model
+        (textbook 4.1.3).
     least_extent_over_resolution : float
-        Errors below it are not reliable.
+        Lower limit of the same ratio; below it, errors are not reliable.
     surface_effect_deg : float
-        Own choice: a trace's plane within this angle of the outcrop face may be that of the face.
+        Own choice: a trace whose plane is within this angle of the outcrop face may follow the
+        face.
     profile : str
-        Name of these limits, printed with every verdict.
+        Name of this profile, printed with every verdict.
     by : {"error", "shape"}
-        Criterion: the total error, or the textbook's coplanarity, collinearity (eqs. 20 and 21) and
-        extent over resolution as hard limits.
+        Criterion of the verdict: the total error, or the coplanarity, collinearity (eqs. 20 and 21)
+        and relative extent of the textbook as hard limits.
     least_coplanarity, most_collinearity : float
-        Own choice: those of the plane whose M is 4 and whose K is 0.8.
+        Own choice: the values of a plane with M = 4 and K = 0.8.
     """
 
     good_confidence95_deg: float = 5.0
@@ -54,7 +56,7 @@ class Thresholds:
     most_collinearity: float = 6.0
 
     def __post_init__(self) -> None:
-        """Validate the limits. Raises TypeError."""
+        """Validate the thresholds. Raises TypeError."""
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type == "float" and (
@@ -66,7 +68,7 @@ class Thresholds:
 
     @property
     def description(self) -> str:
-        """Profile with its limits as a sentence, printed wherever verdicts are."""
+        """Description of the profile and its limits, printed together with verdicts."""
         if self.by == "shape":
             return tr(
                 "Verdicts by the profile “{profile}”: good with a coplanarity of at least "
@@ -97,4 +99,4 @@ class Thresholds:
 DEFAULTS = Thresholds()
 TEXTBOOK = Thresholds(profile="textbook", by="shape")
 PROFILES = {profile.profile: profile for profile in (DEFAULTS, TEXTBOOK)}
-"""Profiles of every project, by name."""
+"""Built-in profiles by name."""

@@ -1,4 +1,4 @@
-"""Verdict on a fitted plane or line: good, doubtful or poor, with the reasons."""
+"""Verdicts (good, doubtful or poor) on fitted planes and lines, with their reasons."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Verdict:
     ----------
     quality : {"good", "doubtful", "poor"}
     reasons : tuple of Finding
-        Reasons for a worse verdict than good, with remedies.
+        Reasons for a verdict worse than good, with remedies.
     notes : tuple of Finding
-        Shape and extent compared with recommended values, and questions to the geologist.
+        Comparisons of shape and extent with recommended values, and questions to the geologist.
     limits : Thresholds
     """
 
@@ -44,27 +44,27 @@ class Verdict:
 
     @property
     def profile(self) -> str:
-        """The name of the limits."""
+        """Name of the threshold profile."""
         return self.limits.profile
 
 
-# Own choice: within this angle the plane of a trace may be that of the face; a plane with a larger
-# error is poor in any case.
+# Own choice: if a trace is closer to the outcrop face than this angle, its plane may be the face
+# itself. A plane with a larger error is poor in any case.
 MAX_FACE_ANGLE_DEG = DEFAULTS.poor_confidence95_deg
-# Own choice: a trace with less relief is only a line drawn on the face.
+# Own choice: a trace with less relief is merely a line drawn on the face.
 MIN_RELIEF_OVER_RESOLUTION = 3.0
 MIN_RELIEF_OVER_EXTENT = 0.02
-# Own choice, from tests/benchmarks/bench_conditional.py.
+# Own choice, based on tests/benchmarks/bench_conditional.py.
 MIN_INDEPENDENT_POINTS = 6.0
 
 
 def governing_confidence_deg(fit: FittedPlane, kind: Kind = "trace") -> float | None:
     """Return the half-angle that governs the verdict on a plane.
 
-    It is the larger of confidence and hyperbolic error if the roughness is as long as the trace,
-    and for patches: their points are close neighbours on one rough surface, so a confidence that
-    assumes independence depends on the resolution of the model rather than on information. The
-    possible tilt by an unresolved bow of the trace is added.
+    For patches, and for traces whose roughness is as long as the trace, it is the larger of the
+    confidence and the hyperbolic error. The points of a patch are close neighbours on one rough
+    surface, so a confidence that assumes independence would depend on the resolution of the model
+    rather than on information. The possible tilt caused by an unresolved bow of the trace is added.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def governing_half_angles(
 ) -> tuple[float | None, float | None]:
     """Return the largest and smallest half-angle that govern the verdict.
 
-    See `governing_confidence_deg`. Doubtful stretches may rotate the plane in any direction.
+    See `governing_confidence_deg`. Doubtful stretches may rotate the plane about any axis.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def governing_half_angles(
     outcrop_normal : (3,) array_like, optional
         Normal of the face of the outcrop.
     stretch_error_deg : float, optional
-        95 % error by doubtful stretches.
+        95 % error caused by doubtful stretches, degrees.
 
     Returns
     -------
@@ -128,10 +128,10 @@ def is_within_wander(
     resolution_m: float | None,
     outcrop_normal: npt.ArrayLike | None,
 ) -> bool:
-    """Return whether a trace in the face of the outcrop is no wider than its points wander.
+    """Return whether a trace in the outcrop face is no wider than the wander of its points.
 
-    Any plane through the line is then possible. The fit's error includes deviations normal to the
-    face, but residuals do not show deviations along the face if the plane is that face.
+    In this case, any plane through the line is possible. The error of the fit includes deviations
+    normal to the face, but if the plane is the face, the residuals do not show deviations along it.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def is_within_wander(
 
 
 def feature_extent_m(fit: FittedPlane, kind: Kind = "trace") -> float | None:
-    """Return the length of a trace, or the diameter of the disc equivalent to a patch.
+    """Return the length of a trace, or the diameter of a disc equivalent to a patch.
 
     Parameters
     ----------
@@ -180,12 +180,11 @@ def feature_extent_m(fit: FittedPlane, kind: Kind = "trace") -> float | None:
 def resolution_tilt_deg(
     fit: FittedPlane, resolution_m: float | None, kind: Kind = "trace"
 ) -> float | None:
-    """Return the possible tilt of a plane by the model's resolution.
+    """Return the possible tilt of a plane due to the resolution of the model.
 
-    For a patch it is half the resolution over its shorter axis. The points of a trace have an
-    accuracy of a tenth of the resolution each, one sigma, regardless of their residuals: the
-    resulting 95 % tilt of independent points is limited by half the resolution over the shorter
-    axis.
+    For a patch, it is half the resolution divided by the shorter axis. Each point of a trace has an
+    accuracy of a tenth of the resolution (one sigma), regardless of the residuals. The resulting 95
+    % tilt for independent points is limited to half the resolution divided by the shorter axis.
 
     Parameters
     ----------
@@ -201,7 +200,7 @@ def resolution_tilt_deg(
     """
     if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
         return None
-    # The variance of a strip of width w is w^2 / 12 across it.
+    # A strip of width w has a variance of w^2 / 12 across it.
     shorter = math.sqrt(12.0 * max(fit.trace * float(fit.eigenvalues[1]), 0.0))
     max_tilt = tilt_of_resolution_deg(resolution_m, shorter)
     if kind == "patch":
@@ -212,7 +211,7 @@ def resolution_tilt_deg(
 def _tilt_of_points_deg(fit: FittedPlane, sigma_m: float) -> float:
     """Return the 95 % tilt of a plane about its longer axis, degrees.
 
-    The errors of its points are independent.
+    The errors of its points are assumed to be independent.
     """
     independent = float(fit.n if fit.n_effective is None else fit.n_effective)
     width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
@@ -222,8 +221,8 @@ def _tilt_of_points_deg(fit: FittedPlane, sigma_m: float) -> float:
 def is_from_too_few(fit: FittedPlane, resolution_m: float | None, good_deg: float) -> bool:
     """Return whether a plane has fewer than 6 independent points and no roughness bound.
 
-    The misfit of few points is too often small by chance. The model's resolution is a bound if
-    point errors of half of it still result in a good plane.
+    The misfit of a few points is too often small by chance. The resolution of the model is a
+    roughness bound if point errors of half the resolution still result in a good plane.
 
     Parameters
     ----------
@@ -231,7 +230,7 @@ def is_from_too_few(fit: FittedPlane, resolution_m: float | None, good_deg: floa
     resolution_m : float or None
         Effective resolution of the model.
     good_deg : float
-        Maximum error of a good plane.
+        Maximum error of a good plane, degrees.
 
     Returns
     -------
@@ -253,10 +252,11 @@ def total_error_deg(
     outcrop_normal: npt.ArrayLike | None = None,
     stretch_error_deg: float | None = None,
 ) -> float | None:
-    """Return the 95 % half-angle that decides the verdict.
+    """Return the total 95 % half-angle of a plane, which decides the verdict.
 
-    That of the fit (see `governing_confidence_deg`), at least the tilt by the resolution or by
-    doubtful stretches (geology/doubtful_stretches.py), combined with the error of the registration.
+    It is the half-angle of the fit (see `governing_confidence_deg`), but at least the tilt due to
+    the resolution or to doubtful stretches (geology/doubtful_stretches.py), combined with the error
+    of the registration.
 
     Parameters
     ----------
@@ -265,16 +265,16 @@ def total_error_deg(
         Effective resolution of the model.
     kind : Kind, optional
     registration_deg : float, optional
-        95 % error of the registration.
+        95 % error of the registration, degrees.
     outcrop_normal : (3,) array_like, optional
         Normal of the face of the outcrop.
     stretch_error_deg : float, optional
-        95 % error by doubtful stretches.
+        95 % error caused by doubtful stretches, degrees.
 
     Returns
     -------
     float or None
-        Degrees; None if the fit has none.
+        Degrees; None if the fit has no error estimate.
     """
     angle = governing_confidence_deg(fit, kind)
     if angle is None or is_within_wander(fit, kind, resolution_m, outcrop_normal):
@@ -303,29 +303,30 @@ def judge(
 ) -> Verdict:
     """Judge a fitted plane.
 
-    By error, its total error decides, and what this figure does not include; shape and extent are
-    notes. By shape, it is good if all three limits of the textbook are met, doubtful if one is not,
-    and otherwise poor; the error is a note.
+    If the thresholds use the error, the verdict depends on the total error and on effects that the
+    total error does not include; shape and extent are reported as notes. If they use the shape, the
+    plane is good if it meets all three limits of the textbook, doubtful if it misses one of them,
+    and poor otherwise; the error is reported as a note.
 
     Parameters
     ----------
     fit : FittedPlane
     resolution_m : float or None
-        Effective resolution of the model around the pick, m; None if unknown.
+        Effective resolution of the model around the picked points, m; None if unknown.
     outcrop_normal : (3,) array_like or None
         Normal of the outcrop's face on a scale larger than the trace, in either direction.
     kind : {"trace", "patch"}
-        A patch is the outcrop face, so only traces are tested against it.
+        Only traces are compared with the outcrop face, because a patch is part of it.
     thresholds : Thresholds
     registration_deg : float, optional
         95 % half-angle of the model's registration, degrees.
     surface_findings : sequence of Finding
-        Findings of the surface or path of a trace (geometry/heights/levels.py,
+        Findings about the surface or the path of a trace (geometry/heights/levels.py,
         geology/doubtful_stretches.py).
     stretch_error_deg : float, optional
         95 % half-angle that includes doubtful stretches, degrees.
     bend_deg : float, optional
-        Bend of the whole face, see `geometry.heights.bends`, degrees.
+        Bend of the whole face in degrees, see `geometry.heights.bends`.
 
     Returns
     -------
@@ -348,17 +349,18 @@ def judge(
 
 
 def is_local(fit: FittedPlane, bend_deg: float | None, total_deg: float | None) -> bool:
-    """Return whether a plane is the attitude of this place only.
+    """Return whether a plane only represents the attitude at this location.
 
-    Its roughness is as long as the trace, or its face bends by more than the plane's error.
+    This is so if its roughness is as long as the trace, or if its face bends by more than the error
+    of the plane.
 
     Parameters
     ----------
     fit : FittedPlane
     bend_deg : float or None
-        Bend of the face.
+        Bend of the face, degrees.
     total_deg : float or None
-        95 % error of the plane.
+        95 % error of the plane, degrees.
 
     Returns
     -------
@@ -377,7 +379,7 @@ def _judge_by_error(
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding], list[Finding]]:
-    """Return whether the plane is poor, reasons and notes."""
+    """Judge a plane by its error; return whether it is poor, the reasons and the notes."""
     poor, reasons = _direction_findings(
         fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
     )
@@ -394,7 +396,7 @@ def _judge_by_error(
             notes.append(
                 Finding(
                     "plane.small",
-                    # Rounded down: never the recommended figure itself.
+                    # Round down, so that the recommended value itself is never displayed.
                     ratio=math.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else math.floor(ratio),
                     recommended=thresholds.extent_over_resolution,
                     error_deg=PlaneSizes.from_resolution(resolution_m).error_deg(extent) or 90.0,
@@ -412,9 +414,9 @@ def _judge_by_shape(
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding], list[Finding]]:
-    """Return whether the plane is poor, reasons and notes."""
+    """Judge a plane by its shape; return whether it is poor, the reasons and the notes."""
     reasons, notes = list[Finding](), list[Finding]()
-    # None is infinite: points exactly in one plane, or along one line.
+    # None means infinite: the points lie exactly in one plane or along one line.
     if fit.coplanarity is not None and fit.coplanarity < t.least_coplanarity:
         reasons.append(
             Finding("plane.not-coplanar", coplanarity=fit.coplanarity, minimum=t.least_coplanarity)
@@ -438,7 +440,7 @@ def _judge_by_shape(
         fit, kind, resolution_m, t, registration_deg, face, stretch_error_deg
     )
     if governing_confidence_deg(fit, kind) is None:
-        # Without redundancy, or with identical points, the shape does not matter.
+        # Without redundancy, or if points are identical, the shape is irrelevant.
         return poor, reasons + error_reasons, notes
     return poor, reasons, notes + error_reasons
 
@@ -450,9 +452,10 @@ def _face_findings(
     resolution_m: float | None,
     t: Thresholds,
 ) -> tuple[list[Finding], list[Finding]]:
-    """Return a reason against a trace drawn on the face, and a question to the user.
+    """Return the objections to a trace that is parallel to the outcrop face.
 
-    The question is whether the face is the structure.
+    They are reasons against a trace that is drawn on the face, and questions to the user whether
+    the face is the structure.
     """
     if kind != "trace" or outcrop_normal is None:
         return [], []
@@ -480,7 +483,7 @@ def _direction_findings(
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding]]:
-    """Return whether the plane is poor by its error, and the reasons."""
+    """Return whether the error makes the plane poor, and the reasons."""
     angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
     if angle is None and fit.n <= 3:
         return False, [Finding("plane.three-points")]
@@ -502,7 +505,7 @@ def _direction_findings(
     if is_within_wander(fit, kind, resolution_m, face):
         return poor, [Finding("plane.too-straight", error_deg=angle, limit_deg=limit_deg)]
     if stretch_error_deg is not None and model_error <= stretch_error_deg:
-        # The stretches are already a reason.
+        # The stretches have already been reported as a reason.
         return poor, []
     if model_error > (governing_confidence_deg(fit, kind) or 0.0):
         return poor, [Finding("plane.resolution", error_deg=angle, limit_deg=limit_deg)]
@@ -518,9 +521,9 @@ def _is_straight(fit: FittedPlane, t: Thresholds) -> bool:
 
 
 def _shape_findings(fit: FittedPlane, kind: Kind, t: Thresholds) -> list[Finding]:
-    """Compare the scatter of the points with the recommended figures."""
+    """Compare the scatter of the points with the recommended values."""
     notes = list[Finding]()
-    # None is infinite: points exactly in one plane.
+    # None means infinite: the points lie exactly in one plane.
     if fit.M is not None and t.good_M >= fit.M:
         notes.append(
             Finding(
@@ -545,12 +548,12 @@ def _shape_findings(fit: FittedPlane, kind: Kind, t: Thresholds) -> list[Finding
 
 
 MAX_OFF_PLANE_DEG = 10.0
-"""Own choice: a lineation farther from its plane was picked elsewhere."""
+"""Own choice: a lineation farther from its plane was picked somewhere else."""
 
 
 MAX_SET_SCATTER_DEG = 12.0
-"""Own choice: planes with more scatter are not one set. Natural joint sets and limbs have 5 to 10
-degrees, Big Elk, which is folded, 49.
+"""Own choice: planes with a larger scatter do not form one set. Natural joint sets and limbs have a
+scatter of 5 to 10 degrees; the folded beds of Big Elk have 49.
 """
 
 
@@ -565,23 +568,23 @@ def judge_line(
     registration_deg: float | None = None,
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
-    """Judge a lineation, or a line that follows from planes (`fit` is None).
+    """Judge a lineation, or a line derived from planes (if `fit` is None).
 
     Parameters
     ----------
     fit : FittedLine or None
     confidence95_deg : float or None
-        Larger semi-axis of its 95 % region, with the registration, degrees; None if unknown.
+        Larger semi-axis of the 95 % region, including the registration, degrees; None if unknown.
     off_plane_deg : float, optional
-        Angle from its plane, degrees.
+        Angle between the line and its plane, degrees.
     plane_is_gone : bool
-        True if its plane was deleted.
+        True if the plane of the line was deleted.
     plane_is_known : bool
-        True if its plane has an error, which is that of the line across it.
+        True if the plane of the line has an error, which is the error of the line across the plane.
     scatter_deg : float
-        RMS angle of the set of planes with more scatter from its mean, degrees.
+        RMS angle between planes and their mean in the set with the larger scatter, degrees.
     registration_deg : float, optional
-        95 % half-angle of the registration of its models, degrees.
+        95 % half-angle of the registrations of the models, degrees.
     thresholds : Thresholds
 
     Returns
@@ -620,7 +623,7 @@ def judge_line(
 
 
 def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:
-    """Return the angle between two axes, 0 to 90 degrees; None if one has no direction."""
+    """Return the angle between two axes, 0 to 90 degrees, or None if one has no direction."""
     # Plain Python is ten times faster than NumPy for three elements.
     (x, y, z), (u, v, w) = a.tolist(), b.tolist()
     lengths = math.sqrt(x * x + y * y + z * z) * math.sqrt(u * u + v * v + w * w)

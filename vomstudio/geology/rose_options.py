@@ -1,4 +1,4 @@
-"""Options of rose diagrams and histograms, declared once for every door."""
+"""Options of rose diagrams and histograms, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class RoseOptions(Options):
     Raises
     ------
     UsageError
-        For a value outside its bounds, and for bins that do not divide the range evenly.
+        If a value is outside its bounds, or if the bins do not divide the range evenly.
     """
 
     of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = option(
@@ -50,7 +50,7 @@ class RoseOptions(Options):
 
 
 def check_bins(bin_deg: float, range_deg: float) -> None:
-    """Check that bins divide a range evenly.
+    """Check that bins of a given width divide a range evenly.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def check_bins(bin_deg: float, range_deg: float) -> None:
     Raises
     ------
     UsageError
-        If they do not.
+        If the bins do not divide the range evenly.
     """
     bins = round(range_deg / bin_deg) if 1.0 <= bin_deg <= range_deg / 2.0 else 0
     if not bins or abs(bins * bin_deg - range_deg) > 1e-9:

@@ -1,4 +1,4 @@
-"""Azimuths, dips and plunges counted in bins, for rose diagrams and histograms."""
+"""Binned azimuths, dips and plunges for rose diagrams and histograms."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.geology.rose_options import check_bins
 ROSE_OF = ("strike", "dip-direction", "trend")
 HISTOGRAM_OF = ("dip", "plunge")
 LINE_ANGLES = ("trend", "plunge")
-"""The others are of planes."""
+"""Angles of lines; all other angles are those of planes."""
 MIN_FOR_RAYLEIGH = 5
 """Rayleigh's test has almost no power for fewer rows."""
 MIN_INCLINATION_DEG = 1e-6
@@ -26,25 +26,26 @@ MIN_INCLINATION_DEG = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Rose:
-    """Rose of n azimuths in bins.
+    """Rose diagram of n azimuths in bins.
 
     Attributes
     ----------
     axial : bool
-        True if both ends are equivalent: `shares` of both halves of the circle are equal, and each
-        half sums to 1. Directed azimuths sum to 1 over the circle.
+        True if opposite azimuths are equivalent: `shares` is then equal in both halves of the
+        circle and sums to 1 in each. The shares of directed azimuths sum to 1 over the circle.
     total : float
         Sum of the weights.
     shares : (360 / bin_deg,) ndarray
-        From north clockwise; bins include their lower edge.
+        Shares of the bins, clockwise from north; a bin includes its lower edge.
     mean_deg : float or None
-        Circular mean, degrees; of axes by doubled angles and from 0 to 180.
+        Circular mean in degrees; for axes, it is computed from doubled angles and is in [0, 180).
     resultant : float
-        Mean resultant length, 0 (no direction) to 1 (all equal).
+        Mean resultant length, from 0 (no preferred direction) to 1 (all equal).
     rayleigh_p : float or None
-        p-value of no preferred direction, of axes by doubled angles; None for fewer than 5.
+        p-value for the hypothesis of no preferred direction (from doubled angles for axes); None
+        for fewer than 5 azimuths.
     left_out : int
-        Number of rows without azimuth or weight.
+        Number of rows without an azimuth or weight.
     """
 
     bin_deg: float
@@ -59,9 +60,9 @@ class Rose:
 
     @property
     def preferred(self) -> bool:
-        """Whether there is a mean that differs from chance at a significance of 5 %.
+        """Whether there is a mean direction that is significant at the 5 % level.
 
-        Fewer than 5 rows are not tested.
+        Fewer than 5 rows are not tested for significance.
         """
         return self.mean_deg is not None and (self.rayleigh_p is None or self.rayleigh_p < 0.05)
 
@@ -77,11 +78,11 @@ class AngleHistogram:
     total : float
         Sum of the weights.
     shares : (90 / bin_deg,) ndarray
-        Sum 1.
+        Shares of the bins, which sum to 1.
     mean_deg, std_deg : float or None
         Weighted mean and standard deviation, degrees.
     left_out : int
-        Number of rows without angle or weight.
+        Number of rows without an angle or weight.
     """
 
     bin_deg: float
@@ -96,14 +97,14 @@ class AngleHistogram:
 def count_histogram(
     angle_deg: npt.ArrayLike, *, bin_deg: float = 10.0, weights: npt.ArrayLike | None = None
 ) -> AngleHistogram:
-    """Count dips or plunges (n,), 0 to 90 degrees, with weights (n,).
+    """Count dips or plunges (n,) from 0 to 90 degrees, with weights (n,), in bins.
 
-    Plunges of lines that point up count as those of their axis.
+    Lines that point up are counted by the plunge of their axis.
 
     Raises
     ------
     UsageError
-        If bins do not divide 90 degrees evenly, or weights are negative.
+        If the bins do not divide 90 degrees evenly, or if a weight is negative.
     """
     check_bins(bin_deg, 90.0)
     bins = round(90.0 / bin_deg)
@@ -124,7 +125,7 @@ def count_histogram(
 def _valid_rows(
     values: FloatArray, weights: npt.ArrayLike | None
 ) -> tuple[FloatArray, FloatArray, int]:
-    """Return values and weights of the rows that have both, and the number of others."""
+    """Return the values and weights of rows that have both, and the number of others."""
     w = np.ones_like(values) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
     is_valid = np.isfinite(values) & np.isfinite(w)
     if (w[is_valid] < 0).any():
@@ -141,20 +142,20 @@ def count_rose(
 ) -> Rose:
     """Count azimuths (n,) with weights (n,) in bins that begin at north.
 
-    Rows without azimuth or weight (NaN) are excluded. The mean is the circular one (Mardia & Jupp
-    2000, Directional Statistics, 2.2.1), of axes by doubled angles (Krumbein 1939, Journal of
-    Geology 47, 673-706). Rayleigh's test of weighted rows uses their effective number.
+    Rows without an azimuth or weight (NaN) are excluded. The mean is the circular mean (Mardia &
+    Jupp 2000, Directional Statistics, 2.2.1), computed from doubled angles for axes (Krumbein 1939,
+    Journal of Geology 47, 673-706). Rayleigh's test of weighted rows uses their effective number.
 
     Raises
     ------
     UsageError
-        If bins do not divide the half circle evenly, or weights are negative.
+        If the bins do not divide the half circle evenly, or if a weight is negative.
     """
     bins = count_bins(bin_deg)
     a = np.asarray(azimuth_deg, dtype=np.float64).ravel()
     a, w, left_out = _valid_rows(a, weights)
     period = 180.0 if axial else 360.0
-    # Add a small amount, so that 29.999999 instead of 30 is in the right bin.
+    # Add a small amount, so that 29.999999 instead of 30 is counted in the right bin.
     bin_of_row = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
     half = bins // 2
     sums = np.bincount(
@@ -176,9 +177,9 @@ def count_rose(
 
 
 def rayleigh_p(n: float, resultant: float) -> float:
-    """Return the p-value of Rayleigh's test.
+    """Return the p-value of Rayleigh's test for a preferred direction.
 
-    Series of Fisher (1993), Statistical Analysis of Circular Data, p. 70, for fewer than 50.
+    For n < 50, the series of Fisher (1993), Statistical Analysis of Circular Data, p. 70, is used.
 
     Parameters
     ----------
@@ -199,8 +200,8 @@ def rayleigh_p(n: float, resultant: float) -> float:
         + (2.0 * z - z**2) / (4.0 * n)
         - (24.0 * z - 132.0 * z**2 + 76.0 * z**3 - 9.0 * z**4) / (288.0 * n**2)
     )
-    # Of many its terms change nothing near 5 %, and far out in the tail, where z is like n, it
-    # does not converge.
+    # For large n, its terms are negligible near 5 %, and it does not converge far out in the tail,
+    # where z approaches n.
     if n >= 50.0:
         series = 1.0
     return min(max(math.exp(-z) * series, 0.0), 1.0)
@@ -228,9 +229,9 @@ def count_bins(bin_deg: float) -> int:
 
 
 def table_angles(table: OrientationRows, of: str) -> FloatArray:
-    """Return an angle of each row of a table.
+    """Return one angle of each row of a table.
 
-    Strikes (right-hand rule), dip directions, trends, dips or plunges.
+    The angle is a strike (right-hand rule), dip direction, trend, dip or plunge.
 
     Parameters
     ----------
@@ -241,7 +242,7 @@ def table_angles(table: OrientationRows, of: str) -> FloatArray:
     Returns
     -------
     (n,) ndarray
-        Degrees; NaN for rows of the other geometry and undefined azimuths.
+        Degrees; NaN for rows of the other geometry and for undefined azimuths.
     """
     lines = of in LINE_ANGLES
     azimuth, angle = (
@@ -262,17 +263,17 @@ def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> Fl
     Returns
     -------
     (n,) ndarray
-        NaN for azimuths of horizontal planes and of vertical lines.
+        NaN for azimuths of horizontal planes and vertical lines.
 
     Raises
     ------
     ValueError
-        For an unknown name.
+        If the name is unknown.
     """
     if of not in (*ROSE_OF, *HISTOGRAM_OF):
         raise ValueError(f"unknown angle {of!r}; use one of {(*ROSE_OF, *HISTOGRAM_OF)}")
     if of in LINE_ANGLES:
-        # A line that is written upward is the one that goes down on the other side.
+        # A line that points up is equivalent to its opposite, which points down.
         azimuth_deg = np.where(angle_deg < 0.0, (azimuth_deg + 180.0) % 360.0, azimuth_deg)
         angle_deg = np.abs(angle_deg)
     if of in HISTOGRAM_OF:
@@ -287,12 +288,12 @@ def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> Fl
 
 
 def column_weights(table: OrientationRows, column: str) -> FloatArray:
-    """Return the numbers (n,) of a column, NaN if empty.
+    """Return the numbers (n,) in a column, NaN for empty cells.
 
     Raises
     ------
     UsageError
-        If a cell is not a number, or there is no such column.
+        If a cell is not a number, or if the column does not exist.
     """
     weights = np.full(len(table), np.nan)
     for i, word in enumerate(table.column(column)):

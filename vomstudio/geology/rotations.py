@@ -1,8 +1,8 @@
-"""Orientations turned back: untilting by a plane, and turning about any axis.
+"""Rotation of orientations: untilting by a plane, and rotation about any axis.
 
-Untilting turns the plane to the horizontal about its strike, by its dip: poles of the beds that it
-stands for become vertical (Fisher, Lewis & Embleton 1987, 2.5; Ramsay 1961, Journal of Geology 69,
-84-100). Which way up the beds are does not matter to axes.
+Untilting rotates a plane to the horizontal about its strike by its dip: the poles of the beds that
+it represents become vertical (Fisher, Lewis & Embleton 1987, 2.5; Ramsay 1961, Journal of Geology
+69, 84-100). The younging direction of the beds is irrelevant for axial data.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 
 
 def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
-    """Rotate vectors about an axis, clockwise along its downward end.
+    """Rotate vectors about an axis, clockwise when looking along its downward end.
 
-    Rodrigues' formula.
+    Rodrigues' rotation formula is used.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> Floa
 
 
 def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
-    """Rotate vectors so that a plane becomes horizontal about its strike.
+    """Rotate vectors by the rotation that makes a plane horizontal about its strike.
 
     Parameters
     ----------
@@ -50,18 +50,19 @@ def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
     """
     if plane.undefined:
         return np.array(vectors, dtype=np.float64)
-    # Rotate about the right-hand-rule strike, from which the plane dips to the right.
+    # Rotate about the right-hand-rule strike, to the right of which the plane dips.
     return rotate_vectors(vectors, Line(plane.strike_rhr_deg, 0.0), -plane.dip_deg)
 
 
 def pairwise_intersections(poles: npt.ArrayLike, least_deg: float = 1.0) -> FloatArray:
-    """Return the downward intersections of all pairs of planes.
+    """Return the downward intersection lines of all pairs of planes.
 
     Parameters
     ----------
     poles : (n, 3) array_like
     least_deg : float, optional
-        Pairs within this angle are excluded, because their intersection is random.
+        Minimum angle between two planes in degrees; below it, their intersection is random and the
+        pair is excluded.
 
     Returns
     -------

@@ -1,8 +1,9 @@
-"""Serially correlated errors, such as those of a drifting receiver while photos are taken.
+"""Serially correlated errors, such as those of a drifting receiver during a photo flight.
 
-The correlation of neighbours is that of a first-order autoregression, estimated by restricted
-maximum likelihood (Cooper & Thompson 1977, Biometrika 64, 625). Residuals are less correlated than
-errors because a fit removes part of them; the restricted likelihood allows for this.
+The correlation of neighbours is that of a first-order autoregressive process, estimated by
+restricted maximum likelihood (Cooper & Thompson 1977, Biometrika 64, 625). Residuals are less
+correlated than errors, because a fit absorbs part of the errors; the restricted likelihood accounts
+for this.
 """
 
 from __future__ import annotations
@@ -17,26 +18,27 @@ RHO_STEPS = (0.1, 0.05, 0.02)
 MAX_RHO = 0.98
 # Relative to the error of a coordinate; smaller residuals are rounding errors.
 MAX_ROUNDING = 1e-6
-# Maximum ratio of errors to residuals of a fit.
+# Maximum ratio of the errors to the residuals of a fit.
 MAX_INFLATION = 25.0
-# Twice the log-likelihood gain at a significance of 1 % (chi squared, one side).
+# Twice the log-likelihood gain at a significance level of 1 % (chi-square, one-sided).
 MIN_LIKELIHOOD_GAIN = 5.41
 
 
 def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> float:
-    """Estimate the correlation of the errors of neighbours.
+    """Estimate the correlation of the errors of neighbouring measurements.
 
     Parameters
     ----------
     derivatives : (n, d, k) ndarray
-        Derivatives of d coordinates by k unknowns, in order, divided by the errors.
+        Derivatives of d coordinates with respect to k unknowns, in measurement order, divided by
+        the errors.
     residuals : (n, d) ndarray
         Residuals in the same order, divided by the errors of their coordinates.
 
     Returns
     -------
     float
-        0 if the correlation is not significant or there are too few errors.
+        Correlation; 0 if it is not significant or if there are too few errors.
     """
     n = len(residuals)
     if n < MIN_ERRORS or not np.abs(residuals).max() > MAX_ROUNDING:
@@ -53,7 +55,7 @@ def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> fl
 
 
 def whiten(values: FloatArray, rho: float) -> FloatArray:
-    """Transform values in order so that their errors become independent.
+    """Transform serially correlated values so that their errors become independent.
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def whiten(values: FloatArray, rho: float) -> FloatArray:
 
 
 def correlated(values: FloatArray, rho: float) -> FloatArray:
-    """Multiply values in order by the correlation matrix rho^|i - j|.
+    """Multiply serial values by the correlation matrix rho^|i - j|.
 
     Parameters
     ----------
@@ -94,9 +96,9 @@ def correlated(values: FloatArray, rho: float) -> FloatArray:
 
 
 def independent_share(rho: float) -> float:
-    """Return the ratio of independent to correlated errors of an equal variance estimate.
+    """Return the ratio of independent to correlated errors for an equal variance estimate.
 
-    Bartlett 1935, J. R. Stat. Soc. 98, 536.
+    See Bartlett 1935, J. R. Stat. Soc. 98, 536.
 
     Parameters
     ----------
@@ -115,21 +117,21 @@ def variance_inflation(
 ) -> float:
     """Return the factor by which a variance exceeds that of `count` residuals.
 
-    A fit removes more of errors that are serially correlated.
+    A fit absorbs a larger part of the errors if they are serially correlated.
 
     Parameters
     ----------
     projection : (k, k) ndarray
-        Covariance by the weights of the fit times the information of these residuals.
+        Covariance from the weights of the fit, times the information of these residuals.
     correlated_projection : (k, k) ndarray
-        The same with the correlations.
+        The same matrix, including the correlations.
     count : int
         Number of residuals.
 
     Returns
     -------
     float
-        At least 1.
+        Variance factor, at least 1.
     """
     expected = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
     remaining = (

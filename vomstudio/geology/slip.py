@@ -1,4 +1,4 @@
-"""Sense of slip of a fault and the line of its movement."""
+"""Sense of slip on a fault and direction of the movement."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SENSES: tuple[tuple[SlipSense, str], ...] = (
     ("sinistral", _("sinistral (left-lateral)")),
     ("dextral", _("dextral (right-lateral)")),
 )
-"""Codes and labels. One component of an oblique slip gives its sense, the rake the other."""
+"""Codes and labels. Oblique slip has the sense of one component; the rake gives the other."""
 
 SlipConfidence = Literal["", "certain", "probable", "supposed"]
 CONFIDENCES: tuple[tuple[SlipConfidence, str], ...] = (
@@ -24,37 +24,37 @@ CONFIDENCES: tuple[tuple[SlipConfidence, str], ...] = (
     ("probable", _("probable")),
     ("supposed", _("supposed")),
 )
-"""Confidence in the sense, in the grades that fault-slip programs use."""
+"""Confidence grades of the sense, as used by fault-slip programs."""
 
 
 def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
-    """Return the directed rake of a slip.
+    """Return the directed rake of a slip from its axial rake and sense.
 
     Parameters
     ----------
     plane : Plane
     rake_deg : float
-        Axial rake, [0, 180) degrees.
+        Axial rake in degrees, in [0, 180).
     sense : str
         Sense of movement, one of `SENSES`.
 
     Returns
     -------
     float or None
-        (-180, 180] degrees. None without a sense, or if the sense does not determine the direction:
-        a normal or reverse movement along the strike or on a vertical plane, a strike slip down the
-        dip, and any sense on a horizontal plane.
+        In degrees, in (-180, 180]. None if there is no sense, or if the sense does not determine
+        the direction: a normal or reverse movement along the strike or on a vertical plane, a
+        strike slip along the dip, and any sense on a horizontal plane.
     """
     if not sense or plane.undefined:
         return None
     if sense in ("normal", "reverse"):
         if min(rake_deg, 180.0 - rake_deg) < ANGLE_TOLERANCE_DEG or plane.vertical:
             return None
-        # The axial rake points down the dip; a reverse hanging wall moves the other way.
+        # The axial rake points down dip; a reverse movement of the hanging wall points up.
         return 180.0 - rake_deg if sense == "reverse" else -rake_deg
     if abs(rake_deg - 90.0) < ANGLE_TOLERANCE_DEG:
         return None
-    # Rake 0 is left-lateral, and an axial rake below 90 has a left-lateral component.
+    # A rake of 0 is left-lateral; any axial rake below 90 has a left-lateral component.
     downward_is_sinistral = rake_deg < 90.0
     same = downward_is_sinistral == (sense == "sinistral")
     return (0.0 if same else 180.0) - rake_deg

@@ -1,4 +1,4 @@
-"""Options of the kinematic analysis of a slope, declared once for every door."""
+"""Options of the kinematic analysis of a slope, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.core.options import (
 from vomstudio.core.words import to_translate
 
 DEFAULT_LATERAL_DEG = 20.0
-"""Lateral limit of planes after Goodman (1980) and Wyllie & Mah (2004)."""
+"""Default lateral limit for planes (Goodman 1980; Wyllie & Mah 2004)."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class SlopeOptions(Options):
     Raises
     ------
     UsageError
-        For a value that is not allowed.
+        If a value is not allowed.
     """
 
     friction_deg: float = option(
@@ -55,12 +55,12 @@ class SlopeOptions(Options):
 
 @dataclass(frozen=True)
 class SlopeFaces(Options):
-    """Face or facets of a slope, and files of the command.
+    """Slope face or facets, and files of the command.
 
     Raises
     ------
     UsageError
-        Unless either a face or facets are given, and for options of the other.
+        If both or neither of a face and facets are given, or if an option does not apply to them.
     """
 
     face: str | None = option(

@@ -1,23 +1,24 @@
-"""Which planes and intersections let a rock slope fail: kinematic analysis.
+"""Kinematic analysis of rock slopes: planes and lines along which a slope can fail.
 
-Kinematics asks only whether a block could move: whether the surface or line on which it would slide
-comes out of the face (daylights) and is steeper than the friction angle. It knows no cohesion,
-water or size.
+A kinematic analysis only tests whether a block can move: whether the surface or line of sliding
+daylights in the face and is steeper than the friction angle. It does not consider cohesion, water
+or block size.
 
 - Planar sliding, wedges: Markland's test (Hoek & Bray 1981; Wyllie & Mah 2004, Rock Slope
   Engineering, ch. 2 and 6).
 - Flexural toppling: Goodman & Bray 1976; Goodman 1980, Introduction to Rock Mechanics: layers slip
-  on one another where their poles lie beyond the plane that dips like the face, by the friction
-  angle less.
+  on one another if their poles lie beyond the plane that dips in the direction of the face at the
+  dip of the face minus the friction angle.
 - Direct toppling: Hudson & Harrison 1997, Engineering Rock Mechanics, ch. 18.2: intersections that
-  dip into the face, within the lateral limits, steeper than 90 degrees less the dip of the face.
+  dip into the face within the lateral limits and are steeper than 90 degrees minus the dip of the
+  face.
 
-Lateral limits of planes are small circles about the strike of the face ("curved", the usual ones of
-programs for nets), or limits of their dip direction ("straight"); those of direct toppling are of
-the trend. All limits are part of the zones.
+The lateral limits of planes are small circles about the strike of the face ("curved", usual in
+stereonet programs) or limits of the dip direction ("straight"). The lateral limits of direct
+toppling apply to the trend. All limits belong to the zones.
 
-The frame here is that of the face: x out of it (its dip direction), y along its strike, to the
-left of x, z up.
+The frame used here is that of the face: x points out of the face (along its dip direction), y along
+its strike to the left of x, and z up.
 """
 
 from __future__ import annotations
@@ -38,21 +39,21 @@ from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, sin_cos_de
 from vomstudio.geology.slope_options import SlopeOptions
 
 MAX_ROUNDING_SINE = 1e-10
-"""Sine by which a limit may be missed through rounding."""
+"""Sine by which a limit may be missed due to rounding."""
 MIN_ANGLE_RAD = math.radians(ANGLE_TOLERANCE_DEG)
 PAIRS_PER_BLOCK = 100_000
-"""Pairs of a step, whose arrays stay in the cache."""
+"""Number of pairs processed in one step, so that the arrays fit in the cache."""
 FACES_PER_BLOCK = 32
 
 
 @dataclass(frozen=True)
 class SlopeFace:
-    """A face and the options of its analysis.
+    """Slope face with the options of its analysis.
 
     Raises
     ------
     UsageError
-        For a face without a dip direction.
+        If the face has no dip direction.
     """
 
     plane: Plane
@@ -63,7 +64,7 @@ class SlopeFace:
             raise UsageError(Finding("slope.horizontal-face"), field="--face")
 
     def axes(self) -> FloatArray:
-        """Return the axes (3, 3) of the face as rows, World frame.
+        """Return the axes (3, 3) of the face as rows, in the World frame.
 
         They point out of the face, along its strike, and up.
         """
@@ -74,16 +75,16 @@ class SlopeFace:
     def slides(self) -> bool:
         """Whether the face is steeper than the friction angle.
 
-        Otherwise nothing slides or bends.
+        Otherwise no block slides or topples by flexure.
         """
         return self.plane.dip_deg > self.options.friction_deg
 
 
 class Zones(NamedTuple):
-    """Critical and secondary zone of n planes or lines.
+    """Membership of n planes or lines in the critical and the secondary zone.
 
     The secondary zone contains planes outside the lateral limits, wedges that slide on one of their
-    planes, or oblique toppling.
+    two planes, or oblique toppling.
     """
 
     critical: BoolArray
@@ -91,16 +92,16 @@ class Zones(NamedTuple):
 
 
 class Margins(NamedTuple):
-    """Margins of a zone's conditions and of the lateral limits, as sines; negative outside.
+    """Margins to the conditions and lateral limits of a zone, as sines; negative outside.
 
-    They are smooth, so the edge of a zone is their zero line.
+    The margins are smooth, so their zero contour is the edge of the zone.
     """
 
     zone: FloatArray
     lateral: FloatArray
 
     def zones(self) -> Zones:
-        """Return the zone inside both, and the one outside the lateral limits only."""
+        """Return the zone inside both limits, and the zone outside the lateral limits only."""
         inside, within = self.zone >= -MAX_ROUNDING_SINE, self.lateral >= -MAX_ROUNDING_SINE
         return Zones(inside & within, inside & ~within)
 
@@ -112,7 +113,7 @@ def to_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> FloatArray:
     ----------
     face : SlopeFace
     normals : (..., 3) array_like
-        Unit vectors, World frame.
+        Unit vectors in the World frame.
 
     Returns
     -------
@@ -139,14 +140,14 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
     level = flat <= MIN_ANGLE_RAD
-    # The line of dip (x z, y z, -flat^2) / flat, against the normal of the face.
+    # Scalar product of the dip line (x z, y z, -flat^2) / flat and the normal of the face.
     daylight = sin_d * x * z / np.where(level, 1.0, flat) - cos_d * flat
     slide = np.where(level, -1.0, flat * cos_f - z * sin_f)
     return Margins(np.minimum(daylight, slide), _lateral(face, x, y))
 
 
 def planar_sliding(face: SlopeFace, normals: FloatArray) -> Zones:
-    """Return the planes on which a block slides.
+    """Find the planes on which a block slides.
 
     A horizontal plane, which has no dip direction, never slides.
 
@@ -177,7 +178,8 @@ def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     Margins
     """
     x, y, z = np.moveaxis(normals, -1, 0)
-    # Component of the downward pole, into the face for planes that dip away from it.
+    # Horizontal component of the downward pole; it points into the face if the plane dips away from
+    # it.
     out = np.where(z < MIN_ANGLE_RAD, np.abs(x), -x)
     limit = face.plane.dip_deg - face.options.friction_deg
     if limit <= ANGLE_TOLERANCE_DEG:
@@ -187,9 +189,9 @@ def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
 
 
 def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
-    """Return the planes that slip and topple.
+    """Find the planes along which layers slip and topple.
 
-    Both ends of the pole of a vertical plane count.
+    Both ends of the pole of a vertical plane are tested.
 
     Parameters
     ----------
@@ -205,7 +207,7 @@ def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
 
 
 def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
-    """Return the margins of `wedge_sliding`, which has no lateral limits.
+    """Return the margins of `wedge_sliding`, for which there are no lateral limits.
 
     Parameters
     ----------
@@ -225,10 +227,10 @@ def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
 
 
 def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
-    """Return the intersections along which a wedge slides.
+    """Find the intersections along which a wedge slides.
 
-    The secondary zone is that between the great circle of the friction angle and its cone, in which
-    a wedge can slide on one of its planes.
+    The secondary zone lies between the great circle of the friction angle and the friction cone;
+    there a wedge can slide on one of its planes.
 
     Parameters
     ----------
@@ -270,11 +272,11 @@ def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
 
 
 def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
-    """Return the intersections about which blocks topple.
+    """Find the intersections about which blocks topple.
 
-    The secondary zone is oblique toppling: within the friction angle of vertical, into the face,
-    outside the lateral limits. For downward poles the same zones contain the base planes of such
-    blocks.
+    The secondary zone is oblique toppling: lines that dip into the face within the friction angle
+    of vertical, but outside the lateral limits. Applied to downward poles, the same zones contain
+    the base planes of such blocks.
 
     Parameters
     ----------
@@ -299,7 +301,7 @@ def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
 
 
 class PairCounts(NamedTuple):
-    """Numbers of intersections of all pairs and of those in the zones, for k draws.
+    """Numbers of intersections of all pairs, and of those inside the zones, for k draws.
 
     `parallel` is the number of pairs without an intersection.
     """
@@ -326,7 +328,7 @@ def count_pairs(
     normals : (k, n, 3) ndarray
         Upward normals in the frame of the face.
     progress : Progress, optional
-        Its steps are the computed intersections.
+        Its steps are the intersections computed so far.
     sets : (n,) ndarray of int, optional
         See `intersections`.
 
@@ -348,21 +350,21 @@ def count_pairs(
 
 
 def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
-    """Count the critical lines at each face.
+    """Count the critical intersection lines of each face.
 
-    Matrix products handle thousands of faces.
+    Matrix products make this fast enough for thousands of faces.
 
     Parameters
     ----------
     faces : sequence of SlopeFace
-        All with the same friction and limits.
+        All faces have the same friction angle and limits.
     lines : (m, 3) ndarray
-        Downward unit vectors, World frame.
+        Downward unit vectors in the World frame.
 
     Returns
     -------
     (faces, 2) ndarray of int
-        By `wedge_sliding` and by `direct_toppling`.
+        Number of critical lines for `wedge_sliding` (column 0) and `direct_toppling` (column 1).
     """
     counts = np.zeros((len(faces), 2), np.int64)
     sin_f, _ = _sin_cos(faces[0].options.friction_deg)
@@ -387,14 +389,14 @@ def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
 
 
 class PairMembers(NamedTuple):
-    """Number of critical intersections of each of n planes."""
+    """Numbers of critical intersections that each of n planes takes part in."""
 
     wedge: IntArray
     toppling: IntArray
 
 
 def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = None) -> PairMembers:
-    """Count the critical intersections of each plane.
+    """Count the critical intersections that each plane takes part in.
 
     Parameters
     ----------
@@ -418,14 +420,14 @@ def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = N
 
 
 def pairs_of_sets(n: int, sets: IntArray | None) -> int:
-    """Return the number of pairs of planes that can meet: those not of one set.
+    """Return the number of pairs of planes that do not belong to the same set.
 
     Parameters
     ----------
     n : int
         Number of planes.
     sets : (n,) ndarray of int or None
-        Set of each plane, -1 for none.
+        Set of each plane; -1 if it belongs to none.
 
     Returns
     -------
@@ -441,17 +443,17 @@ def pairs_of_sets(n: int, sets: IntArray | None) -> int:
 def intersections(
     normals: FloatArray, sets: IntArray | None = None
 ) -> Iterator[tuple[FloatArray, BoolArray, IntArray]]:
-    """Compute the intersections of all pairs of planes, in portions.
+    """Compute the intersections of all pairs of planes in blocks.
 
-    Two planes of one set do not form a wedge: where they meet follows from their scatter about the
-    mean of the set.
+    Two planes of the same set do not form a wedge: the direction of their intersection only
+    reflects the scatter of the set about its mean.
 
     Parameters
     ----------
     normals : (k, n, 3) float64
-        Unit normals of k drawings of n planes.
+        Unit normals of n planes in k random draws.
     sets : (n,) int64, optional
-        Set of each plane, negative for none. Pairs of one set are left out.
+        Set of each plane; negative if it belongs to none. Pairs within a set are omitted.
 
     Yields
     ------
@@ -460,12 +462,12 @@ def intersections(
     is_line : (k, m) bool
         False for parallel planes.
     planes : (2, m) int64
-        Rows of the two planes.
+        Row indices of the two planes.
     """
     n = normals.shape[1]
     first = 0
     while first < n - 1:
-        # Several first planes together where few follow them.
+        # Process several first planes together if few planes follow them.
         last = first + 1
         n_pairs = len(normals) * (n - 1 - first)
         while last < n - 1 and n_pairs < PAIRS_PER_BLOCK:
@@ -487,9 +489,9 @@ def intersections(
 
 
 def _lateral(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
-    """Return the margin of the lateral limits.
+    """Return the margin to the lateral limits.
 
-    The components are out of (or into) the face and along it.
+    `out` is the component out of (or into) the face, `along` the component along it.
     """
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     if face.options.limits == "curved":

@@ -1,9 +1,9 @@
 """Statistics of sets of orientations.
 
 Axial data (poles, lineations, fold axes: a vector and its opposite are equivalent) are described by
-the orientation tensor (1/n) sum x x^T with eigenvalues S1 >= S2 >= S3, sum 1 (Scheidegger 1965;
-Woodcock 1977, GSA Bulletin 88, 1231-1236), directed data by Fisher's (1953) resultant. Axial data
-are never averaged as vectors without flipping.
+the orientation tensor (1/n) sum x x^T with the eigenvalues S1 >= S2 >= S3, whose sum is 1
+(Scheidegger 1965; Woodcock 1977, GSA Bulletin 88, 1231-1236). Directed data are described by
+Fisher's (1953) resultant. Axial data are never averaged as vectors without flipping.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
 
 ZERO_EIGENVALUE = 1e-20
-"""A set with a smaller S3 lies exactly in a plane (equal to 1e-10 rad)."""
+"""If S3 is smaller, the set lies exactly in a plane (to within 1e-10 rad)."""
 
 WEIGHT_FREEDOM_LOSS = 0.25
 MIN_EFFECTIVE_COUNT, MIN_EFFECTIVE_SHARE = 3.0, 2.0 / 3.0
-"""Weighted orientations with a smaller effective number, or share of their number, do not determine
-the natural scatter (Roever, Knapp & Friede 2015, BMC Medical Research Methodology 15, 99, on few
-studies of unequal precision): one or two of them would give an unreliable region.
+"""Weighted orientations with a smaller effective number, or a smaller ratio of this number to their
+count, do not determine the natural scatter (Roever, Knapp & Friede 2015, BMC Medical Research
+Methodology 15, 99, on meta-analyses of a few studies of unequal precision): the confidence region
+would depend on one or two of them and be unreliable.
 """
 
 
@@ -36,7 +37,7 @@ def unit_vectors(vectors: npt.ArrayLike) -> FloatArray:
     Raises
     ------
     GeometryError
-        If there are none, or a vector is zero or not finite.
+        If the array is empty, or if a vector is zero or not finite.
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     if v.ndim != 2 or v.shape[1] != 3 or len(v) == 0:
@@ -53,10 +54,10 @@ def unit_vectors(vectors: npt.ArrayLike) -> FloatArray:
 def orientation_tensor(
     vectors: npt.ArrayLike, weights: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute eigenvalues and axes of the orientation tensor.
+    """Compute the eigenvalues and eigenvectors of the orientation tensor.
 
-    Singular values of the vectors keep digits that squares lose: S3 of a set in a plane is 1e-32
-    rather than 1e-17.
+    The singular values of the vectors keep digits that squaring loses: S3 of a set in a plane is
+    1e-32 instead of 1e-17.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def orientation_tensor(
     values : (3,) ndarray
         S1 >= S2 >= S3 with sum 1.
     axes : (3, 3) ndarray
-        Unit eigenvectors as rows, pointing down (toward a trend in [0, 180) if horizontal).
+        Unit eigenvectors as rows. They point down, or toward a trend in [0, 180) if horizontal.
     """
     v = unit_vectors(vectors)
     if weights is not None:
@@ -83,7 +84,7 @@ def orientation_tensor(
 
 
 def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
-    """Return Woodcock's (1977) shape and strength of an orientation tensor.
+    """Return the shape and strength of an orientation tensor (Woodcock 1977).
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
     Returns
     -------
     shape : float or None
-        K = ln(S1/S2) / ln(S2/S3); None if S2 = S3, its limit 0 if S3 = 0.
+        K = ln(S1/S2) / ln(S2/S3); None if S2 = S3, and the limit 0 if S3 = 0.
     strength : float or None
         C = ln(S1/S3); None (infinite) if S3 = 0.
     """
@@ -106,7 +107,7 @@ def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
 
 
 def vollmer(eigenvalues: npt.ArrayLike) -> tuple[float, float, float]:
-    """Return Vollmer's point, girdle and random index, whose sum is 1.
+    """Return Vollmer's point, girdle and random indices, whose sum is 1.
 
     P = S1 - S2, G = 2 (S2 - S3), R = 3 S3 (Vollmer 1990, GSA Bulletin 102, 786-791).
 
@@ -117,19 +118,19 @@ def vollmer(eigenvalues: npt.ArrayLike) -> tuple[float, float, float]:
 
     Returns
     -------
-    tuple of float
+    P, G and R.
     """
     s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
     return s1 - s2, 2.0 * (s2 - s3), 3.0 * s3
 
 
 def axial_mean(vectors: npt.ArrayLike) -> Line:
-    """Return the mean of axial data, the tensor's first axis.
+    """Return the mean of axial data, the first eigenvector of the orientation tensor.
 
     Raises
     ------
     GeometryError
-        If S1 = S2, so that no axis is preferred.
+        If S1 = S2, so that there is no preferred axis.
     """
     values, axes = orientation_tensor(vectors)
     if values[0] - values[1] < 1e-12:
@@ -162,10 +163,10 @@ class Fisher:
     R : float
         Length of the resultant.
     kappa : float or None
-        (n - 1) / (n - R); None for identical directions (infinite).
+        (n - 1) / (n - R); None (infinite) for identical directions.
     alpha95_deg : float or None
-        Half-angle of the 95 % cone of the mean, degrees (joint, exact: cos a = 1 - ((n - R) / R)
-        (20^(1 / (n - 1)) - 1)); None if there is no such cone, or if few weights dominate.
+        Half-angle of the 95 % confidence cone of the mean, degrees (joint, exact: cos a = 1 - ((n -
+        R) / R) (20^(1 / (n - 1)) - 1)); None if no such cone exists, or if a few weights dominate.
     """
 
     mean: Line
@@ -176,17 +177,17 @@ class Fisher:
 
 
 def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = None) -> Fisher:
-    """Compute Fisher's statistics.
+    """Compute Fisher's statistics of directed or axial data.
 
-    Axial data are flipped into the hemisphere of the tensor's first axis; `no_fisher_reason` tests
-    whether they are clustered enough.
+    Axial data are flipped into the hemisphere of the first eigenvector of the tensor;
+    `no_fisher_reason` tests whether they are sufficiently clustered.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
     directed : bool
     weights : (n,) ndarray, optional
-        Inverse variances with mean 1.
+        Inverse variances, scaled to a mean of 1.
 
     Returns
     -------
@@ -195,7 +196,7 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = 
     Raises
     ------
     GeometryError
-        If the resultant vanishes.
+        If the resultant is zero.
     """
     v = unit_vectors(vectors)
     w = np.ones(len(v)) if weights is None else weights
@@ -207,24 +208,25 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = 
     if resultant < 1e-9 * n:
         raise GeometryError(Finding("orientation.no-mean"))
     mean = total / resultant
-    # n - R without cancellation: each term is 1 - cos of the angle to the mean.
+    # Compute n - R without cancellation: each term is 1 - cos of the angle to the mean.
     shortfall = 0.5 * float(w @ np.sum((v - mean) ** 2, axis=1))
     is_identical = shortfall < n * ZERO_EIGENVALUE
     kappa = None if n < 2 or is_identical else (n - 1) / shortfall
     alpha: float | None = None
     if n >= 2 and not has_dominant_weights(w):
-        # Inverse variances have the degrees of freedom of equal weights, minus those of their
-        # uncertainty (from simulation with an estimated natural scatter).
+        # With inverse-variance weights, the degrees of freedom are those of equal weights minus
+        # those lost to the uncertainty of the weights (from simulations with an estimated natural
+        # scatter).
         free = n - 1.0 - WEIGHT_FREEDOM_LOSS * (n - effective_number(w))
         versine = shortfall / resultant * math.expm1(math.log(20.0) / free)
         if versine <= 2.0:
-            # cos a = 1 - versine, in the form that keeps small angles exact
+            # cos a = 1 - versine, rearranged to preserve small angles
             alpha = math.degrees(2.0 * math.asin(math.sqrt(versine / 2.0)))
     return Fisher(Line.from_vector(mean, directed=directed), n, resultant, kappa, alpha)
 
 
 def effective_number(weights: npt.ArrayLike) -> float:
-    """Return the equivalent number of equal weights, (sum w)^2 / sum w^2 (Kish 1965).
+    """Return the effective number of weighted data, (sum w)^2 / sum w^2 (Kish 1965).
 
     Parameters
     ----------
@@ -239,7 +241,7 @@ def effective_number(weights: npt.ArrayLike) -> float:
 
 
 def has_dominant_weights(weights: npt.ArrayLike) -> bool:
-    """Return whether too few weights dominate to determine the natural scatter.
+    """Return whether a few weights dominate so that the natural scatter is undetermined.
 
     Parameters
     ----------
@@ -255,17 +257,18 @@ def has_dominant_weights(weights: npt.ArrayLike) -> bool:
 
 
 def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> Finding | None:
-    """Return the reason for not using Fisher's statistics, or None.
+    """Return the reason why Fisher's statistics do not apply, or None if they do.
 
-    These are single orientations, and axial data that are not a cluster, whose point index P is not
-    the largest of Vollmer's three (1990): the mean of a flipped girdle or uniform set has no
-    meaning. Woodcock's K alone would also reject tight elongated clusters.
+    They do not apply to single orientations, nor to axial data that do not form a cluster, so that
+    the point index P is not the largest of Vollmer's (1990) three indices: the mean of a flipped
+    girdle or of a uniform set is meaningless. Woodcock's K alone would also reject tight elongated
+    clusters.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
     directed : bool
-        Whether the vectors are directions, not axes.
+        Whether the vectors are directed rather than axial.
 
     Returns
     -------

@@ -1,9 +1,9 @@
-"""Stereographic nets as arrays: projections, great and small circles, confidence ellipses.
+"""Stereonets as arrays: projections, great and small circles, and confidence ellipses.
 
-Lower hemisphere on the unit circle, x to the East, y to the North: a vertical line is the centre,
-a horizontal one lies on the primitive circle (radius 1). "area" is Lambert's equal-area (Schmidt)
-projection, "angle" the stereographic, equal-angle (Wulff) one. No drawing here, and no input is
-ever written to.
+The lower hemisphere is projected onto the unit circle with x to the East and y to the North: a
+vertical line plots at the centre, a horizontal line on the primitive circle (radius 1). "area" is
+Lambert's equal-area (Schmidt) projection, "angle" the stereographic, equal-angle (Wulff)
+projection. This module does not draw anything and never modifies its inputs.
 """
 
 from __future__ import annotations
@@ -27,17 +27,18 @@ def _check(projection: str) -> None:
 
 
 def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = True) -> FloatArray:
-    """Return the net positions of vectors.
+    """Project vectors onto the net.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
-        Of any length but zero; those give NaN.
+        Vectors of any length; zero vectors result in NaN.
     projection : {"area", "angle"}, optional
     flip : bool, optional
-        Whether vectors that point up are taken as axes and shown by their lower end. Otherwise they
-        are projected beyond the primitive circle (straight up: NaN for "angle", a circle of radius
-        sqrt(2) for "area"), as curves that cross it require.
+        If True, vectors that point up are treated as axes and plotted at their lower end. If False,
+        they are projected beyond the primitive circle, as required for curves that cross it (a
+        vector that points straight up becomes NaN for "angle" and lies on the circle of radius
+        sqrt(2) for "area").
 
     Returns
     -------
@@ -50,13 +51,14 @@ def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = Tr
         if flip:
             v = np.where(v[..., 2:] > 0, -v, v)
         x, y, down = v[..., 0], v[..., 1], -v[..., 2]
-        # radius sqrt(2) sin(t/2) for "area", tan(t/2) for "angle", t counted from straight down
+        # The radius is sqrt(2) sin(t/2) for "area" and tan(t/2) for "angle", with t from straight
+        # down.
         scale = 1.0 / (np.sqrt(1.0 + down) if projection == "area" else 1.0 + down)
         return np.stack([x * scale, y * scale], axis=-1) + 0.0
 
 
 def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
-    """Return the downward unit vectors of net positions.
+    """Return the downward unit vectors of points on the net.
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
     Returns
     -------
     (n, 3) ndarray
-        NaN for positions outside the primitive circle.
+        NaN for points outside the primitive circle.
     """
     _check(projection)
     p = np.atleast_2d(np.asarray(points, dtype=np.float64))
@@ -81,7 +83,7 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
 
 
 def line_at(x: float, y: float, projection: str = "area") -> Line | None:
-    """Return the line at a position of the net.
+    """Return the line at a point of the net.
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ def line_at(x: float, y: float, projection: str = "area") -> Line | None:
     Returns
     -------
     Line or None
-        None outside the net.
+        None if the point is outside the net.
     """
     vector = unproject([[x, y]], projection)[0]
     return None if not np.isfinite(vector).all() else Line.from_vector(vector)
@@ -103,11 +105,11 @@ def great_circles(
     projection: str = "area",
     n: int = 91,
 ) -> FloatArray:
-    """Return the lower-hemisphere arcs of planes.
+    """Return the great circles of planes as arcs on the lower hemisphere.
 
-    They go from the strike over the dip to the opposite end of the strike. The arc of a vertical
-    plane is a diameter, that of a horizontal plane half of the primitive circle (`great_circle`
-    closes it).
+    Each arc runs from one end of the strike through the dip line to the other end. The arc of a
+    vertical plane is a diameter. The arc of a horizontal plane is half of the primitive circle
+    (`great_circle` returns the full circle).
 
     Parameters
     ----------
@@ -128,12 +130,12 @@ def great_circles(
     down = np.stack([sin_a * cos_d, cos_a * cos_d, 0.0 - sin_d], axis=-1)
     sin_r, cos_r = sin_cos_deg(np.linspace(0.0, 180.0, n))
     arcs = strike[:, None, :] * cos_r[None, :, None] + down[:, None, :] * sin_r[None, :, None]
-    # The ends are horizontal but for rounding, which must not flip them to the other end.
+    # The ends are horizontal except for rounding, which must not flip them to the opposite end.
     return project(arcs, projection, flip=False)
 
 
 def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> FloatArray:
-    """Return the arc of one plane; the whole primitive circle for a horizontal one.
+    """Return the great circle of one plane; the full primitive circle if it is horizontal.
 
     Parameters
     ----------
@@ -160,16 +162,16 @@ def confidence_ellipse(
     projection: str = "area",
     n: int = 181,
 ) -> list[FloatArray]:
-    """Return the elliptical cone of confidence about an axis.
+    """Return the curve of an elliptical confidence cone about an axis.
 
     Parameters
     ----------
     axis : (3,) array_like
-        Pole of a plane, or fold axis.
+        Pole of a plane, or a fold axis.
     major : (3,) array_like
-        Direction of the larger half-angle; need not be exactly perpendicular to the axis.
+        Direction of the larger half-angle; it need not be exactly perpendicular to the axis.
     max_angle_deg, min_angle_deg : float
-        Half-angles toward `major` and across it.
+        Half-angles toward `major` and perpendicular to it, degrees.
     projection : str
         "area" or "angle".
     n : int
@@ -183,7 +185,7 @@ def confidence_ellipse(
     Raises
     ------
     GeometryError
-        If `major` is parallel to the axis, or not finite.
+        If `major` is parallel to the axis or not finite.
     """
     a = np.asarray(axis, dtype=np.float64)
     a = a / np.linalg.norm(a)
@@ -204,15 +206,15 @@ def pole_ellipse(
     projection: str = "area",
     n: int = 181,
 ) -> list[FloatArray]:
-    """Return the confidence ellipse of a plane's pole.
+    """Return the confidence ellipse of the pole of a plane.
 
     Parameters
     ----------
     plane : Plane
     max_angle_deg, min_angle_deg : float
-        Semi-axes of the confidence region.
+        Semi-axes of the confidence region, degrees.
     rake_deg : float
-        Direction of the largest tilt, 0 to 180 from the strike.
+        Direction of the largest tilt, 0 to 180 degrees from the strike.
     projection : str
         "area" or "angle".
     n : int
@@ -237,19 +239,19 @@ def cone_curve(
     projection: str,
     n: int,
 ) -> list[FloatArray]:
-    """Return an elliptical cone about an orthonormal frame (axis, first, second).
+    """Return the curve of an elliptical cone about an orthonormal frame.
 
     The curve is closed and split into polylines at the primitive circle.
 
-    The ellipse is one of directions on the sphere: at the position angle t the half-angle is the
-    radius of an ellipse with those semi-axes, so that no half-angle ever exceeds the larger one.
+    The ellipse is one of directions on the sphere: at the position angle t, the half-angle is the
+    radius of an ellipse with these semi-axes, so no half-angle exceeds the larger one.
 
     Parameters
     ----------
     axis, first, second : (3,) ndarray
         Orthonormal frame.
     first_angle_deg, second_angle_deg : float
-        Half-angles toward `first` and `second`.
+        Half-angles toward `first` and `second`, degrees.
     projection : {"area", "angle"}
     n : int
         Number of points of the curve.
@@ -258,7 +260,8 @@ def cone_curve(
     -------
     list of (k, 2) ndarray
     """
-    # Even steps of the eccentric angle: even steps of t leave the ends of a long ellipse angular.
+    # Use equal steps of the eccentric angle: with equal steps of t, the ends of a long ellipse have
+    # visible corners.
     sin_u, cos_u = sin_cos_deg(np.linspace(0.0, 360.0, n))
     along = max(first_angle_deg, 1e-12) * cos_u
     across = max(second_angle_deg, 1e-12) * sin_u
@@ -272,10 +275,10 @@ def cone_curve(
 
 
 def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[FloatArray]:
-    """Project a curve on the sphere, split at the primitive circle.
+    """Project a curve on the sphere, split where it crosses the primitive circle.
 
     Directions that point up are replaced by their opposites. Each part ends exactly on the
-    primitive circle at the crossing.
+    primitive circle.
 
     Parameters
     ----------
@@ -303,6 +306,6 @@ def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[F
     parts.append(np.array(start))
     closed = len(parts) > 1 and np.allclose(c[0], c[-1], atol=1e-9)
     if closed:
-        # The curve began inside a part: its last piece runs on into the first.
+        # The curve starts within a part, so its last part continues into the first one.
         parts[0] = np.vstack([parts.pop()[:-1], parts[0]])
     return [project(part, projection, flip=False) for part in parts if len(part) > 1]

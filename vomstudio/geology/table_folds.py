@@ -1,4 +1,4 @@
-"""Fold axis of a table's planes, for `vomstudio fold`."""
+"""Fold axis of the planes of a table, for `vomstudio fold`."""
 
 from __future__ import annotations
 
@@ -52,41 +52,41 @@ class _Reading:
     warnings: tuple[Finding, ...]
 
 
-# The last of the bases has the first of the fields.
+# The fields of the last base class come first.
 @dataclass(frozen=True, repr=False)
 class TableFold(PrintableResult, _Reading, _Domains, AxisFigures, _Counts):
-    """Fold axis of a table's planes. The figures of the axis are those of `FoldAxis`.
+    """Fold axis of the planes of a table. See `FoldAxis` for the figures of the axis.
 
     Parameters
     ----------
     n, used : int
-        Number of rows, and of rows that were used.
+        Total number of rows, and number of rows used.
     not_good : int or None
-        Number of used planes whose verdict is not good; None if no plane has a verdict.
+        Number of planes used whose verdict is not good; None if no plane has a verdict.
     left_out : tuple of ExcludedRows
-        Rows that were not used, with the reasons.
+        Rows that were not used, and the reasons.
     domains : mapping or None
-        Axis of each domain; None if no column of domains was given.
+        Axis of each domain; None if no domain column was given.
     one_axis : OneAxisFigures or None
-        Whether one axis serves all domains.
+        Result of the test whether a single axis fits all domains.
     convention : str
-        Convention by which the table was read.
+        Convention by which the table was interpreted.
     dropped_lines : tuple of int
-        Lines of the table without angles.
+        Line numbers of the table that contain no angles.
     warnings : tuple of Finding
         Warnings about the table and findings about the axis.
     """
 
 
 def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> TableFold:
-    """Compute the fold axis of a table's planes.
+    """Compute the fold axis of the planes of a table.
 
     Raises
     ------
     GeometryError
         If the planes have no axis.
     UsageError
-        For a kind, set or column that is missing.
+        If a kind, set or column is missing.
     """
     options = FoldOptions() if options is None else options
     sets = None if options.sets is None else set_names(options.sets)
@@ -144,7 +144,7 @@ def _domains(
 
 
 def set_names(text: str) -> list[str]:
-    """Parse the names of two or more different sets, such as A,B.
+    """Parse the names of two or more distinct sets, such as A,B.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def set_names(text: str) -> list[str]:
     Raises
     ------
     UsageError
-        If there are fewer, or a name is repeated.
+        If there are fewer than two names, or if a name is repeated.
     """
     names = [name.strip() for name in text.split(",")]
     if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
@@ -170,19 +170,19 @@ def fold_of_table(
     selection_filter: FoldFilter,
     turn: Callable[[FloatArray], FloatArray] | None = None,
 ) -> tuple[FoldAxis, int | None]:
-    """Return the fold axis that `table_fold` describes, and its number of not good planes.
+    """Return the fold axis of `table_fold` and the number of its planes that are not good.
 
     Parameters
     ----------
     table : OrientationRows
     selection_filter : FoldFilter
     turn : callable or None
-        Rotates normals (n, 3), as a net is rotated; registrations are then ignored.
+        Function that rotates normals (n, 3) like a rotated net; registrations are then ignored.
 
     Raises
     ------
     GeometryError, UsageError
-        As `table_fold`.
+        See `table_fold`.
     """
     selection = _Selection(table)
     axis = selection.find_axis(None, None, None, selection_filter, turn)
@@ -190,14 +190,14 @@ def fold_of_table(
 
 
 def not_good_warning(not_good: int | None, used: int) -> list[Finding]:
-    """Report planes that are not good among those of a fold axis.
+    """Report the planes of a fold axis whose verdict is not good.
 
     Parameters
     ----------
     not_good : int or None
-        Number of planes that are not good; None if unknown.
+        Number of planes whose verdict is not good; None if unknown.
     used : int
-        Number of used planes.
+        Number of planes used.
 
     Returns
     -------
@@ -207,7 +207,7 @@ def not_good_warning(not_good: int | None, used: int) -> list[Finding]:
 
 
 class _Selection:
-    """Selection of the planes of a table, with the excluded rows and the reasons."""
+    """Selection of planes of a table, with the excluded rows and the reasons."""
 
     def __init__(self, table: OrientationRows) -> None:
         self.table = table
@@ -223,9 +223,9 @@ class _Selection:
         which: FoldFilter,
         turn: Callable[[FloatArray], FloatArray] | None = None,
     ) -> FoldAxis:
-        """Return the axis of the planes, or of the named sets."""
+        """Return the axis of the selected planes, or of the named sets."""
         self.select_planes_only()
-        # Ignore an empty column of kinds, as `fit` writes it.
+        # Ignore an empty column of kinds, as written by `fit`.
         has_kinds = self.table.kinds is not None and any(self.table.kinds)
         if kind is not None or (sets is None and has_kinds):
             self.select_kind(kind)
@@ -238,7 +238,7 @@ class _Selection:
         return axis
 
     def apply_filter(self, which: FoldFilter) -> None:
-        """Select one set and sufficient verdicts, and picks if there are any."""
+        """Select the planes that pass the filter for sets and verdicts."""
         table = self.table
         qualities, sets = self._verdicts_and_sets(self.use)
         if which.min_quality is not None and not any(qualities):
@@ -257,7 +257,7 @@ class _Selection:
             raise self._error(finding, "--quality")
 
     def _verdicts_and_sets(self, use: BoolArray) -> tuple[list[str], list[str]]:
-        """Return verdicts and sets of these rows, "" for none."""
+        """Return the verdicts and sets of the selected rows; "" if missing."""
         table, rows = self.table, np.flatnonzero(use)
         try:
             words = table.column("quality")
@@ -275,7 +275,7 @@ class _Selection:
             raise self._error(Finding("orientation.no-planes"), "element")
 
     def select_kind(self, requested: str | None) -> None:
-        """Select one kind: cross joints among beds would rotate beta by up to 90 degrees."""
+        """Select one kind, as cross joints among beds would rotate beta by up to 90 degrees."""
         kinds = self.table.kinds
         if kinds is None:
             raise self._error(Finding("fold.no-column", columns="kind", option="--kind"), "--kind")
@@ -310,14 +310,14 @@ class _Selection:
         )
 
     def _overturned(self) -> BoolArray | None:
-        """Return the flags of the planes used; None if the table has none."""
+        """Return the overturned flags of the planes used, or None if the table has none."""
         flags = self.table.overturned
         if flags is None:
             return None
         return np.array([flag is True for flag in flags])[self.use]
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:
-        """Return the common axis of sets, each weighted once by its mean."""
+        """Return the common axis of sets, each represented by its mean with equal weight."""
         names_by_row = self.table.sets or self.table.kinds
         if names_by_row is None:
             finding = Finding("fold.no-column", columns=("set", "kind"), option="--sets")

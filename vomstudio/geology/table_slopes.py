@@ -1,4 +1,4 @@
-"""Kinematic analysis of a slope with the planes of a table, for `vomstudio slope`."""
+"""Kinematic analysis of a slope based on the planes of a table, for `vomstudio slope`."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
 SEED = 1
 MAX_DRAWS = 4096
 MAX_DRAWN_PLANES = 1_500_000
-"""Drawn planes and intersections, which limit the number of draws."""
+"""Maximum number of drawn planes, which limits the number of draws."""
 MAX_DRAWN_PAIRS = 30_000_000
-"""Drawn planes, and drawn intersections, that are looked at: they set the number of draws."""
+"""Maximum number of drawn intersections, which limits the number of draws."""
 MIN_DRAWS = 4
 PLANES_PER_PORTION = 65_536
-"""Drawn planes in memory at a time."""
+"""Number of drawn planes kept in memory at a time."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Failure mode.
+    """Figures of a failure mode.
 
     Attributes
     ----------
     critical, of : int
-        Number of planes or intersections in its zone, and of all.
+        Number of planes or intersections in the critical zone, and the total number.
     share : float or None
-        critical / of; None if there are none.
+        critical / of; None if `of` is 0.
     probability : float or None
-        Expected share with the errors of the planes; None without errors.
+        Expected share given the errors of the planes; None if no errors are known.
     secondary : int
-        Number in the secondary zone, as in `Zones`.
+        Number in the secondary zone, see `Zones`.
     """
 
     critical: int
@@ -65,16 +65,16 @@ class Mode:
 
 @dataclass(frozen=True)
 class PlanesMode(Mode):
-    """Failure mode of planes, with the ids of the critical ones."""
+    """Failure mode of individual planes, with the ids of the critical planes."""
 
     ids: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class PairsMode(Mode):
-    """Figures of intersections of pairs of planes.
+    """Failure mode of the intersections of pairs of planes.
 
-    Not counted in `of` are `parallel` pairs, which do not meet, and pairs of `same_set`, whose
+    `of` excludes `parallel` pairs, which do not intersect, and pairs of the `same_set`, whose
     intersection is not a wedge.
     """
 
@@ -84,14 +84,14 @@ class PairsMode(Mode):
 
 @dataclass(frozen=True)
 class TopplingMode(PairsMode):
-    """Direct toppling; `bases` are possible base planes, `secondary` is oblique toppling."""
+    """Direct toppling: `bases` are the possible base planes, `secondary` is oblique toppling."""
 
     bases: PlanesMode
 
 
 @dataclass(frozen=True)
 class Face:
-    """Angles of the face, degrees."""
+    """Dip direction and dip of the face, degrees."""
 
     dip_direction_deg: float
     dip_deg: float
@@ -105,12 +105,12 @@ class TableSlope(PrintableResult):
     Attributes
     ----------
     left_out : int
-        Number of lines in the table.
+        Number of rows of the table that were not used.
     with_error : int
-        Number of planes with known errors.
+        Number of planes with a known error.
     draws : (int, int) or None
-        Draws of the planes with their errors, for planes and for intersections; None without
-        errors.
+        Number of draws of the planes and of the intersections, given the errors; None if no errors
+        are known.
     """
 
     n: int
@@ -131,12 +131,12 @@ class TableSlope(PrintableResult):
 
 
 def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
-    """Return the face of a plane.
+    """Create a slope face from its plane and the options.
 
     Parameters
     ----------
     face : str or Plane
-        Plane, or its text as in "135/70".
+        Plane, or its text such as "135/70".
     options : SlopeOptions
 
     Returns
@@ -146,7 +146,7 @@ def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
     Raises
     ------
     UsageError
-        If the text is not a plane.
+        If the text is not a valid plane.
     """
     try:
         plane = parse_plane(face, "dipdir/dip") if isinstance(face, str) else face
@@ -238,7 +238,7 @@ def table_slope(
 
 
 def set_numbers(table: OrientationRows) -> IntArray | None:
-    """Return the number of the set of each plane.
+    """Return the number of the set that each plane belongs to.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def set_numbers(table: OrientationRows) -> IntArray | None:
     Returns
     -------
     (n,) ndarray of int or None
-        -1 for planes without a set; None without sets.
+        -1 for planes that belong to no set; None if the table has no sets.
     """
     if table.sets is None:
         return None
@@ -260,7 +260,7 @@ def set_numbers(table: OrientationRows) -> IntArray | None:
 class CriticalPlane:
     """Plane that contributes to a failure mode.
 
-    `intersections` is the number of its critical intersections, None if the plane itself is
+    `intersections` is the number of its critical intersections, or None if the plane itself is
     critical.
     """
 
@@ -271,9 +271,9 @@ class CriticalPlane:
 def critical_planes(
     table: OrientationRows, face: SlopeFace, slope: TableSlope
 ) -> dict[str, tuple[CriticalPlane, ...]]:
-    """Return the critical planes by failure mode and of "bases".
+    """Return the critical planes of each failure mode, and the base planes as "bases".
 
-    They are in the order of the table, or by decreasing number of critical intersections.
+    They are sorted in table order, or by decreasing number of critical intersections.
 
     Parameters
     ----------
@@ -305,7 +305,7 @@ def critical_planes(
 
 
 def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zones]:
-    """Return the zones of planar sliding, flexural toppling and bases of direct toppling."""
+    """Return the zones of planar sliding, flexural toppling and toppling base planes."""
     return (
         planar_sliding(face, normals),
         flexural_toppling(face, normals),
@@ -319,7 +319,7 @@ def _share(critical: int, of: int) -> float | None:
 
 @dataclass(frozen=True)
 class _Expected:
-    """Shares to be expected: of the three zones of planes, and of wedges and direct toppling."""
+    """Expected shares of the three zones of planes, and of wedges and direct toppling."""
 
     planes: tuple[float | None, float | None, float | None] = (None, None, None)
     pairs: tuple[float | None, float | None] = (None, None)
@@ -332,9 +332,9 @@ def _expected(
     sets: IntArray | None,
     progress: Progress,
 ) -> _Expected:
-    """Estimate probabilities by drawing the planes with their errors, with a fixed seed.
+    """Estimate probabilities from random draws of the planes within their errors (fixed seed).
 
-    Small tables are drawn more often. Planes without a known error do not vary.
+    Smaller tables are drawn more often. Planes without a known error do not vary.
     """
     if not planes.known.any():
         return _Expected()
@@ -370,7 +370,7 @@ def _draws(budget: int, each: int) -> int:
 
 
 def _portions(draws: int, n: int) -> list[tuple[int, int]]:
-    """Return the number of draws before each portion, and that in it."""
+    """Return the number of draws before each block, and the number within it."""
     max_draws = max(1, PLANES_PER_PORTION // n)
     return [(start, min(max_draws, draws - start)) for start in range(0, draws, max_draws)]
 
@@ -378,7 +378,7 @@ def _portions(draws: int, n: int) -> list[tuple[int, int]]:
 def _messages(
     face: SlopeFace, n: int, rows: int, n_known: int, of: int, parallel: int, same_set: int
 ) -> list[Finding]:
-    """Return the messages about the figures."""
+    """Return the findings about the results."""
     messages: list[Finding] = []
     if same_set:
         messages.append(

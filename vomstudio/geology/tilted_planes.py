@@ -1,9 +1,9 @@
-"""Random planes within the error of each plane and of its registration.
+"""Random draws of planes within their errors and the errors of their registrations.
 
-The joint 95 % region of a plane's orientation is that of a normal distribution about it (chi square
-with two degrees of freedom), wrapped onto the sphere along great circles. The part of the total
-error beyond those of fit and registration is isotropic
-(`geometry.rotation_errors.enlarged_semi_axes`). Planes of one registration rotate together.
+The joint 95 % region of the orientation of a plane is that of a normal distribution about it
+(chi-square with two degrees of freedom), wrapped onto the sphere along great circles. The part of
+the total error that exceeds the errors of the fit and the registration is isotropic
+(`geometry.rotation_errors.enlarged_semi_axes`). Planes with the same registration rotate together.
 """
 
 from __future__ import annotations
@@ -25,16 +25,17 @@ MAX_SEMI_AXIS_DEG = 89.9
 
 @dataclass(frozen=True, eq=False)
 class TiltedPlanes:
-    """Planes with their errors.
+    """Planes with the errors of their orientations.
 
     Attributes
     ----------
     normals : (n, 3) ndarray
-        Upward, World frame.
+        Upward normals in the World frame.
     axes : (n, 2, 3) ndarray
-        Tangent vectors of one standard deviation, radians; zero without an error.
+        Tangent vectors with the length of one standard deviation, radians; zero if there is no
+        error.
     turns : Turns or None
-        As in OrientationRows.
+        See `OrientationRows`.
     """
 
     normals: FloatArray
@@ -48,7 +49,7 @@ class TiltedPlanes:
         return has_own_error if self.turns is None else has_own_error | (self.turns.group >= 0)
 
     def draw(self, draws: int, generator: np.random.Generator) -> FloatArray:
-        """Draw upward unit normals (draws, n, 3)."""
+        """Draw random upward unit normals (draws, n, 3)."""
         n = len(self.normals)
         displacement = np.einsum(
             "knj,njc->knc", generator.standard_normal((draws, n, 2)), self.axes
@@ -67,17 +68,18 @@ class TiltedPlanes:
 
 
 def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
-    """Return planes of a table with their errors.
+    """Return the planes of a table with their errors.
 
-    From the columns `max_confidence95_deg`, `min_confidence95_deg`, `error_rake_deg` and
-    `total95_deg`; without a rake the larger one applies to all directions. Otherwise from
-    `dip_error_deg` and `dip_direction_error_deg`.
+    The errors are read from the columns `max_confidence95_deg`, `min_confidence95_deg`,
+    `error_rake_deg` and `total95_deg`; without a rake, the larger one applies to all directions. If
+    these columns are missing, the errors are read from `dip_error_deg` and
+    `dip_direction_error_deg`.
 
     Parameters
     ----------
     table : OrientationRows
     rows : (n,) ndarray of int
-        Rows of the planes.
+        Row indices of the planes.
 
     Returns
     -------
@@ -87,7 +89,7 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
     turns = None if table.turns is None else table.turns.of(rows)
     registration_deg = np.zeros(len(rows))
     if turns is not None:
-        # Exclude the common rotation from the errors of individual planes.
+        # Exclude the common rotation from the errors of the individual planes.
         registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
         registration_deg = np.where(turns.group >= 0, registration, 0.0)
     axes = _axes(table, rows, registration_deg)
@@ -95,15 +97,15 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
 
 
 def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatArray:
-    """Return the tangent axes of errors without the errors of the registration.
+    """Return the tangent axes of the errors, excluding those of the registration.
 
-    These are excluded from `total95_deg`.
+    The errors of the registration are removed from `total95_deg`.
 
     Parameters
     ----------
     table : OrientationRows
     rows : (n,) ndarray of int
-        Rows of the planes.
+        Row indices of the planes.
 
     Returns
     -------
@@ -115,9 +117,9 @@ def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatAr
 
 
 def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> FloatArray:
-    """Return tangent axes.
+    """Return the tangent axes of the errors.
 
-    `excluded_deg` (n,) are 95 % half-angles to exclude from the total error.
+    `excluded_deg` (n,) are 95 % half-angles that are removed from the total error.
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     largest, smallest, total, rake = (
@@ -132,7 +134,7 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
     along, across = (
         cells_of(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
     )
-    # An error of the dip direction tilts the plane along the strike by its sine component.
+    # An error of the dip direction tilts the plane along its strike by the sine of the dip.
     across = across * np.sin(np.radians(dip))
     has_split_errors = ~np.isfinite(largest) & ~np.isfinite(total) & np.isfinite(along)
     largest = np.where(has_split_errors, along, largest)
@@ -147,19 +149,19 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
 
 
 def _frames(azimuth_deg: FloatArray, dip_deg: FloatArray, rake_deg: FloatArray) -> FloatArray:
-    """Return unit vectors (n, 2, 3) in the planes: with this rake, and perpendicular to it."""
+    """Return unit vectors (n, 2, 3) in the planes: at the given rake, and perpendicular to it."""
     strike_deg = np.where(dip_deg >= 90.0, np.mod(azimuth_deg - 90.0, 180.0), azimuth_deg - 90.0)
     sin_s, cos_s = sin_cos_deg(strike_deg)
     sin_d, cos_d = sin_cos_deg(dip_deg)
     sin_r, cos_r = (part[:, None] for part in sin_cos_deg(rake_deg))
     strike = np.stack([sin_s, cos_s, np.zeros_like(sin_s)], axis=-1)
-    # The dip direction is (cos, -sin) of the strike.
+    # The horizontal dip direction is (cos, -sin) of the strike.
     down = np.stack([cos_s * cos_d, -sin_s * cos_d, -sin_d], axis=-1)
     return np.stack([cos_r * strike + sin_r * down, cos_r * down - sin_r * strike], axis=1)
 
 
 def cells_of(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
-    """Return the numbers of a column; half-angles and rakes are never negative.
+    """Return the numbers in a column; half-angles and rakes are never negative.
 
     Parameters
     ----------
@@ -171,7 +173,7 @@ def cells_of(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
     Returns
     -------
     (n,) ndarray
-        NaN if missing.
+        Values of the given rows; NaN if missing.
     """
     try:
         cells = table.column(name)

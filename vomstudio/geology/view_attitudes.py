@@ -1,9 +1,10 @@
-"""Attitudes of cameras as rotations, and as azimuth, elevation and roll of views.
+"""Attitudes of cameras as rotations, or as azimuth, elevation and roll of their views.
 
-Angles are in degrees: yaw is the azimuth of the view, clockwise from north (for a view straight
-down that of the photo's top); pitch is its elevation, 0 level and -90 straight down; roll is 0 if
-the photo's long side is level, and clockwise as the photographer tilts the camera. World is east,
-north, up; cameras have x right, y down, z forward.
+Angles are in degrees. Yaw is the azimuth of the view, clockwise from north (for a view straight
+down, the azimuth of the top of the photo). Pitch is the elevation of the view, 0 if level and -90
+if straight down. Roll is 0 if the long side of the photo is level, and positive if the photographer
+tilts the camera clockwise. The World frame is east, north, up; camera axes are x right, y down, z
+forward.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 
-# Minimum horizontal component of a view with a defined azimuth.
+# Minimum horizontal component of a view for its azimuth to be defined.
 MIN_HORIZONTAL = 1e-9
 
 
 def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
-    """Return the rotations from cameras to World.
+    """Return the rotations from the camera frames to the World frame.
 
     Parameters
     ----------
@@ -43,9 +44,9 @@ def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
 def error_axes(angles: npt.ArrayLike) -> FloatArray:
     """Return the axes about which errors of yaw, pitch and roll rotate a camera.
 
-    They are down, its level side, and level ahead: an instrument measures north and the vertical.
-    The vertical is as accurate to the side as ahead, also for a camera that looks down, where roll
-    about the view would be yaw.
+    These are the downward axis, the level side axis and the level forward axis, because an
+    instrument measures north and the vertical. The vertical has the same accuracy sideways and
+    forward, even for a camera that looks down, for which a roll about the view would be a yaw.
 
     Parameters
     ----------
@@ -55,7 +56,7 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
     Returns
     -------
     (n, 3, 3) ndarray
-        The axes are the columns.
+        Axes as columns, in the World frame.
     """
     yaw = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)[:, 0])
     zero = np.zeros_like(yaw)
@@ -66,22 +67,22 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
 
 
 def view_angles(rotations: npt.ArrayLike) -> FloatArray:
-    """Return yaw, pitch and roll of views.
+    """Return the yaw, pitch and roll of views.
 
     Parameters
     ----------
     rotations : (n, 3, 3) array_like
-        From cameras to World.
+        Rotations from the camera frames to the World frame.
 
     Returns
     -------
     (n, 3) ndarray
-        Degrees; views straight up or down have roll 0.
+        Angles in degrees; the roll of views straight up or down is 0.
     """
     right, down, forward = np.moveaxis(np.asarray(rotations, np.float64).reshape(-1, 3, 3), 2, 0)
     flat = np.hypot(forward[:, 0], forward[:, 1])
     steep = flat < MIN_HORIZONTAL
-    # The photo's top is ahead for views down, and behind for views up.
+    # The top of the photo is forward for downward views, and backward for upward views.
     ahead = np.where(
         steep[:, None], np.where(forward[:, 2:] < 0, -down[:, :2], down[:, :2]), forward[:, :2]
     )
@@ -95,11 +96,11 @@ def view_angles(rotations: npt.ArrayLike) -> FloatArray:
 
 
 def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
-    """Convert the attitude of an aircraft with a nadir camera to that of its views.
+    """Convert attitudes of an aircraft with a nadir camera to attitudes of its views.
 
-    The photo's top is ahead, as in Pix4D and OpenDroneMap: rotations about down, then right, then
-    ahead (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw, Pitch, Roll and Omega, Phi, Kappa
-    angles").
+    The top of the photo points forward, as in Pix4D and OpenDroneMap. The rotations are about the
+    down, right and forward axes, in this order (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw,
+    Pitch, Roll and Omega, Phi, Kappa angles").
 
     Parameters
     ----------
@@ -121,14 +122,14 @@ def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
 
 
 def rotations_from_vertical(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> FloatArray:
-    """Return the rotations from cameras to World by the vertical and the azimuth of the view.
+    """Return the rotations from camera to World for given verticals and view azimuths.
 
     Parameters
     ----------
     down : (n, 3) array_like
         Direction of gravity in the frame of each camera.
     azimuth_deg : (n,) array_like
-        Azimuth of the view; views straight up or down have none.
+        Azimuths of the views, degrees; undefined for views straight up or down.
 
     Returns
     -------

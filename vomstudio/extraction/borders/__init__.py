@@ -1,1 +1,1 @@
-"""Borders of facets in their planes."""
+"""Boundaries of facets in their planes."""

@@ -1,9 +1,9 @@
-"""Compiled search for the points of a plane that a disc without points touches.
+"""Compiled search for the points of a plane that are touched by an empty disc.
 
-A disc of radius R can touch a point if its centre may be at the distance R from the point with no
-other point inside. Each neighbour nearer than 2 R forbids an arc of directions. The remaining
-directions are gaps; at both ends of a gap the disc touches a neighbour (the alpha shape of
-Edelsbrunner, Kirkpatrick & Seidel 1983, edge by edge).
+A disc of radius R can touch a point if its centre can be at the distance R from the point without
+another point inside the disc. Each neighbour closer than 2 R excludes an arc of directions. The
+remaining directions are gaps; at both ends of a gap, the disc touches a neighbour (the alpha shape
+of Edelsbrunner, Kirkpatrick & Seidel 1983, edge by edge).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _MIN_ARC_RAD = 1e-12
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[:,::1])")
 def flatten_points(points, axes, centre, flat, ends):  # type: ignore[no-untyped-def]
-    """Project points onto two axes (2, 3); write coordinates and their limits (2, 2)."""
+    """Project points onto two axes (2, 3), and write their coordinates and limits (2, 2)."""
     cx, cy, cz = centre[0], centre[1], centre[2]
     a, b, c = axes[0, 0], axes[0, 1], axes[0, 2]
     d, e, f = axes[1, 0], axes[1, 1], axes[1, 2]
@@ -36,8 +36,9 @@ def flatten_points(points, axes, centre, flat, ends):  # type: ignore[no-untyped
 def sort_into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-untyped-def]
     """Sort points by the square cells of a grid, row by row.
 
-    The grid has its corner at x, y and `per` cells per unit. `begins` (cells + 1,) must be zero and
-    receives the start of each cell; `cell` (points,) is working space; `out` receives the points.
+    The corner of the grid is at x, y, and it has `per` cells per unit. `begins` (cells + 1,) must
+    be zero on entry, and receives the start of each cell; `cell` (points,) is a work array; the
+    sorted points are written to `out`.
     """
     for i in range(len(flat)):
         c = int((flat[i, 0] - x) * per) + columns * int((flat[i, 1] - y) * per)
@@ -60,8 +61,8 @@ def sort_into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignor
 def thin_cells(points, begins, x, y, per, columns, max_points, is_occupied):  # type: ignore[no-untyped-def]
     """Keep one point per square in cells with more than `max_points`; return the number kept.
 
-    The points are sorted by `sort_into_cells`. `is_occupied` is working space for the squares of
-    one cell.
+    The points are sorted by `sort_into_cells`. `is_occupied` is a work array for the squares of one
+    cell.
     """
     squares, total, first = len(is_occupied), 0, 0
     for c in range(len(begins) - 1):
@@ -88,7 +89,7 @@ def thin_cells(points, begins, x, y, per, columns, max_points, is_occupied):  # 
 
 @part
 def _is_interior(begins, columns, c):  # type: ignore[no-untyped-def]
-    """Check that a cell and its eight neighbours all contain points."""
+    """Return whether a cell and its eight neighbours all contain points."""
     for row in range(-1, 2):
         for column in range(-1, 2):
             at = c + row * columns + column
@@ -99,13 +100,13 @@ def _is_interior(begins, columns, c):  # type: ignore[no-untyped-def]
 
 @part
 def _is_surrounded(points, begins, columns, c, p, reach, radius, table):  # type: ignore[no-untyped-def]
-    """Check whether the neighbours forbid all of 64 sectors of directions, each one alone."""
+    """Return whether each of 64 sectors of directions is excluded by a single neighbour."""
     bins = table.shape[0]
     x, y = points[p, 0], points[p, 1]
     per, half = bins / (4.0 * radius), bins / 2.0
     sectors = 0
     for row in range(reach + 1):
-        # The nearest rows of cells first.
+        # Start with the nearest rows of cells.
         for side in range(1 if row == 0 else 2):
             first = c + (row if side == 0 else -row) * columns
             for q in range(begins[first - reach], begins[first + reach + 1]):
@@ -120,7 +121,7 @@ def _is_surrounded(points, begins, columns, c, p, reach, radius, table):  # type
 
 @part
 def _arcs(points, begins, columns, c, p, reach, radius, near, arcs):  # type: ignore[no-untyped-def]
-    """List neighbours with start and width of the arc that each forbids; return their number."""
+    """List neighbours with the arcs (start, width) that they exclude; return their number."""
     x, y = points[p, 0], points[p, 1]
     number = 0
     for row in range(-reach, reach + 1):
@@ -163,12 +164,12 @@ def roll_disc(  # type: ignore[no-untyped-def]
     arcs,
     edges,
 ):
-    """Write the pairs of points between which an empty disc rolls; return their number.
+    """Write the pairs of points between which an empty disc rolls, and return their number.
 
-    Returns -1 if there are more than fit into `edges`. The points are sorted by `sort_into_cells`,
-    with a margin of `reach` and one empty cells. With `sparing`, only gaps that reach a cell
-    beside an empty one count. `table` contains the sectors, see polygons.py; `is_queued` must be
-    False; `queue`, `near` and `arcs` are working space.
+    Return -1 if there are more pairs than fit into `edges`. The points are sorted by
+    `sort_into_cells`, with a margin of `reach` and one empty cells. If `sparing`, only gaps that
+    reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
+    `is_queued` must be False on entry; `queue`, `near` and `arcs` are work arrays.
     """
     tail, total = 0, 0
     rows = (len(begins) - 1) // columns

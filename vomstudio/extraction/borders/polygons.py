@@ -1,4 +1,4 @@
-"""Border of a facet in its plane: a polygon with holes."""
+"""Boundary of a facet in its plane as a polygon with holes."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels
 
 _EXPECTED_GAPS = 0.1
-"""Expected number of gaps in a random facet that count as holes or bays by chance."""
-# With more points only gaps beside empty cells count. The cells are so large, in spacings, that a
-# cell is very unlikely to be empty by chance.
+"""Expected number of random gaps in a facet that are mistaken for holes or bays."""
+# With more points, only gaps beside empty cells are used. The cells are so large, relative to the
+# spacing, that a cell is very unlikely to be empty by chance.
 _MIN_POINTS_FOR_CELLS = 4_000
 _CELL_SPACINGS = 2.5
 _MAX_CELLS = 4_000_000
 _MAX_TEXT_LENGTH = 100_000
 _SECTOR_SQUARES = 32
-# In cells with more points than this, one point per square is enough.
+# In cells with more points than this, one point per square is sufficient.
 _MAX_CELL_POINTS, _CELL_SQUARES = 64, 8
-# Half of the maximum gap between the pieces of a facet, in sides of a face.
+# Half the maximum gap between the pieces of a facet, in side lengths of a face.
 _GAP_SIDES = 0.8
 
 
 def plane_axes(normal: FloatArray) -> FloatArray:
-    """Return two orthogonal unit axes in a plane.
+    """Return two orthogonal unit vectors in the plane with a given normal.
 
     Parameters
     ----------
@@ -52,18 +52,18 @@ def plane_axes(normal: FloatArray) -> FloatArray:
 def enclose_faces(
     corners: FloatArray, centre: FloatArray, normal: FloatArray
 ) -> tuple[Any, FloatArray]:
-    """Build the polygon that the free edges of faces enclose.
+    """Build the polygon that is enclosed by the free edges of faces.
 
     Parameters
     ----------
     corners : (k, 3, 3) array
     centre, normal : (3,) arrays
-        Of the plane.
+        Centre and normal of the plane.
 
     Returns
     -------
     polygon : shapely geometry
-        In the coordinates of the plane.
+        Polygon in the coordinates of the plane.
     axes : (2, 3) array
         Axes of these coordinates.
     """
@@ -80,7 +80,7 @@ def enclose_faces(
 
 
 def _pieces(nodes: IntArray) -> IntArray:
-    """Return the connected piece (k,) of each face (k, 3)."""
+    """Return the connected component (k,) of each face (k, 3)."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -91,7 +91,7 @@ def _pieces(nodes: IntArray) -> IntArray:
 
 
 def _close_gaps(lines: FloatArray, ends: IntArray, pieces: IntArray, width: float) -> Any:
-    """Enclose the free edges of all pieces, and close gaps narrower than twice the width."""
+    """Enclose the free edges of all components and close gaps narrower than twice the width."""
     import shapely
 
     parts = []
@@ -107,20 +107,20 @@ def enclose_points(
 ) -> tuple[Any, FloatArray]:
     """Build the alpha shape of points (Edelsbrunner, Kirkpatrick & Seidel 1983).
 
-    A disc without points defines the border. It is larger than the gaps that occur by chance.
+    The boundary is traced by an empty disc that is larger than the gaps that occur by chance.
 
     Parameters
     ----------
     points : (k, 3) array
     spacing : float
-        Mean spacing.
+        Mean spacing of the points.
     centre, normal : (3,) arrays
-        Of the plane.
+        Centre and normal of the plane.
 
     Returns
     -------
     polygon : shapely geometry
-        In the coordinates of the plane.
+        Polygon in the coordinates of the plane.
     axes : (2, 3) array
         Axes of these coordinates.
     """
@@ -137,9 +137,10 @@ def enclose_points(
 def _border_lines(
     flat: FloatArray, ends: FloatArray, spacing: float, radius: float
 ) -> FloatArray | None:
-    """Trace the border lines (k, 2, 2) with a disc that rolls around the points.
+    """Trace the boundary lines (k, 2, 2) with a disc that rolls around the points.
 
-    None if the lines do not close, as when rounding decides whether four points are on a circle.
+    Return None if the lines do not close, for example if rounding decides whether four points lie
+    on a circle.
     """
     low, size = ends[0], ends[1] - ends[0]
     side = max(_CELL_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
@@ -180,10 +181,10 @@ def _border_lines(
 
 @cache
 def _sectors() -> IntArray:
-    """Tabulate the directions that a neighbour forbids, as bits for 64 sectors.
+    """Tabulate the directions that a neighbour excludes, as bits for 64 sectors.
 
-    The table has squares over twice the radius to each side; a sector counts if the neighbour
-    forbids it from anywhere in its square.
+    The table consists of squares that extend over twice the radius to each side; a sector is set if
+    the neighbour excludes it from anywhere within its square.
     """
     edge = np.linspace(-2.0, 2.0, _SECTOR_SQUARES + 1)
     corner = np.stack(np.meshgrid(edge, edge, indexing="ij"), axis=-1)
@@ -201,9 +202,9 @@ def _sectors() -> IntArray:
 
 
 def _lines_by_triangles(flat: FloatArray, radius: float) -> FloatArray:
-    """Derive the border lines from a Delaunay triangulation, if the disc does not close.
+    """Derive the boundary lines from a Delaunay triangulation, if the disc does not close.
 
-    They are the free edges of triangles whose circumscribed circle is not larger than the disc.
+    They are the free edges of the triangles whose circumcircle is not larger than the disc.
     """
     from scipy.spatial import Delaunay, QhullError
 
@@ -223,7 +224,7 @@ def _lines_by_triangles(flat: FloatArray, radius: float) -> FloatArray:
 def _gap_radius(count: int) -> float:
     """Return the maximum radius, in mean spacings, of circles through three random neighbours.
 
-    A share (1 + x) exp(-x) of these circles has more than the area x (Miles 1970, Mathematical
+    A fraction (1 + x) exp(-x) of these circles has an area larger than x (Miles 1970, Mathematical
     Biosciences 6, 85), and there are twice as many circles as points.
     """
     x = 10.0
@@ -233,21 +234,21 @@ def _gap_radius(count: int) -> float:
 
 
 def to_wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float) -> str | None:
-    """Write a polygon in World as WKT with z.
+    """Write a polygon as WKT with z coordinates in the World frame.
 
     Parameters
     ----------
     polygon : shapely geometry
-        In the coordinates of the plane.
+        Polygon in the coordinates of the plane.
     axes : (2, 3) array
     centre : (3,) array
     tolerance : float
-        Of the simplification, m; increased if the text is too long for a cell of a table.
+        Tolerance of the simplification, m; increased if the text is too long for a table cell.
 
     Returns
     -------
     str or None
-        None for an empty polygon.
+        WKT text; None for an empty polygon.
     """
     import shapely
 
@@ -267,7 +268,7 @@ def to_wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float)
 
 
 def _free(ends: IntArray) -> BoolArray:
-    """Return which edges (k, 2) belong to an odd number of faces, each once."""
+    """Return which edges (k, 2) belong to an odd number of faces, each edge once."""
     key = ends.min(axis=1) * (int(ends.max()) + 1) + ends.max(axis=1)
     _, edge_of, count = np.unique(key, return_inverse=True, return_counts=True)
     first = np.zeros(len(key), np.bool_)
@@ -276,13 +277,13 @@ def _free(ends: IntArray) -> BoolArray:
 
 
 def _polygonize(lines: FloatArray) -> Any:
-    """Polygonize lines (k, 2, 2), with holes; lines of a folded surface may cross."""
+    """Polygonize lines (k, 2, 2), with holes; the lines of a folded surface may cross."""
     import shapely
 
     if not len(lines):
         return shapely.Polygon()
     multiline = shapely.multilinestrings(shapely.linestrings(lines))
-    # Lines that cross, as those of a folded piece do, are first split at the crossings.
+    # Lines that cross, such as those of a folded piece, are first split at the crossings.
     preparations: tuple[Callable[[Any], Any], ...] = (
         lambda lines: lines,
         shapely.node,

@@ -1,1 +1,1 @@
-"""Planes of large clouds, found on cubic cells before single points are analysed."""
+"""Planes of large clouds, found on cubic cells before individual points are analysed."""

@@ -1,4 +1,4 @@
-"""Compiled loops over the cells of a cloud and their points, which are sorted by cells.
+"""Compiled loops over the cells of a cloud and its points, which are sorted by cell.
 
 The points of cell c are points[begins[c]:begins[c + 1]].
 """
@@ -10,7 +10,7 @@ import math
 from vomstudio.geometry.kernels.jit import kernel
 
 _CLUTTER_RATIO = 4
-"""A cell with this many times fewer points than its neighbour is clutter."""
+"""A cell that has this many times fewer points than its neighbour is clutter."""
 
 
 @kernel(
@@ -32,12 +32,12 @@ def assign_points(  # type: ignore[no-untyped-def]
     out,
     open_,
 ):
-    """Assign points to the nearest plane of their cell and the cells around, or to none.
+    """Assign points to the nearest plane of their cell and the adjacent cells, or to none.
 
-    labels (cells,) contains the facet of each cell, below 0 for none; centres, facing (f, 3) and
-    limits (f,) describe the facets' planes. `open_` receives whether a point must be analysed
-    individually: if the cells around belong to several facets, or to none with more than stray
-    points, or if the point is off its cell's plane.
+    labels (cells,) contains the facet of each cell, negative for none; centres, facing (f, 3) and
+    limits (f,) describe the planes of the facets. `open_` receives whether a point must be analysed
+    individually: if the adjacent cells belong to several facets, if they belong to none and contain
+    more than stray points, or if the point is not on the plane of its cell.
     """
     for c in range(len(begins) - 1):
         own_label = labels[c]
@@ -88,7 +88,7 @@ def assign_points(  # type: ignore[no-untyped-def]
 def copy_to_points(  # type: ignore[no-untyped-def]
     begins, normals, variation, areas, noise, own_normals, own_variation, own_areas, own_noise
 ):
-    """Copy the values of each cell to its points, the area in equal shares."""
+    """Copy the values of each cell to its points, dividing the area equally."""
     for c in range(len(begins) - 1):
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
         share = areas[c] / (begins[c + 1] - begins[c])
@@ -103,16 +103,16 @@ def copy_to_points(  # type: ignore[no-untyped-def]
 def describe_cells(  # type: ignore[no-untyped-def]
     begins, count, inner, spreads, min_points, max_variation, normals, area, variation, noise
 ):
-    """Describe the surroundings of each cell by their number of points and eigenvalues.
+    """Describe the neighbourhood of each cell, given its number of points and eigenvalues.
 
-    Writes the area per point, the variation, and the scatter about the plane. Points on a line do
-    not define a normal. A cell with `min_points` and a variation up to `max_variation` has its own
-    scatter.
+    The area per point, the variation and the scatter about the plane are written. Points on a line
+    do not define a normal. For a cell with at least `min_points` and a variation of at most
+    `max_variation`, its own scatter is used.
     """
     for c in range(len(count)):
         smallest, middle, largest = spreads[c, 0], spreads[c, 1], spreads[c, 2]
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
-        # In a disc of area A the variance along each diameter is A / (4 pi).
+        # In a disc of area A, the variance along each diameter is A / (4 pi).
         area[c] = 4.0 * math.pi * math.sqrt(max(middle * largest, 0.0)) / count[c]
         variation[c] = smallest / max(smallest + middle + largest, 1e-300)
         square = smallest
@@ -121,7 +121,8 @@ def describe_cells(  # type: ignore[no-untyped-def]
             normals[c, 0], normals[c, 1], normals[c, 2] = math.nan, math.nan, math.nan
             x, y, z = 0.0, 0.0, 0.0
         if points >= min_points and variation[c] <= max_variation:
-            # The scatter of the surroundings contains relief; that within the cell does not.
+            # The scatter of the neighbourhood includes relief; the scatter within the cell does
+            # not.
             scatter = (
                 inner[c, 0] * x * x
                 + inner[c, 1] * y * y

@@ -1,7 +1,8 @@
-"""Planes of a dense cloud from cells of about ten points, transferred to the points.
+"""Planes of a dense cloud, found on cells of about ten points each.
 
-Within a rock face neighbouring points have the same plane, so they can be analysed together. Edges,
-small pieces and rough ground, which cells do not resolve, are left to single points.
+Within a rock face, neighbouring points have the same plane, so they can be analysed together.
+Edges, small pieces and rough ground, which cells cannot resolve, are left to the analysis of
+individual points.
 """
 
 from __future__ import annotations
@@ -29,14 +30,15 @@ from vomstudio.geometry.nearby.point_grid import run_in_blocks
 _POINTS_PER_CELL = 16.0
 _CELL_GROWTH = 2.5
 # Not from a paper: maximum typical variation, above which larger cells are used, and maximum
-# variation of a single cell; an edge of 60 degrees has as much.
+# variation of a single cell; an edge of 60 degrees reaches this value.
 _MAX_TYPICAL_VARIATION, _MAX_CELL_VARIATION = 0.02, 0.06
-# Above it one standard deviation of the scatter is less than a tenth of the cell's side.
+# At this variation, one standard deviation of the scatter is a tenth of the cell size.
 _MAX_THIN_VARIATION = 0.007
 _MIN_CELLS = 40
 _MIN_POINTS_WITHIN = 6
-# The same if the noise exceeds the spacing: a face has fewer cells of a few hundred points. The
-# scatter about a surface does not grow with the cells, that of separate pieces does.
+# The same if the noise exceeds the spacing: a face has fewer cells, with a few hundred points each.
+# The scatter about a surface does not increase with the cell size, but that of separate pieces
+# does.
 _NOISY_POINTS_PER_CELL, _NOISY_CELL_GROWTH = 100.0, 1.5
 _NOISY_MAX_TYPICAL_VARIATION, _NOISY_MAX_CELL_VARIATION = 0.035, 0.07
 _NOISY_MIN_CELLS = 9
@@ -59,15 +61,17 @@ def find_cell_planes(
     Parameters
     ----------
     local : (n, 3) array
-        Points, relative to their minimum.
+        Points relative to their minimum.
     angle_deg : float
     max_distance : float or None
         Maximum distance from a plane, m.
     min_points, min_area
-        Minimum points and area (m²) of a facet; smaller planes are left to single points.
+        Minimum number of points and minimum area (m²) of a facet; smaller planes are left to the
+        analysis of individual points.
     progress : Progress
     noisy : bool
-        Use only surroundings wider than those of single points; detected for large clouds.
+        Whether to use only neighbourhoods wider than those of individual points; detected for large
+        clouds.
 
     Returns
     -------
@@ -99,7 +103,7 @@ def find_cell_planes(
         min_cells, max_variation = _NOISY_MIN_CELLS, _NOISY_MAX_CELL_VARIATION
         wide = search.width if search.typical_variation <= _NOISY_MAX_TYPICAL_VARIATION else np.inf
     grid, cells = search.grid, search.cells
-    # In a cloud whose cells have no normals every point is analysed individually.
+    # If the cells of a cloud have no normals, every point is analysed individually.
     if wide > search.width or (not wide and search.typical_variation > _MAX_TYPICAL_VARIATION):
         max_variation = -1.0
     cells.normals[(search.count < MIN_POINTS_AROUND) | (cells.variation > max_variation)] = np.nan
@@ -150,9 +154,10 @@ def find_cell_planes(
 
 @dataclass(frozen=True, eq=False)
 class _CellSearch:
-    """Cells with the number of points in and around each.
+    """Cells with the number of points in and around each of them.
 
-    `typical_variation` is a median, `width` the typical width of a cell and those around it, m.
+    `typical_variation` is a median; `width` is the typical width of a cell including its
+    neighbours, m.
     """
 
     grid: CellGrid
@@ -165,7 +170,7 @@ class _CellSearch:
 def _find_flat_cells(
     local: FloatArray, per_cell: float, growth: float, max_variation: float, progress: Progress
 ) -> _CellSearch:
-    """Find the smallest cells with flat surroundings, up to ten times the number of points."""
+    """Find the smallest cells with flat neighbourhoods, up to ten times the number of points."""
     max_per_cell, min_noise = 10.0 * per_cell, np.inf
     while True:
         grid = create_cell_grid(local, per_cell)
@@ -194,9 +199,9 @@ def _find_flat_cells(
 def _cell_elements(
     grid: CellGrid, max_variation: float, progress: Progress
 ) -> tuple[Elements, IntArray] | None:
-    """Build elements from cells, with the number of points in and around each.
+    """Build elements from cells, with the number of points in and around each cell.
 
-    None if a sample shows that they are far from flat.
+    Return None if a sample shows that the cells are far from flat.
     """
     m = len(grid.keys)
     starts, near = grid.around()

@@ -1,1 +1,1 @@
-"""Traces that the program proposes."""
+"""Automatically proposed traces."""

@@ -1,8 +1,9 @@
-"""Edge detection in pictures by a local ONNX network, run by OpenCV's dnn.
+"""Edge detection in pictures by a local ONNX network, run with the dnn module of OpenCV.
 
-The input is one picture, (1, 3, height, width) red, green and blue from 0 to 1 (or one grey
-channel). The output is the probability of an edge at each pixel, (1, 1, height, width). If a
-picture has another size than the network, it is cut into overlapping tiles, whose middles are used.
+The input is a single picture, (1, 3, height, width), with red, green and blue from 0 to 1 (or one
+grey channel). The output is the edge probability of each pixel, (1, 1, height, width). If the size
+of a picture differs from that of the network, it is divided into overlapping tiles, only the
+central parts of which are used.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from vomstudio.extraction.proposals.onnx_head import NetworkShapes, read_shapes
 
 _MAX_BYTES = 1 << 29
 _TILE_PX = 512
-# Overlap on each side of a tile; less if the network has small tiles of its own.
+# Overlap on each side of a tile; smaller if the network has small fixed tiles.
 _MARGIN_PX = 64
 _MIN_SIDE_PX, _MAX_SIDE_PX = 16, 4096
 _PROBABILITY_TOLERANCE = 1e-3
@@ -30,7 +31,7 @@ _GREY_WEIGHTS = np.array([0.299, 0.587, 0.114], np.float32)
 
 
 class EdgeNetwork:
-    """Network that detects edges.
+    """Network that detects edges in pictures.
 
     Parameters
     ----------
@@ -40,7 +41,7 @@ class EdgeNetwork:
     Raises
     ------
     InputError
-        If the file is not such a network.
+        If the file does not contain a suitable network.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -57,7 +58,7 @@ class EdgeNetwork:
         self._net = self._load(raw)
 
     def probability(self, picture: ByteArray, progress: Progress) -> Float32Array:
-        """Compute the probability of an edge at each pixel.
+        """Compute the edge probability of each pixel.
 
         Parameters
         ----------
@@ -71,7 +72,7 @@ class EdgeNetwork:
         Raises
         ------
         InputError
-            If the output of the network is not valid.
+            If the output of the network is invalid.
         Cancelled
         """
         height, width = picture.shape[:2]
@@ -87,7 +88,7 @@ class EdgeNetwork:
                 done += 1
                 part = picture[row : row + tall, column : column + wide]
                 answer = self._run(part, tall, wide)
-                # Within the margin the neighbouring tile is more reliable.
+                # Within the margin, the adjacent tile is more reliable.
                 first = 0 if row == 0 else up
                 begin = 0 if column == 0 else left
                 high, broad = part.shape[:2]
@@ -98,7 +99,7 @@ class EdgeNetwork:
 
     # --- the file ----------------------------------------------------------------------------
     def _check_shapes(self, head: NetworkShapes) -> tuple[int, tuple[int | None, int | None]]:
-        """Return the number of channels, and height and width if they are fixed."""
+        """Return the number of channels, and the height and width if they are fixed."""
         if len(head.inputs) != 1 or len(head.outputs) != 1:
             raise self._error(
                 Finding(
@@ -173,7 +174,7 @@ class EdgeNetwork:
         return np.clip(answer, 0.0, 1.0)
 
     def _tile(self, axis: int, size: int) -> int:
-        """Return the side of the tiles: fixed by the network, or a multiple of 32."""
+        """Return the size of the tiles: that required by the network, or a multiple of 32."""
         fixed_side = self._sides[axis]
         return fixed_side if fixed_side is not None else min(_TILE_PX, 32 * -(-size // 32))
 
@@ -186,7 +187,7 @@ def _margin(tile: int, size: int) -> int:
 
 
 def _starts(size: int, tile: int, margin: int) -> list[int]:
-    """Return the starts of the tiles, each overlapping the previous one by two margins."""
+    """Return the starts of the tiles, each of which overlaps the previous one by two margins."""
     if tile >= size:
         return [0]
     starts = list(range(0, size - tile, tile - 2 * margin))
@@ -194,6 +195,6 @@ def _starts(size: int, tile: int, margin: int) -> list[int]:
 
 
 def _reason(error: BaseException) -> str:
-    """Return the last words of OpenCV's message."""
+    """Return the last part of an OpenCV error message."""
     message = " ".join(str(error).split()) or tr("not enough memory")
     return message.rpartition("error: ")[2][:160]

@@ -12,14 +12,14 @@ from vomstudio.extraction.proposals.edge_pictures import EdgeDetector
 
 @dataclass(frozen=True, eq=False)
 class EdgePhotos(CalibratedPhotos):
-    """Calibrated photos that show edges.
+    """Calibrated photos that show detected edges.
 
     Parameters
     ----------
     find : callable
-        Detects edges when a photo is first requested.
+        Function that detects edges when a photo is first requested.
     folder : Path
-        For the pictures of edges.
+        Folder for the edge pictures.
     """
 
     find: EdgeDetector = lambda pictures, folder: ()
@@ -32,15 +32,15 @@ class EdgePhotos(CalibratedPhotos):
 
 
 def replace_by_edges(photos: CalibratedPhotos, find: EdgeDetector, folder: Path) -> EdgePhotos:
-    """Replace the pixels of photos by detected edges.
+    """Replace the pixels of photos with detected edges.
 
     Parameters
     ----------
     photos : CalibratedPhotos
     find : EdgeDetector
-        Detects the edges of a photo.
+        Function that detects the edges in a photo.
     folder : Path
-        Folder for the detected edges.
+        Folder for the edge pictures.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Model coloured by the edges that a network detects in its pictures.
+"""Models coloured by the edges that a network detects in their pictures.
 
-The more likely an edge, the darker the colour. Following dark lines therefore follows edges, at the
-resolution of the pictures.
+The higher the edge probability, the darker the colour. Following dark lines therefore follows edges
+at the resolution of the pictures.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 EDGE_COST = "dark"
-"""Cost by which edges are followed on such a model."""
+"""Cost with which edges are followed on such a model."""
 
 EdgeDetector = Callable[[Sequence[Path], Path], Sequence[Path]]
-"""Writes the pictures of the edges in some pictures to a folder, and returns their paths."""
+"""Function that writes the edges in pictures to a folder and returns the paths of the results."""
 
 _MAX_SIDE_PX = 8000
-# Pixel of the picture of a cloud, and depth range of the points visible in a pixel, in typical
-# spacings.
+# Pixel size of the picture of a cloud, and depth range of the points visible in a pixel, in typical
+# point spacings.
 _PIXEL_SPACINGS, _DEPTH_SPACINGS = 1.0, 6.0
 
 
 def write_edges(
     network: Path, pictures: Sequence[Path], folder: Path, progress: Progress
 ) -> list[Path]:
-    """Write grey pictures of edges, 255 (1 - probability).
+    """Write grey pictures of the detected edges, with values 255 (1 - probability).
 
     Parameters
     ----------
@@ -76,17 +76,17 @@ def write_edges(
 def colour_by_edges(
     data: Mesh | PointCloud, spacing: float, find: EdgeDetector, folder: Path
 ) -> Mesh | PointCloud:
-    """Replace the textures of a model, or else the colours of its points, by detected edges.
+    """Replace the textures of a model, or the colours of its points, with detected edges.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     spacing : float
-        Typical spacing of its points, in their unit.
+        Typical spacing of the points, in the unit of their coordinates.
     find : callable
-        Edge detector; its errors are passed on.
+        Edge detector; its errors are propagated.
     folder : Path
-        For the pictures.
+        Folder for the pictures.
 
     Returns
     -------
@@ -119,9 +119,9 @@ def colour_by_edges(
 def _edges_of_points(
     points: FloatArray, colours: ByteArray, spacing: float, find: EdgeDetector, folder: Path
 ) -> ByteArray:
-    """Return the edges (n,) of points, viewed at right angles to their overall plane.
+    """Return the edges (n,) of points, viewed perpendicular to their overall plane.
 
-    The view is from above or from outside. Points hidden by others are 255, not an edge.
+    The view is from above or from outside. Points that are hidden by others are 255 (no edge).
     """
     from PIL import Image
     from scipy.ndimage import distance_transform_edt
@@ -138,7 +138,7 @@ def _edges_of_points(
     order = np.argsort(depth, kind="stable")
     picture = np.zeros((*shape, 3), np.uint8)
     nearest = np.full(shape, -np.inf)
-    # Points are written from back to front, so that the nearest remains.
+    # Write points from back to front, so that the nearest point remains.
     picture[row[order], column[order]] = colours[finite_rows[order]]
     nearest[row[order], column[order]] = depth[order]
     gaps = ~np.isfinite(nearest)

@@ -1,4 +1,4 @@
-"""Comparison of proposed lines with known ones, and way-points to follow a line again."""
+"""Comparison of proposed lines with known lines, and way-points for following a line again."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 
-# Minimum share of a line beside known ones to be the same contact.
+# Minimum share of a line that runs beside known lines for it to be the same contact.
 _MIN_SHARED_LENGTH = 0.5
 
 
 def are_along_known_lines(
     lines: Sequence[FloatArray], known: Sequence[FloatArray], reach: float
 ) -> list[bool]:
-    """Check which lines run along known lines.
+    """Return which lines run along known lines.
 
     Parameters
     ----------
     lines, known : sequences of (n, 3) arrays
     reach : float
-        Maximum distance, in the unit of the lines.
+        Maximum distance in the unit of the lines.
 
     Returns
     -------
     list of bool
-        Whether at least half of a line is within reach of the known lines together.
+        Whether at least half of a line is within reach of the known lines combined.
     """
     from scipy.spatial import cKDTree
 
@@ -45,7 +45,7 @@ def are_along_known_lines(
 
 
 def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
-    """Select vertices of a line (Douglas & Peucker 1973, Cartographica 10, 112).
+    """Select vertices to simplify a line (Douglas & Peucker 1973, Cartographica 10, 112).
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
     Returns
     -------
     (k,) int array
-        Rows of the vertices, both ends included.
+        Rows of the selected vertices, including both ends.
     """
     rows = [0, len(line) - 1]
     while len(rows) < max_points:
@@ -71,7 +71,7 @@ def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
 
 
 def _farthest(line: FloatArray, first: int, last: int) -> tuple[float, int]:
-    """Return the distance of the farthest vertex between two from their chord, and its row."""
+    """Return the distance and row of the vertex farthest from the chord between two vertices."""
     if last - first < 2:
         return 0.0, first
     start, step = line[first], line[last] - line[first]
@@ -83,7 +83,7 @@ def _farthest(line: FloatArray, first: int, last: int) -> tuple[float, int]:
 
 
 def _dense(line: FloatArray, reach: float) -> FloatArray:
-    """Add points between the vertices, at most half of `reach` apart; their number is limited."""
+    """Add points between vertices, at most half of `reach` apart, up to a maximum number."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     far = np.concatenate([[0.0], np.cumsum(steps)])
     count = int(np.clip(np.ceil(2.0 * far[-1] / reach), 1, 100_000)) + 1

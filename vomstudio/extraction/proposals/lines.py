@@ -1,9 +1,10 @@
-"""Lines on a surface that are stronger than noise, and their probability in noise.
+"""Lines on a surface that are stronger than noise, and their p-values.
 
-The evidence is the cost of a followed trace compared with its surroundings. Places with strong
-evidence form connected pieces, and a line is the longest path through one. The p-value is the share
-of surrogates in which the same search finds a line as strong: noise with the values of the surface
-and the correlation of its neighbours, after Theiler et al. (1992), Physica D 58, 77.
+The evidence is the cost of a followed trace compared with its surroundings. Nodes with strong
+evidence form connected pieces, and a line is the longest path through a piece. The p-value is the
+share of surrogates in which the same search finds a line that is as strong. Surrogates are noise
+with the values of the surface and the correlation of its neighbours, after Theiler et al. (1992),
+Physica D 58, 77.
 """
 
 from __future__ import annotations
@@ -21,33 +22,34 @@ from vomstudio.extraction.surface_graph import Graph
 from vomstudio.extraction.trace_options import ONNX
 
 SURROGATES = 49
-# Smoothing passes of the evidence, and of the surroundings it is compared with.
+# Smoothing passes for the evidence, and for the background with which it is compared.
 _EVIDENCE_SMOOTHINGS, _BACKGROUND_SMOOTHINGS = 2, 64
 # Minimum evidence of a line, in standard deviations of the noise.
 _MIN_EVIDENCE = 0.8
-# Limits of the local noise, so that a strong contact nearby does not count as noise.
+# Limit of the local noise, so that a strong contact nearby does not count as noise.
 _MAX_NOISE = 3.0
 _MIN_NOISE = 0.5
 _MAX_SMOOTHINGS = 16
-# Minimum distance of a line's ends over its length; a line that turns back is cut.
+# Minimum ratio of the distance between the ends of a line to its length; a line that turns back is
+# cut.
 _MIN_STRAIGHTNESS = 0.6
 _SEED = 20240229
 
 
 @dataclass(frozen=True, eq=False)
 class LineCandidate:
-    """Proposed line.
+    """Line that is a candidate for a proposal.
 
     Parameters
     ----------
     nodes : (k,) int array
-        Of the graph, in order.
+        Nodes of the graph in order along the line.
     length : float
-        m.
+        Length in metres.
     evidence : float
-        Its mean, in standard deviations of the noise.
+        Mean evidence along the line, in standard deviations of the noise.
     strength : float
-        Evidence times the root of the length in arcs, by which lines are sorted.
+        Evidence times the square root of the length in arcs, by which lines are ranked.
     """
 
     nodes: IntArray
@@ -57,18 +59,18 @@ class LineCandidate:
 
 
 def compute_evidence(graph: Graph, cost: str) -> FloatArray:
-    """Compute how far each node stands out of its surroundings.
+    """Compute how much each node stands out from its surroundings.
 
     Parameters
     ----------
     graph : Graph
     cost : str
-        One of `COSTS` except "colour", or a field whose low values are searched.
+        One of `COSTS` except "colour", or the name of a field whose low values are searched.
 
     Returns
     -------
     (n,) array
-        In standard deviations of the local noise.
+        Evidence in standard deviations of the local noise.
     """
     raw = -contact_values(graph, cost)
     unknown = ~np.isfinite(raw)
@@ -93,14 +95,14 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
 def find_lines(
     graph: Graph, evidence: FloatArray, min_length: float, max_lines: int
 ) -> list[LineCandidate]:
-    """Find the lines of a minimum length, the strongest first.
+    """Find the strongest lines of a minimum length.
 
     Parameters
     ----------
     graph : Graph
     evidence : (n,) array
     min_length : float
-        m.
+        Minimum length of a line, m.
     max_lines : int
         Maximum number of lines.
 
@@ -128,12 +130,12 @@ def simulate_strengths(
     min_length : float
         Minimum length of a line, m.
     check : callable
-        Called with the number of completed surrogates; it may raise Cancelled.
+        Function that is called with the number of completed surrogates; it may raise Cancelled.
 
     Returns
     -------
     (SURROGATES,) array
-        Ascending, 0 without a line.
+        Strengths in ascending order; 0 if there is no line.
     """
     pool = np.sort(evidence)
     if cost in ("dark", "light") or cost not in (*COLOUR_COSTS, "curvature", ONNX):
@@ -157,25 +159,25 @@ def simulate_strengths(
 
 
 def line_p_value(strength: float, strongest: FloatArray) -> float:
-    """Return the p-value of a line: the probability of one as strong in noise.
+    """Return the p-value of a line, the probability that noise contains one as strong.
 
     Parameters
     ----------
     strength : float
     strongest : (k,) ndarray
-        Sorted strengths of the strongest lines in noise.
+        Sorted strengths of the strongest lines in the noise surrogates.
 
     Returns
     -------
     float
-        From 1 / (k + 1) to 1.
+        p-value between 1 / (k + 1) and 1.
     """
     reached = len(strongest) - int(np.searchsorted(strongest, strength, side="left"))
     return (1 + reached) / (1 + len(strongest))
 
 
 def _match_smoothing(graph: Graph, evidence: FloatArray, random: np.random.Generator) -> int:
-    """Return the smoothing passes that give white noise the correlation of the evidence."""
+    """Return the number of smoothing passes at which noise is as correlated as the evidence."""
     source = np.repeat(np.arange(len(evidence)), np.diff(graph.starts))
     calm = np.abs(evidence) < _MAX_NOISE
     both = calm[source] & calm[graph.near]
@@ -198,9 +200,9 @@ def _correlation(values: FloatArray, one: IntArray, other: Int32Array) -> float:
 
 
 def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[IntArray, Graph]]:
-    """Yield the connected pieces of nodes: their nodes and the graph of each.
+    """Yield the connected pieces of nodes: the nodes and the graph of each piece.
 
-    Pieces with too few nodes for a line of `min_arcs` are skipped.
+    Pieces that have too few nodes for a line of `min_arcs` are skipped.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -226,7 +228,7 @@ def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[In
     )
     ends = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))])
     for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-        # An arc may be several times longer than the typical one.
+        # An arc can be several times longer than the typical arc.
         if 3 * (last - first) < min_arcs or last - first < 2:
             continue
         piece_nodes = nodes[order[first:last]]
@@ -260,7 +262,7 @@ def _trace_lines(
     remaining = [(nodes, piece)]
     while remaining and len(lines) < max_lines:
         part_nodes, part = remaining.pop()
-        # The piece is too small for the distance that the ends of a line must have.
+        # The piece is too small for the required distance between the ends of a line.
         if np.linalg.norm(np.ptp(part.places, axis=0)) < _MIN_STRAIGHTNESS * min_length:
             continue
         path = _longest_path(part, evidence[part_nodes])
@@ -284,7 +286,7 @@ def _trace_lines(
 
 
 def _cut_turns(places: FloatArray, path: IntArray) -> list[IntArray]:
-    """Cut a path where it turns back; return the parts that are straight enough."""
+    """Cut a path where it turns back, and return the parts that are straight enough."""
     straight, remaining = [], [path]
     while remaining:
         part = remaining.pop()
@@ -309,7 +311,7 @@ def _length(places: FloatArray) -> float:
 
 
 def _longest_path(piece: Graph, evidence: FloatArray) -> IntArray:
-    """Return the path between two nodes of a piece that are about as far apart as any."""
+    """Return the path between two nodes of a piece that are nearly as far apart as possible."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 

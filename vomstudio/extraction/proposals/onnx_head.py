@@ -1,7 +1,7 @@
-"""Inputs and outputs of an ONNX file, read without its weights.
+"""Inputs and outputs of an ONNX file, read without the weights.
 
-It decodes only the part of the public schema (onnx.proto, version 8 of the IR) that names the
-inputs and outputs of a network with their shapes.
+Only the part of the public schema (onnx.proto, IR version 8) that contains the names and shapes of
+the inputs and outputs of a network is decoded.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _NAME_OF_TENSOR = 8
 
 @dataclass(frozen=True)
 class NetworkShapes:
-    """Shapes of the inputs and outputs, with None for a free side.
+    """Shapes of the inputs and outputs; None represents a variable dimension.
 
     Inputs to which the file itself assigns values are not included.
     """
@@ -26,12 +26,12 @@ class NetworkShapes:
 
 
 def read_shapes(raw: bytes) -> NetworkShapes:
-    """Read the shapes of an ONNX file's inputs and outputs.
+    """Read the shapes of the inputs and outputs of an ONNX file.
 
     Raises
     ------
     ValueError
-        If the bytes are not an ONNX file.
+        If the bytes do not represent an ONNX file.
     """
     graphs = [value for field, value in _fields(raw) if field == _GRAPH]
     if len(graphs) != 1 or not isinstance(graphs[0], memoryview):
@@ -58,7 +58,7 @@ def read_shapes(raw: bytes) -> NetworkShapes:
 
 
 def _shape(info: memoryview) -> tuple[int | None, ...]:
-    """Return the dims of a ValueInfoProto (type, tensor_type, shape)."""
+    """Return the dimensions of a ValueInfoProto (type, tensor_type, shape)."""
     at: memoryview | None = info
     for field in (2, 1, 2):
         at = None if at is None else _part(at, field)
@@ -85,7 +85,7 @@ def _fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview
     Raises
     ------
     ValueError
-        If it is not a message.
+        If the bytes do not represent a message.
     """
     view, at = memoryview(message), 0
     while at < len(view):

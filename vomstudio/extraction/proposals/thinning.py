@@ -1,4 +1,4 @@
-"""Random sample of the points of a very large model, in which lines are searched."""
+"""Random sample of the points of a very large model in which lines are searched."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 MAX_POINTS = 1_000_000
-"""Takes a few minutes with all surrogates."""
+"""The search with all surrogates takes a few minutes for this number of points."""
 _SEED = 20240229
 
 
 def sample_points(data: Mesh | PointCloud, count: int) -> PointCloud:
-    """Draw a random sample of points or vertices, with their colours and fields.
+    """Draw a random sample of points or vertices, including colours and fields.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     count : int
-        Number of points.
+        Number of points to draw.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Result of `vomstudio trace --propose` and `vs.propose_traces`: lines to review."""
+"""Proposed lines for review, the result of `vomstudio trace --propose`, `vs.propose_traces`."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.project.tables.orientation_table import Row
 
 DEFAULT_MIN_RESOLUTIONS = 20.0
-"""Default of the minimum length of a line, in resolutions of the model."""
+"""Default minimum length of a line, in model resolutions."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Proposal(PrintableResult):
-    """Line that may be a contact.
+    """Proposed line that may be a contact.
 
     Parameters
     ----------
     line : str
-        Its name.
+        Name of the line.
     points : (n, 3) array
-        World, m.
+        Points of the line in the World frame, m.
     length_m : float
-        Length along the line.
+        Length along the line, m.
     evidence : float
-        Its mean, in standard deviations of the noise of the surface around it.
+        Mean evidence along the line, in standard deviations of the noise of the surface around it.
     doubt : float
-        Probability of a line as strong in noise, somewhere on the surface.
+        Probability that noise contains a line as strong anywhere on the surface.
     plane : dict or None
         Row of the orientation table; None if no plane can be fitted.
     band : BandFigures or None
-        Band of planes that a straight line allows.
+        Band of planes that are compatible with a straight line.
     """
 
     line: str
@@ -66,18 +66,18 @@ class Proposal(PrintableResult):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ProposedTraces(PrintableResult):
-    """Lines that may be contacts.
+    """Proposed lines that may be contacts.
 
     Parameters
     ----------
     proposals : tuple of Proposal
-        The least doubtful first.
+        Proposals in order of increasing doubt.
     cost : str
-        Evidence that was used.
+        Name of the cost from which the evidence was computed.
     least_length_m : float
-        Minimum length of a line.
+        Minimum length of a line, m.
     surrogates : int
-        Number of simulated surfaces of noise.
+        Number of simulated noise surfaces.
     warnings : tuple of Finding
     """
 
@@ -98,17 +98,18 @@ def propose_traces(
     progress: Progress,
     thresholds: Thresholds = DEFAULTS,
 ) -> ProposedTraces:
-    """Find lines that stand out of the noise of a surface.
+    """Find lines that stand out from the noise of a surface.
 
     Parameters
     ----------
     surface : SurfaceGraph
-        Of a model in World; for the cost "onnx" it is coloured by the edges of the network.
+        Surface of a model in the World frame; for the cost "onnx", it is coloured by the edges of
+        the network.
     options : ProposalOptions
     resolution : float
         Resolution of the model, m.
     model, frame : str
-        Names for the orientation table.
+        Names used in the orientation table.
     progress : Progress
     thresholds : Thresholds
 
@@ -119,7 +120,7 @@ def propose_traces(
     Raises
     ------
     UsageError
-        For a cost that the model does not have.
+        If the cost is not available for the model.
     Cancelled
         Through `progress`.
     """

@@ -1,1 +1,1 @@
-"""Selection of faces or points by shapes, growing, neighbours, values and colours."""
+"""Selection of faces or points by drawn shapes, growing, neighbours, values and colours."""

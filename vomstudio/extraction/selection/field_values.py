@@ -1,4 +1,4 @@
-"""Selection of faces and points by a field of the model, or by a similar colour."""
+"""Selection of faces and points by a field of the model, or by similarity of colour."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 
 _MAX_SAMPLE = 50_000
 _COLOUR_STEPS = 64
-"""Number of steps in which red, green and blue are each distinguished."""
+"""Number of quantization steps for each of red, green and blue."""
 
 
 def selectable_fields(data: Mesh | PointCloud) -> tuple[str, ...]:
-    """List the fields of a model, ELEVATION first; none for a streamed cloud.
+    """List the fields of a model, starting with ELEVATION; empty for a streamed cloud.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ def field_range(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> tup
     ----------
     data : Mesh or PointCloud
     to_world : (4, 4) ndarray
-        Similarity from the file to World, for elevations.
+        Similarity from the file frame to the World frame, used for elevations.
     name : str
         Name of the field.
 
     Returns
     -------
     low, high : float
-        NaN without values.
+        Limits of the field; NaN if it has no values.
     """
     values = _values(data, to_world, name)
     known = values[np.isfinite(values)] if values.dtype.kind == "f" else values
@@ -58,13 +58,13 @@ def select_by_value(
 ) -> BoolArray:
     """Select faces (by the mean of their corners) or points with a value from low to high.
 
-    If low is above high, as for azimuths about north, values outside of the interval are selected.
+    If low exceeds high, as for azimuths around north, values outside the interval are selected.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     to_world : (4, 4) array
-        From the frame of the file.
+        Transform from the frame of the file to the World frame.
     name : str
         Name of the field.
     low, high : float
@@ -76,7 +76,7 @@ def select_by_value(
     values = _values(data, to_world, name)
     if isinstance(data, Mesh):
         if low > high:
-            # The mean of 359 and 1 is not an azimuth between them, so corners are tested.
+            # The mean of 359 and 1 is not an azimuth between them, so the corners are tested.
             inside = (values >= low) | (values <= high)
             corners = inside[data.faces]
             return np.asarray(corners.sum(axis=1) >= 2)
@@ -88,7 +88,7 @@ def select_by_value(
 
 
 class ElementColours:
-    """Colours of the faces of a mesh (textures or vertices), or of the points of a cloud.
+    """Colours of the faces of a mesh (from textures or vertices), or of the points of a cloud.
 
     Raises
     ------
@@ -112,9 +112,9 @@ class ElementColours:
     def like(self, ids: IntArray, tolerance: float) -> BoolArray:
         """Select elements whose colour is similar to the mean colour of `ids`.
 
-        The tolerance is in CIE L*a*b* with half the weight for lightness, because rock in the
-        shade is darker. The smallest visible difference is 2.3 (Mahy et al. 1994, Color Res. Appl.
-        19, 105).
+        The tolerance is a distance in CIE L*a*b* with half the weight for lightness, because rock
+        in the shade is darker. The smallest visible difference is 2.3 (Mahy et al. 1994, Color Res.
+        Appl. 19, 105).
 
         Parameters
         ----------
@@ -150,14 +150,14 @@ def _values(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> AnyArra
 
 
 def _palette() -> FloatArray:
-    """Return the colours (_COLOUR_STEPS^3, 3) in the middle of the steps, 0 to 1."""
+    """Return the colours (_COLOUR_STEPS^3, 3) at the centres of the steps, from 0 to 1."""
     steps = (np.arange(_COLOUR_STEPS) + 0.5) / _COLOUR_STEPS
     red, green, blue = np.meshgrid(steps, steps, steps, indexing="ij")
     return np.stack([red.ravel(), green.ravel(), blue.ravel()], axis=1)
 
 
 def _lab(rgb: FloatArray) -> FloatArray:
-    """Convert sRGB, 0 to 1, to CIE L*a*b* (D65; IEC 61966-2-1, CIE 15)."""
+    """Convert sRGB values from 0 to 1 to CIE L*a*b* (D65; IEC 61966-2-1, CIE 15)."""
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     to_xyz = np.array(
         [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]

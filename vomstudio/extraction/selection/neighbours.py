@@ -1,9 +1,10 @@
-"""Neighbour graph of the faces or points of a model.
+"""Neighbour graph of the faces or points of a model, for growing selections.
 
-It grows a piece of the surface from a seed, and expands or shrinks a selection by a ring. Faces
-are neighbours if they share an edge, whatever the number of faces at it, or for a ring a corner.
-Corners at one place count as one, because texture seams split them; meshes need not be manifold.
-Points are neighbours if they are in touching cells of a grid.
+It is used to grow a piece of the surface from a seed, and to expand or shrink a selection by one
+ring. Faces are neighbours if they share an edge, regardless of the number of faces at this edge,
+or, for a ring, a corner. Corners at the same position are treated as one, because texture seams
+split them; meshes do not have to be manifold. Points are neighbours if they are in adjacent cells
+of a grid.
 """
 
 from __future__ import annotations
@@ -26,26 +27,26 @@ from vomstudio.geometry.nearby.shared_corners import neighbours_across_gaps
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
 MAX_PIECE = 2_000_000
-"""Maximum number of faces or points of a piece grown from one seed."""
+"""Maximum number of faces or points in a piece that is grown from one seed."""
 CELL_SPACINGS = 2.0
-"""Side of a cell in mean spacings: about 4 points in each, and 30 in those around, for a normal."""
+"""Cell size in mean spacings: about 4 points per cell, and 30 including neighbours, per normal."""
 _MAX_FREE_SHARE = 0.7
-"""Share of free sides above which the faces of a mesh are not connected."""
+"""Share of free sides above which the faces of a mesh are considered disconnected."""
 _BLOCK = 1_000_000
 _SPARSE_RATIO = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """Piece of a surface grown from a seed.
+    """Piece of a surface that was grown from a seed.
 
     Parameters
     ----------
     mask : (n,) bool array
-        Faces or points that belong to it.
+        Faces or points that belong to the piece.
     count : int
     stopped : bool
-        Whether it reached the maximum size.
+        Whether the piece reached the maximum size.
     """
 
     mask: BoolArray
@@ -54,29 +55,29 @@ class Piece:
 
 
 class Neighbours(Protocol):
-    """Neighbour graph of all faces or points of a model. Lengths are in the file's unit."""
+    """Neighbour graph of all faces or points of a model. Lengths are in the unit of the file."""
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
     ) -> Piece:
         """Grow the planar piece of the surface around a seed.
 
-        It contains connected elements with normals within the angle of its plane and places within
-        the distance of it. The plane is fitted again as the piece grows.
+        The piece contains connected elements whose normals are within the angle of its plane and
+        whose positions are within the distance of it. The plane is refitted as the piece grows.
 
         Parameters
         ----------
         seed : int
         angle_deg, distance : float
         left_out : (n,) bool array or None
-            Excluded elements.
+            Elements to exclude.
         """
 
     def wider(self, selection: BoolArray) -> BoolArray:
-        """Add the neighbours of a selection (n,)."""
+        """Add the neighbours of the selected elements (n,)."""
 
     def narrower(self, selection: BoolArray) -> BoolArray:
-        """Remove the elements of a selection (n,) with a neighbour outside it."""
+        """Remove selected elements (n,) that have a neighbour outside the selection."""
 
 
 def build_neighbours(data: Mesh | PointCloud, spacing: float) -> Neighbours:
@@ -86,12 +87,12 @@ def build_neighbours(data: Mesh | PointCloud, spacing: float) -> Neighbours:
     ----------
     data : Mesh or PointCloud
     spacing : float
-        Typical distance between points, 0 if unknown.
+        Typical distance between points; 0 if unknown.
 
     Raises
     ------
     GeometryError
-        If the model has no faces, or is a streamed cloud.
+        If the model has no faces, or if it is a streamed cloud.
     """
     if isinstance(data, Mesh):
         return MeshNeighbours(data)
@@ -134,7 +135,7 @@ class MeshNeighbours:
         self._connect_across_gaps(nodes)
 
     def _connect_across_gaps(self, nodes: Int32Array) -> None:
-        """Connect tiles that share no corners but form one surface."""
+        """Connect tiles that do not share corners but form one surface."""
         is_free = self._across < 0
         if is_free.mean() > _MAX_FREE_SHARE:
             return
@@ -155,7 +156,7 @@ class MeshNeighbours:
         is_taken = np.zeros(n, np.bool_) if left_out is None else left_out.copy()
         queue = np.empty(min(MAX_PIECE, n), np.int32)
         if not np.isfinite(self._normals[seed, 0]):
-            # A face without an area: start from one of those around it.
+            # If the face has no area, start from one of its neighbours.
             ring = np.flatnonzero(self.wider(_single_mask(seed, n)))
             usable = ring[np.isfinite(self._normals[ring, 0])]
             if not len(usable):
@@ -202,7 +203,8 @@ class MeshNeighbours:
 class CloudNeighbours:
     """Neighbour graph of the points of a cloud.
 
-    `estimated` is True if the cloud has no normals; they are then estimated per cell of a grid.
+    `estimated` is True if the cloud has no normals; they are then estimated for each cell of a
+    grid.
     """
 
     def __init__(self, cloud: PointCloud, spacing: float) -> None:
@@ -217,7 +219,7 @@ class CloudNeighbours:
         self._count, self._ny = len(points), int(grid.counts[1])
         self._begins, self._row, self._column, self._ends = _runs(columns, names, ends)
         self._names = names
-        # Position of each point among the sorted ones; -1 if it is not finite.
+        # Position of each point in the sorted order; -1 if the point is not finite.
         self._place = np.full(len(points), -1, np.int32)
         self._place[self._rows] = np.arange(len(self._rows), dtype=np.int32)
         self._normals = np.full((len(self._row), 3), np.nan, np.float32)
@@ -271,13 +273,13 @@ class CloudNeighbours:
         return self._ring(selection, gains=False)
 
     def _sorted(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:
-        """Sort a selection, and return the cells that contain any of it."""
+        """Sort a selection, and return the cells that contain selected points."""
         ids = np.flatnonzero(selection)
         if len(ids) * _SPARSE_RATIO > len(selection):
             sorted_selection = selection[self._rows]
             has_selected = np.logical_or.reduceat(sorted_selection, self._begins[:-1])
             return sorted_selection, for_kernels(np.flatnonzero(has_selected), np.int32)
-        # A few of many millions are looked up individually.
+        # A few among many millions are looked up individually.
         sorted_selection = np.zeros(len(self._points), np.bool_)
         at = np.sort(self._place[ids])
         at = at[at >= 0]
@@ -317,10 +319,10 @@ class CloudNeighbours:
 def _runs(
     columns: Int32Array, names: IntArray, ends: IntArray
 ) -> tuple[IntArray, IntArray, Int32Array, IntArray]:
-    """Find the cells of points sorted by row and column.
+    """Find the cells of points that are sorted by row and column.
 
-    Returns where each cell begins (c + 1,), its row and column (c,), and the runs of cells of each
-    row in place of `ends`, the runs of points.
+    Return the start of each cell (c + 1,), its row and column (c,), and the runs of cells of each
+    row, which replace the runs of points in `ends`.
     """
     is_first = np.ones(len(columns), np.bool_)
     np.not_equal(columns[1:], columns[:-1], out=is_first[1:])
@@ -342,11 +344,11 @@ def _single_mask(row: int, count: int) -> BoolArray:
 
 
 def _faces_at(corners: Int32Array, count: int) -> tuple[IntArray, Int32Array]:
-    """List the faces at each of `count` places: starts, and faces."""
+    """List the faces at each of `count` positions: starts and faces."""
     from scipy.sparse import csr_array
 
     starts = np.arange(0, corners.size + 1, 3, dtype=np.int32)
     shape = (len(corners), count)
-    # Compressing by columns is a counting sort in C, which releases the interpreter's lock.
+    # Compressing by columns is a counting sort in C that releases the interpreter lock.
     columns = csr_array((np.ones(corners.size, np.bool_), corners.ravel(), starts), shape).tocsc()
     return for_kernels(columns.indptr, np.int64), for_kernels(columns.indices, np.int32)

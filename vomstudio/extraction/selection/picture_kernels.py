@@ -1,6 +1,6 @@
-"""Compiled tests of whether elements are inside a shape drawn over the picture.
+"""Compiled tests whether elements are inside a shape drawn over the picture.
 
-Optionally an element must also be visible. They write only to `out`.
+Optionally, an element must also be visible. The functions only write to `out`.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from vomstudio.geometry.kernels.jit import kernel, step
 
 @step
 def _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ignore[no-untyped-def]
-    """Check whether a place is inside the shape and not hidden.
+    """Return whether a point is inside the shape and not hidden.
 
-    `m` (3, 4) transforms from the file to right, up and depth in front of the eye. `scale` is
-    pixels per metre at depth 1, or at every depth in a parallel view. `shape` (h, w) is non-zero
-    inside. `farthest` (h, w) is the depth beyond which a place is hidden, empty without hidden
-    places.
+    `m` (3, 4) transforms from the file frame to right, up and depth in front of the eye. `scale` is
+    the number of pixels per metre at depth 1, or at any depth in a parallel view. `shape` (h, w) is
+    non-zero inside. `farthest` (h, w) is the depth beyond which a point is hidden; if it is empty,
+    no point is hidden.
     """
     depth = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
     if not depth > 0.0:
@@ -37,7 +37,7 @@ def _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ig
 def points_inside(  # type: ignore[no-untyped-def]
     points, m, scale, parallel, shape, farthest, slack, out
 ):
-    """Test points (n, 3); see `_is_inside`."""
+    """Test points (n, 3). See `_is_inside`."""
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         out[p] = _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack)
@@ -47,7 +47,7 @@ def points_inside(  # type: ignore[no-untyped-def]
 def faces_inside(  # type: ignore[no-untyped-def]
     vertices, faces, m, scale, parallel, shape, farthest, slack, out
 ):
-    """Test the centres of gravity of faces (n, 3); see `_is_inside`."""
+    """Test the centroids of faces (n, 3). See `_is_inside`."""
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         x = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0

@@ -30,7 +30,7 @@ def _add(sums, w, x, y, z):  # type: ignore[no-untyped-def]
 
 @part
 def _plane(sums, plane):  # type: ignore[no-untyped-def]
-    """Write centre and normal to plane[:6]; leave it unchanged without a plane."""
+    """Write the centre and normal to plane[:6]; leave it unchanged if there is no plane."""
     w = sums[0]
     if not w > 0.0:
         return
@@ -63,10 +63,11 @@ def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
 def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-untyped-def]
-    """Average the normals of faces that share a corner, weighted by area; NaN without an area.
+    """Average the area-weighted normals of faces that share a corner; NaN without an area.
 
-    Only faces within 60 degrees of the face `first` + row count, whatever their side. `corners`
-    (m, 3) are the places of these faces; near[starts[i]:starts[i + 1]] are the faces at a place.
+    Only faces within 60 degrees of the face `first` + row are used, regardless of their
+    orientation. `corners` (m, 3) are the corner positions of these faces; near[starts[i]:starts[i +
+    1]] are the faces at a position.
     """
     for row in range(len(corners)):
         f = first + row
@@ -93,9 +94,9 @@ def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-u
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], i8, i4[:,::1])")
 def across_edges(corners, starts, near, first, out):  # type: ignore[no-untyped-def]
-    """Find the next face at each edge of the faces from `first`, in a ring.
+    """Find the next face in the ring at each edge of the faces from `first` on.
 
-    -1 if the edge is free. `corners` (n, 3) are the places of all faces.
+    The result is -1 if the edge is free. `corners` (n, 3) are the corner positions of all faces.
     """
     for row in range(len(out)):
         f = first + row
@@ -121,12 +122,12 @@ def across_edges(corners, starts, near, first, out):  # type: ignore[no-untyped-
 def grow_faces(  # type: ignore[no-untyped-def]
     vertices, faces, across, normals, is_taken, seed, cosine, reach, plane, sums, queue
 ):
-    """Grow a piece from the face `seed` over edges; return its number of faces.
+    """Grow a piece from the face `seed` across edges, and return its number of faces.
 
-    A face joins if its normal is within the angle (its cosine) of the plane of the piece and its
-    centre within `reach` of it. The faces are written to `queue`, whose length is the maximum.
-    `is_taken` must be zero except for excluded faces; `plane` must be zero and receives the final
-    plane.
+    A face joins the piece if its normal is within the angle (given by its cosine) of the plane of
+    the piece, and its centre is within `reach` of the plane. The faces are written to `queue`,
+    whose length is the maximum. `is_taken` must be zero except for excluded faces; `plane` must be
+    zero on entry, and receives the final plane.
     """
     a = faces[seed, 0]
     ox, oy, oz = vertices[a, 0], vertices[a, 1], vertices[a, 2]
@@ -150,7 +151,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
             turn = abs(
                 normals[o, 0] * plane[3] + normals[o, 1] * plane[4] + normals[o, 2] * plane[5]
             )
-            # Faces without an area have no normal: NaN is not rejected.
+            # Faces without an area have no normal; NaN is not rejected.
             if turn < cosine:
                 continue
             a, b, c = faces[o, 0], faces[o, 1], faces[o, 2]
@@ -174,7 +175,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
 
 @part
 def _around(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-untyped-def]
-    """List the cells that touch a cell, itself included, in `near`; return their number."""
+    """List the cells adjacent to a cell, including itself, in `near`; return their number."""
     row, column, count = rows[cell], columns[cell], 0
     j0 = row % ny
     for dk in range(-1, 2):
@@ -195,9 +196,9 @@ def _around(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-unty
 
 @part
 def _cell_normal(points, begins, near, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
-    """Write the normal of a cell: the mean of its points' normals, or that of their plane.
+    """Write the normal of a cell: the mean of the point normals, or that of their plane.
 
-    Infinite if the points define no plane.
+    The normal is infinite if the points do not define a plane.
     """
     p = begins[cell]
     if len(point_normals) > 0:
@@ -266,14 +267,16 @@ def grow_points(  # type: ignore[no-untyped-def]
     cells,
     queue,
 ):
-    """Grow a piece from the point `seed`, as `grow_faces`, over touching cells of a grid.
+    """Grow a piece from the point `seed` over adjacent cells of a grid. See `grow_faces`.
 
-    Points are sorted by cells. A cell joins if its normal is within the angle, and its points
-    within `reach` are taken. Returns the number of points; -1 if the seed's cell has no plane.
+    The points are sorted by cell. A cell joins the piece if its normal is within the angle, and its
+    points within `reach` are added. Return the number of points, or -1 if the cell of the seed has
+    no plane.
 
-    `begins` (c + 1,) is the first point of each cell; `point_normals` are those of the points, or
-    empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks excluded
-    points; `met` must be zero; `near` and `cells` are working space for 27 and all cells.
+    `begins` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
+    points, or empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks
+    excluded points; `met` must be zero on entry; `near` and `cells` are work arrays for 27 cells
+    and for all cells.
     """
     ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
     _clear(sums)
@@ -326,10 +329,10 @@ def grow_points(  # type: ignore[no-untyped-def]
 def mark_ring(  # type: ignore[no-untyped-def]
     points, begins, rows, columns, names, ends, ny, selected, cells, link, near, gained, lost
 ):
-    """Mark points within `link` of the other side of the border of a selection.
+    """Mark points within `link` of the other side of the boundary of a selection.
 
-    `gained` receives points to add, `lost` points to remove. `cells` are the cells that contain
-    selected points; `near` is working space for 27 cells.
+    `gained` receives the points to add, `lost` the points to remove. `cells` are the cells that
+    contain selected points; `near` is a work array for 27 cells.
     """
     limit = link * link
     for at in range(len(cells)):
@@ -360,6 +363,6 @@ def mark_nodes(corners, selected, marked):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")
 def find_marked_faces(corners, marked, out):  # type: ignore[no-untyped-def]
-    """Find faces with a marked corner."""
+    """Find the faces that have a marked corner."""
     for f in range(len(corners)):
         out[f] = marked[corners[f, 0]] | marked[corners[f, 1]] | marked[corners[f, 2]]

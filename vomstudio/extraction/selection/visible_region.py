@@ -1,6 +1,6 @@
-"""Visible part of the outcrop: the eye, and the depth of each pixel.
+"""Visible part of the outcrop: position of the eye, and depth of each pixel.
 
-It tests which faces or points are inside a shape drawn over the picture.
+It is used to test which faces or points are inside a shape drawn over the picture.
 """
 
 from __future__ import annotations
@@ -21,34 +21,35 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 
 _BLOCK = 1_000_000
 _MAX_DEPTH_SLOPE = 10.0
-"""Maximum slope of a surface within one pixel, corresponding to a view at 84 degrees from its
-normal. A steeper step is a gap, with another surface behind it."""
+"""Maximum slope of a surface within one pixel, which corresponds to a view at 84 degrees from its
+normal. A steeper step is a gap with another surface behind it."""
 _DEPTH_TOLERANCE_PX = 1.5
-"""Depth tolerance in pixels of a surface drawn in 32 bits."""
+"""Depth tolerance, in pixels, for a surface rendered with 32-bit depths."""
 
 
 @dataclass(frozen=True, eq=False)
 class ViewSnapshot:
-    """View of the outcrop at one moment.
+    """Snapshot of a view of the outcrop.
 
     Parameters
     ----------
     position : (3,) array
-        World, m.
+        Position of the eye in the World frame, m.
     right, up, direction : (3,) arrays
-        Orthonormal; the direction points away from the viewer.
+        Orthonormal vectors; the direction points away from the viewer.
     half_height : float
-        Half the height of the picture in metres in a parallel view, else the tangent of half its
-        angle.
+        Half the height of the picture in metres for a parallel view, otherwise the tangent of half
+        its view angle.
     parallel : bool
     size : (int, int)
-        Width and height of the picture, pixels.
+        Width and height of the picture in pixels.
     ratio : float
-        Pixels of the picture per pixel of the window.
+        Number of picture pixels per window pixel.
     depth : (height, width) float32 array, optional
-        Depth along the direction, m, top row first; infinite without a surface.
+        Depth along the direction in metres, starting with the top row; infinite where there is no
+        surface.
     clip : ClipBox, optional
-        Box outside of which everything is clipped.
+        Box outside which everything is clipped.
     """
 
     position: FloatArray
@@ -64,17 +65,17 @@ class ViewSnapshot:
 
     @property
     def scale(self) -> float:
-        """Pixels per metre across the view, at depth 1 in a perspective view."""
+        """Pixels per metre across the view; at depth 1 in a perspective view."""
         return self.size[1] / (2.0 * self.half_height)
 
     def to_eye(self, to_world: FloatArray) -> FloatArray:
-        """Return the transform (3, 4) from a file's frame to right, up and depth, m."""
+        """Return the transform (3, 4) from the file frame to right, up and depth in metres."""
         frame = np.stack([self.right, self.up, self.direction])
         linear = frame @ to_world[:3, :3]
         return np.column_stack([linear, frame @ (to_world[:3, 3] - self.position)])
 
     def filled(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
-        """Rasterize a ring of window pixels: (height, width), 1 inside, 0 outside."""
+        """Rasterize a ring of window pixels to (height, width), 1 inside and 0 outside."""
         from PIL import Image, ImageDraw
 
         picture = Image.new("L", self.size)
@@ -84,7 +85,7 @@ class ViewSnapshot:
         return np.array(picture, np.uint8)
 
     def farthest(self) -> Float32Array:
-        """Return the depth (height, width) beyond which a place is hidden; empty if unknown."""
+        """Return the depths (height, width) beyond which points are hidden; empty if unknown."""
         if self.depth is None:
             return np.zeros((0, 0), np.float32)
         depth = self.depth
@@ -113,20 +114,20 @@ class ViewSnapshot:
         through: bool,
         spacing: float = 0.0,
     ) -> BoolArray:
-        """Select the faces (by centre of gravity) or points inside a shape.
+        """Select the faces (by centroid) or points inside a shape.
 
         Parameters
         ----------
         data : Mesh or PointCloud
-            Only the loaded points of a streamed cloud are tested.
+            For a streamed cloud, only the loaded points are tested.
         to_world : (4, 4) array
-            Similarity from the file's frame.
+            Similarity from the file frame to the World frame.
         shape : (height, width) uint8 array
-            Non-zero inside.
+            Non-zero inside the shape.
         through : bool
-            Include hidden elements.
+            Whether to include hidden elements.
         spacing : float
-            Distance between points of a cloud, m; they are drawn in this size.
+            Distance between the points of a cloud, m; points are drawn at this size.
 
         Returns
         -------
@@ -188,7 +189,7 @@ def element_count(data: Mesh | PointCloud) -> int:
 
 
 def element_places(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
-    """Return the centres of gravity of faces, or points.
+    """Return the centroids of faces, or the positions of points.
 
     Parameters
     ----------
@@ -198,7 +199,7 @@ def element_places(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
     Returns
     -------
     (k, 3) ndarray
-        In the file's frame.
+        Positions in the frame of the file.
     """
     if isinstance(data, Mesh):
         return np.asarray(data.vertices[data.faces[ids]].mean(axis=1), np.float64)
@@ -217,7 +218,7 @@ def loaded_pieces(cloud: PointCloud) -> Iterator[tuple[int, FloatArray]]:
     Yields
     ------
     tuple
-        First id, and points (k, 3).
+        Id of the first point of a run, and its points (k, 3).
     """
     if not isinstance(cloud, StreamedCloud):
         yield 0, cloud.points

@@ -1,1 +1,1 @@
-"""Several traces of beds together."""
+"""Joint analysis of several traces of beds."""

@@ -1,9 +1,9 @@
-"""Log along a line: boundaries of beds and the true thickness between them, with errors.
+"""Log along a line: bed boundaries and true thicknesses between them, with errors.
 
-True thickness is the component, across the bedding, of the vector from one boundary point to the
-next. A tilt of the bedding turns part of the component along the beds into thickness, so the error
-grows with the distance of the points along the beds; the errors of the points add to it (first
-order; Ragan 2009, Structural Geology, chapter 2).
+The true thickness is the component perpendicular to the bedding of the vector from one boundary
+point to the next. A tilt of the bedding converts part of the component along the beds into
+thickness, so the error increases with the distance of the points along the beds; the errors of the
+points are added (first order; Ragan 2009, Structural Geology, chapter 2).
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from vomstudio.geometry.rotation_errors import Z95
 
 @dataclass(frozen=True)
 class Interval:
-    """Interval between two boundaries, numbered from the oldest upwards.
+    """Interval between two boundaries, numbered upward from the oldest one.
 
     Attributes
     ----------
     base, top : str
-        Names of the boundaries.
+        Names of the lower and upper boundary.
     base_m, top_m : float
-        Distance above the lowest boundary, across the bedding, m.
+        Distances of the boundaries above the lowest one, perpendicular to the bedding, m.
     thickness_m : Measured
-        True thickness with half its 95 % interval, None if no errors are known.
+        True thickness with the half-width of its 95 % interval (None if no errors are known).
     lithology : str
         Lithology as written in the input.
     strabospot : dict
-        Fields of StraboSpot for this lithology.
+        StraboSpot fields for this lithology.
     """
 
     number: int
@@ -56,14 +56,14 @@ class Interval:
 
 @dataclass(frozen=True, repr=False)
 class BedLog(PrintableResult):
-    """Bed log with true thickness.
+    """Bed log with true thicknesses.
 
     Attributes
     ----------
     total_m : Measured
         True thickness from the lowest to the highest boundary, m.
     reordered : tuple of str
-        Names of boundaries whose order differs from that of their heights.
+        Names of the boundaries whose input order differs from the order of their heights.
     """
 
     n: int
@@ -84,22 +84,22 @@ def bed_log(
     bed_error_deg: float = 0.0,
     overturned: bool = False,
 ) -> BedLog:
-    """Measure the true thickness of the beds between points on their boundaries.
+    """Measure the true thickness of beds between points on their boundaries.
 
     Parameters
     ----------
     points : (n, 3) array_like
-        One point on each boundary, in any order. World frame, m.
+        One point on each boundary, in any order, in the World frame, m.
     bed : Plane
         Attitude of the bedding.
     names, lithologies, notes : sequence of str, optional
-        Names of the boundaries; lithologies and notes of the beds that begin there.
+        Names of the boundaries; lithologies and notes of the beds that start at them.
     sigma_m : float
         Standard deviation of each coordinate, m.
     bed_error_deg : float
-        Half-angle of the 95 % cone of the bedding's normal, degrees.
+        Half-angle of the 95 % cone of the bedding normal, degrees.
     overturned : bool
-        True if younger beds lie below.
+        True if the beds are overturned (younger beds below).
 
     Returns
     -------
@@ -108,7 +108,7 @@ def bed_log(
     Raises
     ------
     GeometryError
-        If there are fewer than two boundaries or a point is not finite.
+        If there are fewer than two boundaries, or if a point is not finite.
     """
     p = np.asarray(points, np.float64)
     if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
@@ -121,7 +121,7 @@ def bed_log(
     younging = (-1.0 if overturned else 1.0) * bed.normal()
     heights = (p - p[0]) @ younging
     order = np.argsort(heights, kind="stable")
-    # The lithology describes the bed above its boundary, also in a log from the top down.
+    # The lithology describes the bed above its boundary, even if the log runs from top to bottom.
     expected = np.arange(n)[::-1] if heights[-1] < heights[0] else np.arange(n)
     reordered = [labels[int(i)] for i, j in zip(order, expected, strict=True) if i != j]
     has_errors = bool(sigma_m or bed_error_deg)

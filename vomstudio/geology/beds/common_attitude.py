@@ -11,12 +11,12 @@ from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 
 
 def fit_common_bed(traces: Sequence[npt.ArrayLike]) -> ParallelBeds:
-    """Fit the attitude of parallel beds to their traces.
+    """Fit the common attitude of parallel beds to their traces.
 
     Parameters
     ----------
     traces : sequence of (n, 3) array_like
-        Points of each trace, World frame, m.
+        Points of each trace in the World frame, m.
 
     Returns
     -------

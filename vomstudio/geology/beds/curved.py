@@ -1,13 +1,13 @@
-"""Fit one curved bed: a smooth surface through several traces, with its local dip.
+"""Fit of one curved bed: a smooth surface through several traces, with local dips.
 
-The trend surface describes heights over a mean plane as a polynomial of the position in that plane
+The trend surface describes heights above a mean plane as a polynomial of the position in this plane
 (Krumbein 1959, Journal of Geophysical Research 64, 823-834; Davis 2002, Statistics and Data
-Analysis in Geology, chapter 5). The degree increases as long as an F test shows that the next
-degrees explain more than chance. Correlation of neighbours on a trace reduces the effective number
-of points (Bayley & Hammersley 1946, Supplement to the Journal of the Royal Statistical Society 8,
-184-197). The local dip is that of the tangent plane. Its error is the larger of the regression
-error and the change of dip that the next degrees would cause. The surface is interpolated between
-the traces and not extrapolated beyond them.
+Analysis in Geology, chapter 5). The degree is increased as long as an F test shows that higher
+degrees explain more than chance. The correlation of neighbours on a trace reduces the effective
+number of points (Bayley & Hammersley 1946, Supplement to the Journal of the Royal Statistical
+Society 8, 184-197). The local dip is that of the tangent plane. Its error is the larger of the
+regression error and the change in dip that the next degrees would cause. The surface is
+interpolated between the traces, but not extrapolated beyond them.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from vomstudio.geometry.vectors import dip_of_normals
 MAX_DEGREE = 4
 SIGNIFICANCE = 0.05
 MIN_SPARE_POINTS = 3.0
-"""Minimum number of independent points beyond the unknowns of a degree."""
+"""Minimum number of independent points in excess of the unknowns of a degree."""
 MIN_SINGULAR_RATIO = 1e-4
-"""Minimum ratio of smallest to largest singular value at which points determine a polynomial."""
+"""Minimum ratio of the smallest to the largest singular value to determine a polynomial."""
 
 
 @dataclass(frozen=True)
 class LocalDip:
-    """Local dip of a bed at one of its traces.
+    """Local dip of a curved bed at one of its traces.
 
     Attributes
     ----------
     id : str
         Id of the trace.
     x, y, z : float
-        Point of the surface at the middle of the trace. World frame, m.
+        Point of the surface at the middle of the trace, in the World frame, m.
     dip_direction_deg, dip_deg : float
         Attitude of the tangent plane, degrees.
     error95_deg : float
@@ -59,22 +59,22 @@ class LocalDip:
 
 @dataclass(frozen=True, eq=False)
 class CurvedBed:
-    """Fitted surface of one bed.
+    """Surface fitted to the traces of one bed.
 
     Attributes
     ----------
     degree : int
         Degree of the polynomial; 1 is a plane.
     p : float or None
-        p-value of the hypothesis that the bed is a plane; None if a plane was fitted.
+        p-value for the hypothesis that the bed is a plane; None if a plane was fitted.
     rms_m : float
-        Root mean square distance of the points from the surface, m.
+        RMS distance of the points from the surface, m.
     n, n_effective : int, float
-        Number of points, and of independent points.
+        Number of points, and effective number of independent points.
     dips : tuple of LocalDip
-        Local dip at the middle of each trace.
+        Local dips at the middle of each trace.
     along : (n, 3) ndarray
-        Dip direction, dip and 95 % error at every point, degrees, in input order.
+        Dip direction, dip and 95 % error at each point in degrees, in input order.
     """
 
     degree: int
@@ -88,7 +88,7 @@ class CurvedBed:
 
 @dataclass(frozen=True, eq=False)
 class _PolynomialFit:
-    """Least-squares fit: `shape` is the covariance divided by the variance, shape (k, k)."""
+    """Least-squares fit; `shape` (k, k) is the covariance divided by the variance."""
 
     coefficients: FloatArray
     shape: FloatArray
@@ -98,14 +98,14 @@ class _PolynomialFit:
 
 
 def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike) -> CurvedBed:
-    """Fit one surface to traces of one bed.
+    """Fit a smooth surface to the traces of one bed.
 
     Parameters
     ----------
     ids : sequence of str
         Ids of the g traces.
     points : (n, 3) array_like
-        Points in their order along each trace. World frame, m.
+        Points in order along each trace, in the World frame, m.
     offsets : (g + 1,) array_like of int
         Trace i is ``points[offsets[i]:offsets[i + 1]]``.
 
@@ -116,7 +116,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     Raises
     ------
     GeometryError
-        If the points do not determine a plane or leave no degrees of freedom.
+        If the points do not determine a plane, or if they leave no degrees of freedom.
     """
     xyz = np.asarray(points, np.float64).reshape(-1, 3)
     cuts = np.asarray(offsets, np.int64)
@@ -162,10 +162,10 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
 def _fit_degrees(
     u: FloatArray, v: FloatArray, w: FloatArray, cuts: IntArray
 ) -> list[_PolynomialFit]:
-    """Fit polynomials of degree 1, 2 and so on, as far as the points determine them.
+    """Fit polynomials of increasing degree, as far as the points determine them.
 
-    The residuals of the highest degree give the correlation of neighbours: a bend that a lower
-    degree does not fit is not noise.
+    The correlation of neighbours is estimated from the residuals of the highest degree, because a
+    bend that a lower degree does not fit is not noise.
     """
     fits: list[_PolynomialFit] = []
     for degree in range(1, MAX_DEGREE + 1):
@@ -195,9 +195,9 @@ def _fit_degrees(
 
 
 def _select_degree(fits: list[_PolynomialFit], n: int) -> tuple[int, float | None]:
-    """Select the lowest degree that no higher one improves, with the p-value of a plane.
+    """Select the lowest degree that no higher degree improves, and the p-value of a plane.
 
-    A degree is skipped if the one after it explains more: a symmetric bend has no odd part.
+    A degree is skipped if the next one explains more: a symmetric bend has no odd part.
     """
     from scipy.special import fdtrc
 
@@ -232,7 +232,7 @@ def _fit_slopes(
     variance: float,
     free: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return slopes (n, 2) and the larger half-angle (n,) of their 95 % region, degrees."""
+    """Return the slopes (n, 2) and the larger half-angles (n,) of their 95 % regions, degrees."""
     gradient = np.stack(_design_gradients(u, v, degree), axis=1) / size
     slopes = gradient @ fit.coefficients
     spread = variance * np.einsum("nak,kl,nbl->nab", gradient, fit.shape, gradient)
@@ -267,5 +267,5 @@ def _neighbour_inflation(residuals: FloatArray, cuts: IntArray) -> float:
     if total <= 0.0 or not len(first):
         return 1.0
     r = float(residuals[first] @ residuals[first + 1]) / len(first) / (total / len(residuals))
-    # Few residual degrees of freedom make the correlation of neighbours negative.
+    # With few residual degrees of freedom, the correlation of neighbours becomes negative.
     return max(1.0, (1.0 + min(r, 0.98)) / (1.0 - min(r, 0.98)))

@@ -1,12 +1,12 @@
-"""Extend a plane beyond its points, with the error of its position.
+"""Extension of a plane beyond its points, with the error of its position.
 
 At a position (u, v) along the axes of a least-squares plane, measured from the centroid of its
-points, the variance across the plane is s^2 (1/n + u^2 / sum u^2 + v^2 / sum v^2). It is smallest
-at the centroid, and the tilt widens the band with distance (any textbook of regression; for planes
-on outcrops Quinn & Ehlmann 2019, Earth and Space Science 6, doi 10.1029/2018EA000416, who draw it
-as the sheets of a hyperboloid). s and n are the effective values that allow for correlation of
-neighbours on a trace (`geometry.plane_errors`). The 95 % band is Student's t times the standard
-deviation.
+points, the variance perpendicular to the plane is s^2 (1/n + u^2 / sum u^2 + v^2 / sum v^2). It is
+smallest at the centroid, and the tilt widens the band with distance (see any textbook on
+regression; for planes on outcrops Quinn & Ehlmann 2019, Earth and Space Science 6, doi
+10.1029/2018EA000416, who draw it as the sheets of a hyperboloid). s and n are effective values that
+allow for the correlation of neighbours on a trace (`geometry.plane_errors`). The 95 % band is
+Student's t times the standard deviation.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ MAX_BEDS = 2000
 
 @dataclass(frozen=True, eq=False)
 class PlaneEstimate:
-    """Plane with the covariance of its position and attitude. World frame.
+    """Plane with the covariance of its position and attitude, in the World frame.
 
     Attributes
     ----------
     middle : (3,) ndarray
         Point at which the position is known best, m.
     axes : (3, 3) ndarray
-        Rows: two directions in the plane and its upward normal.
+        Two directions in the plane and its upward normal, as rows.
     centre_variance : float
         Variance of the position at `middle` along the normal, m2.
     tilt_variances : (2,) ndarray
-        Variances of the slopes along the two directions.
+        Variances of the slopes along the two directions in the plane.
     free : float
-        Degrees of freedom, infinite if the variances are known.
+        Degrees of freedom; infinite if the variances are known.
     """
 
     middle: FloatArray
@@ -55,11 +55,11 @@ class PlaneEstimate:
         return Plane.from_normal(self.axes[2])
 
     def distances(self, points: FloatArray) -> FloatArray:
-        """Return the signed distances (n,) of points (n, 3), positive above the plane, m."""
+        """Return the signed distances (n,) of points (n, 3) in metres, positive above the plane."""
         return np.asarray((points - self.middle) @ self.axes[2])
 
     def position_sd(self, points: FloatArray) -> FloatArray:
-        """Return the standard deviation (n,) of the plane's position at points (n, 3), m."""
+        """Return the standard deviations (n,) of the plane position at points (n, 3), m."""
         flat = (points - self.middle) @ self.axes[:2].T
         return np.asarray(np.sqrt(self.centre_variance + (flat**2) @ self.tilt_variances))
 
@@ -74,14 +74,14 @@ class PlaneEstimate:
 
 @dataclass(frozen=True, eq=False)
 class PlaneSeries:
-    """Plane and its parallels at a constant thickness.
+    """Plane and its parallels at a constant spacing.
 
     Attributes
     ----------
     numbers : (k,) ndarray of int
-        Numbers of the planes upwards; 0 is the plane itself.
+        Numbers of the planes in upward order; 0 is the plane itself.
     thickness_m : float or None
-        Distance of neighbours, m; None for a single plane.
+        Distance between adjacent planes, m; None for a single plane.
     thickness_variance : float
         Variance of the thickness, m2.
     """
@@ -94,7 +94,7 @@ class PlaneSeries:
         return 0.0 if self.thickness_m is None else number * self.thickness_m
 
     def nearest(self, distances: FloatArray) -> IntArray:
-        """Return the number (n,) of the plane nearest to each distance from plane 0, m."""
+        """Return the number (n,) of the nearest plane for distances (in metres) from plane 0."""
         if self.thickness_m is None:
             return np.zeros(len(distances), np.int64)
         steps = np.round(distances / self.thickness_m).astype(np.int64)
@@ -103,18 +103,18 @@ class PlaneSeries:
 
 @dataclass(frozen=True, eq=False)
 class PlaneDistances:
-    """Distances of n points from the nearest plane of a series.
+    """Distances of n points from the nearest planes of a series.
 
     Attributes
     ----------
     bed : (n,) ndarray of int
         Number of the nearest plane.
     distance_m : (n,) ndarray
-        Signed distance from it, positive above, m.
+        Signed distance from the nearest plane, positive above, m.
     error95_m : (n,) ndarray
-        95 % error of the plane's position, m.
+        95 % error of the position of the plane, m.
     inside : (n,) ndarray of bool
-        True if the distance is within that error.
+        True if the distance is within this error.
     """
 
     bed: IntArray
@@ -132,11 +132,11 @@ def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
     Raises
     ------
     GeometryError
-        If its errors are unknown, as for three points or a regression.
+        If the errors are unknown, as for three points or a regression.
     """
     largest, smallest = fit.max_confidence95_deg, fit.min_confidence95_deg
     if fit.long_roughness:
-        # The wider of the two figures counts, see geometry/planes.py.
+        # The larger of the two values applies, see geometry/planes.py.
         largest = _largest_known(largest, fit.max_angular_error_deg)
         smallest = _largest_known(smallest, fit.min_angular_error_deg)
     if largest is None or smallest is None or fit.rms is None or fit.n_effective is None:
@@ -160,15 +160,15 @@ def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
 def plane_estimate_from_attitude(
     plane: Plane, through: FloatArray, error95_deg: float, error95_m: float = 0.0
 ) -> PlaneEstimate:
-    """Return the plane of an attitude through a point, with its errors.
+    """Return a plane of given attitude through a point, with its errors.
 
     Parameters
     ----------
     plane : Plane
     through : (3,) ndarray
-        Point on the plane. World frame, m.
+        Point on the plane in the World frame, m.
     error95_deg : float
-        Half-angle of the joint 95 % region of the normal, degrees, equal in all directions.
+        Half-angle of the joint 95 % region of the normal in degrees, equal in all directions.
     error95_m : float
         95 % error of the point along the normal, m.
 
@@ -200,9 +200,9 @@ def repeat_planes(
     ----------
     plane : PlaneEstimate
     points : (n, 3) ndarray
-        Points of the model. World frame, m.
+        Points of the model in the World frame, m.
     thickness_m : float or None
-        Distance of neighbours, m; None for the plane alone.
+        Distance between adjacent planes, m. If None, only the plane itself is returned.
     error95_m : float
         95 % error of the thickness, m.
 
@@ -213,7 +213,7 @@ def repeat_planes(
     Raises
     ------
     GeometryError
-        If the thickness results in more than `MAX_BEDS` planes.
+        If the thickness would result in more than `MAX_BEDS` planes.
     """
     from vomstudio.geometry.rotation_errors import Z95
 
@@ -234,9 +234,9 @@ def repeat_planes(
 
 
 def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> PlaneDistances:
-    """Measure the distances of points from the nearest planes, with their errors.
+    """Measure the distances of points from the nearest planes of a series, with errors.
 
-    The error of plane k contains k times the error of the thickness.
+    The error of plane k includes k times the error of the thickness.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Lithologies in the vocabulary of StraboSpot's sedimentary forms (form "Lithologies")."""
+"""Lithologies in the vocabulary of StraboSpot (sedimentary form "Lithologies")."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DUNHAM = (
     "bafflestone",
     "bindstone",
 )
-"""Dunham's mudstone is written "lime mudstone", for mudstone alone is siliciclastic."""
+"""Dunham's mudstone is called "lime mudstone", because "mudstone" alone is siliciclastic."""
 VOLCANICLASTIC = (
     "volcanic mudstone",
     "volcanic sandstone",
@@ -60,12 +60,12 @@ LITHOLOGIES = (
     *EVAPORITE,
     "covered",
 )
-"""All accepted lithologies, each once."""
+"""All accepted lithologies without duplicates."""
 FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
 
 
 def lithology_choices() -> tuple[str, ...]:
-    """Return all lithologies that `strabospot_fields` accepts, the common ones first."""
+    """Return all lithologies accepted by `strabospot_fields`, the common ones first."""
     primary = tuple(name.replace("_", " ") for name in PRIMARY)
     return (
         *SILICICLASTIC,
@@ -110,7 +110,7 @@ _COLORS = {
 def color_of_rock(word: str) -> str:
     """Return the map colour of a lithology.
 
-    The colour of its class is used if it has none itself.
+    If the lithology has no colour of its own, the colour of its class is used.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def color_of_rock(word: str) -> str:
     Returns
     -------
     str
-        "#rrggbb"; "" for covered intervals and unknown lithologies.
+        Colour as "#rrggbb"; "" for covered intervals and unknown lithologies.
     """
     fields = strabospot_fields(word) or {}
     values = [value for value in fields.values() if value]
@@ -133,8 +133,8 @@ def strabospot_fields(word: str) -> dict[str, str] | None:
     Returns
     -------
     dict or None
-        `primary_lithology` and the subtype; all values are empty for "" and covered intervals;
-        None for a word outside StraboSpot's vocabulary.
+        `primary_lithology` and the subtype. All values are empty for "" and for covered intervals;
+        None for a name that is not in the vocabulary of StraboSpot.
     """
     normalized = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
     fields = dict.fromkeys(FIELDS, "")

@@ -1,4 +1,4 @@
-"""Boundaries of a log where traces of beds cross its line."""
+"""Boundaries of a log at which traces of beds cross its line."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from vomstudio.geometry.lines import nearest_approach
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Crossing of a trace and the line of a log.
+    """Crossing of a trace with the line of a log.
 
     Attributes
     ----------
     name : str
         Name of the trace.
     place : (3,) ndarray
-        Point of the trace nearest to the line. World frame, m.
+        Point of the trace that is nearest to the line, in the World frame, m.
     distance_m : float
-        Distance of this point from the line, m.
+        Distance between this point and the line, m.
     along_m : float
         Distance along the line, m.
     """
@@ -42,16 +42,16 @@ def crossings(
     Parameters
     ----------
     line : (n, 3) array_like
-        Vertices of the line. World frame, m.
+        Vertices of the line in the World frame, m.
     traces : mapping of str to (m, 3) array_like
-        Points of the traces by name. World frame, m.
+        Points of each trace by name, in the World frame, m.
     reach_m : float
-        Maximum distance of a trace from the line, m.
+        Maximum distance between a trace and the line, m.
 
     Returns
     -------
     list of Crossing
-        The nearest approach of every trace within `reach_m`.
+        The closest approach of each trace that is within `reach_m`.
     """
     vertices = np.asarray(line, np.float64)
     low, high = vertices.min(axis=0) - reach_m, vertices.max(axis=0) + reach_m

@@ -1,4 +1,4 @@
-"""Options of logs, declared once for every door."""
+"""Options of logs, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ MAX_ERROR_DEG = 90.0
 
 @dataclass(frozen=True)
 class LogOptions(Options):
-    """Errors of boundaries and bedding, and the way up; None for the default.
+    """Errors of boundaries and bedding, and younging direction; None selects the default.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds.
+        If a value is outside its bounds.
     """
 
     sigma_m: float | None = option(
@@ -53,7 +53,7 @@ class LogLine(Options):
     Raises
     ------
     UsageError
-        If a distance is outside its bounds or an option of a line is given without a line.
+        If a distance is outside its bounds, or if a line option is given without a line.
     """
 
     bed: str | None = option(

@@ -1,14 +1,14 @@
-"""Fit parallel planes together, and test whether two traces belong to one bed.
+"""Joint fit of parallel planes, and test whether two traces belong to the same bed.
 
-Traces of beds that were deposited parallel to each other share one normal, but each has its own
-position. The normal is that of the scatter of all points about the centroids of their own traces
+Traces of beds that were deposited parallel to each other have a common normal, but individual
+positions. The normal is determined by the scatter of all points about the centroids of their traces
 (the grouped planes of Quinn & Ehlmann 2019, Earth and Space Science 6, doi 10.1029/2018EA000416).
-Short traces that determine no plane alone determine one together.
+Short traces that do not determine a plane individually can determine one together.
 
-Errors are those of least squares with separate noise for each trace, correlated along the trace as
-for single planes (`geometry.plane_errors.quantiles`). The distance of a trace along the normal has
-the error of its centroid and that of the tilt over the distance in the plane. Student's t test
-compares two traces by these distances.
+The errors are those of least squares with separate noise for each trace, correlated along the trace
+as for single planes (`geometry.plane_errors.quantiles`). The error of the distance of a trace along
+the normal combines the error of its centroid and the effect of the tilt over the distance in the
+plane. Two traces are compared by Student's t test of these distances.
 """
 
 from __future__ import annotations
@@ -27,34 +27,34 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import joint_quantile, quantiles
 
 MIN_TRACE_POINTS = 3
-"""Minimum number of points of a trace whose scatter is used."""
+"""Minimum number of points for the scatter of a trace to be used."""
 SIGNIFICANCE = 0.05
 MIN_RELATIVE_SPREAD = 1e-6
-"""Relative spread across the traces below which all points lie on one line."""
+"""Relative spread across the traces below which all points lie on a line."""
 MIN_FREEDOM = 3.0
-"""Minimum degrees of freedom at which the noise of a trace can be compared with that of others."""
+"""Minimum degrees of freedom for the noise of a trace to be compared with that of others."""
 MIN_P_VALUE = 1e-15
 """Smallest p-value that is reported if several variances contribute."""
 MIN_WIDTH_RATIO = 3.0
-"""Minimum ratio of a trace's width to its scatter about the common plane for a plane of its own."""
+"""Minimum ratio of trace width to scatter about the common plane for an individual plane."""
 MIN_BEND_RATIO = 0.05
-"""Minimum ratio of a trace's width to its length at which it is not straight."""
+"""Minimum ratio of width to length for a trace that is not straight."""
 
 
 @dataclass(frozen=True)
 class Bed:
-    """One of several parallel traces.
+    """One of several traces of parallel beds.
 
     Attributes
     ----------
     n : int
         Number of points.
     distance_m : float
-        Distance along the common upward normal from the centroid of all traces, m.
+        Distance from the centroid of all traces along the common upward normal, m.
     error95_m : float or None
         95 % error of the distance, m.
     rms_m : float
-        Root mean square distance of its points from its plane, m.
+        RMS distance of the points from the plane of the trace, m.
     """
 
     id: str
@@ -66,16 +66,16 @@ class Bed:
 
 @dataclass(frozen=True)
 class SamePlane:
-    """Test of whether two traces lie in one plane of the common attitude.
+    """Test whether two traces lie in the same plane of the common attitude.
 
     Attributes
     ----------
     distance_m : float
-        Distance of the second from the first along the normal, m.
+        Distance of the second trace from the first along the normal, m.
     error95_m : float
         95 % error of the distance, m.
     p : float
-        p-value of the hypothesis that both are of one bed.
+        p-value for the hypothesis that both traces belong to the same bed.
     """
 
     first: str
@@ -87,19 +87,19 @@ class SamePlane:
 
 @dataclass(frozen=True)
 class ParallelBeds:
-    """Parallel planes fitted to traces.
+    """Parallel planes fitted to several traces.
 
     Attributes
     ----------
     dip_direction_deg, dip_deg, strike_rhr_deg, undefined
         Attitude of the common plane, degrees.
     max_confidence95_deg, min_confidence95_deg : float or None
-        Semi-axes of the joint 95 % region of its normal, degrees.
+        Semi-axes of the joint 95 % region of the common normal, degrees.
     p_parallel : float or None
-        p-value of the hypothesis that the traces are parallel; None if fewer than two of them
+        p-value for the hypothesis that the traces are parallel; None if fewer than two traces
         determine a plane.
     beds : tuple of Bed
-        Traces in order along the normal, upwards.
+        Traces in upward order along the normal.
     same : tuple of SamePlane
         Tests of pairs of traces.
     """
@@ -120,12 +120,12 @@ class ParallelBeds:
 
     @property
     def plane(self) -> Plane:
-        """The common plane."""
+        """Plane of the common attitude."""
         return Plane(self.dip_direction_deg, self.dip_deg)
 
     @property
     def are_parallel(self) -> bool:
-        """Whether the scatter of the traces explains the angles between them."""
+        """Whether the angles between the traces are explained by their scatter."""
         return self.p_parallel is None or self.p_parallel >= SIGNIFICANCE
 
 
@@ -136,22 +136,22 @@ class _Traces:
     Attributes
     ----------
     tilts : (G, 2, 2) ndarray
-        Contribution of each trace to the covariance of the normal's tilts; `tilt_covariance` is
-        their sum.
+        Contribution of each trace to the covariance of the tilts of the normal; `tilt_covariance`
+        is their sum.
     centre_variances : (G,) ndarray
         Variance of the position of each trace along the normal.
     axes : (G, 2, 2) ndarray
         Principal axes of each trace in the plane, as columns.
     sums, leans, spread : (G, 2) ndarray
-        Sum of squares along these axes, product with the normal, and variance of the product.
+        Sums of squares along these axes, products with the normal, and variances of the products.
     judged : (G, 2) ndarray of bool
-        Axes along which a trace determines a tilt.
+        Axes along which each trace determines a tilt.
     free : (G,) ndarray
-        Degrees of freedom of the noise; the variances are inflated to fit these.
+        Degrees of freedom of the noise; the variances are inflated accordingly.
     independent : (G,) ndarray
-        Degrees of freedom that remain after correlation.
+        Degrees of freedom that remain after allowing for correlation.
     free_tilts : float or None
-        Degrees of freedom of the tilts if they follow from the misfit of the traces.
+        Degrees of freedom of the tilts if these are derived from the misfit of the traces.
     """
 
     tilts: FloatArray
@@ -178,20 +178,21 @@ def parallel_beds(
     ordered: bool = True,
     pairs: Sequence[tuple[str, str]] = (),
 ) -> ParallelBeds:
-    """Fit parallel planes to traces.
+    """Fit parallel planes to several traces.
 
     Parameters
     ----------
     ids : sequence of str
         Ids of the G traces.
     points : (n, 3) array_like
-        World frame, m.
+        Points of all traces in the World frame, m.
     offsets : (G + 1,) array_like of int
         Trace i is ``points[offsets[i]:offsets[i + 1]]``.
     ordered : bool
-        True if points are in order along the traces, so that neighbours may be correlated.
+        True if the points are in order along the traces, so that neighbours may be correlated.
     pairs : sequence of (str, str)
-        Ids of the traces to compare; by default each trace with the next one upwards.
+        Ids of the pairs of traces to compare; by default, each trace is compared with the next one
+        upward.
 
     Returns
     -------
@@ -200,9 +201,9 @@ def parallel_beds(
     Raises
     ------
     GeometryError
-        If there are fewer than two traces or they determine no plane.
+        If there are fewer than two traces, or if they do not determine a plane.
     KeyError
-        If an id of `pairs` is not in `ids`.
+        If `pairs` contains an id that is not in `ids`.
     """
     points = np.asarray(points, np.float64).reshape(-1, 3)
     offsets = np.asarray(offsets, np.int64)
@@ -277,7 +278,7 @@ def _trace_errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered:
     judged = _informative_axes(rotated, sums, leans, counts, starts)
     squares = np.zeros(groups)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
-        # Residuals from a plane through the trace, or from a line if it is too narrow.
+        # Residuals from a plane through the trace, or from a line if the trace is too narrow.
         part = rotated[first : first + n]
         used = judged[i] & (sums[i] > 0.0)
         part[:, 2] -= part[:, :2][:, used] @ (leans[i] / np.where(used, sums[i], 1.0))[used]
@@ -293,18 +294,18 @@ def _trace_errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered:
         rows = np.flatnonzero(is_counted)
         index = np.concatenate([np.arange(starts[i], starts[i] + counts[i]) for i in rows])
         begin = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
-        # The larger of a trace's own axes comes second from eigh.
+        # The eigenvector of the larger axis of a trace is the second one returned by eigh.
         u, v, r = rotated[index, 1], rotated[index, 0], rotated[index, 2]
         q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], free[rows], ordered)
         white = joint_quantile(free[rows])
         inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white[:, None], 1.0)
         effective[rows] = n_eff
-    # The mean is affected most by slow changes along a trace.
+    # The mean is affected most by slow variations along a trace.
     centre_variances = noise * inflation.max(axis=1) / counts
     spread = noise[:, None] * inflation * sums
     inverse = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
     tilts = np.einsum("ij,gjk,gk,glk,lm->gim", inverse, axes, spread, axes, inverse)
-    # A trace with too few points takes the pooled noise of all others.
+    # The noise of a trace with too few points is pooled from all other traces.
     freedom = np.where(is_counted, free, free.sum())
     independent = np.maximum(effective - (counts - free), 1.0)
     return _Traces(
@@ -323,15 +324,15 @@ def _trace_errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered:
 def _informative_axes(
     rotated: FloatArray, sums: FloatArray, leans: FloatArray, counts: IntArray, starts: IntArray
 ) -> BoolArray:
-    """Select the axes (G, 2) along which a trace determines the tilt of its plane.
+    """Select the axes (G, 2) along which each trace determines the tilt of its plane.
 
-    A straight trace that is not wider than its deviation from the common plane follows the face
-    that it crosses, so its width would give the attitude of that face.
+    A straight trace that is no wider than its deviation from the common plane follows the face that
+    it crosses, so its width would give the attitude of the face.
 
     Parameters
     ----------
     rotated : (n, 3) ndarray
-        Coordinates along the narrow and the long axis of each trace, and the normal.
+        Coordinates along the narrow and the long axis of each trace, and along the normal.
     """
     slope = leans[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
     residuals = rotated[:, 2] - np.repeat(slope, counts) * rotated[:, 1]
@@ -343,7 +344,7 @@ def _informative_axes(
 
 
 def _distance_errors95(traces: _Traces) -> list[float]:
-    """Return the 95 % error of the position of each trace along the normal, m."""
+    """Return the 95 % errors of the positions of the traces along the normal, m."""
     one = np.ones(1)
     return [
         _t95(one, np.array([free])) * float(np.sqrt(variance))
@@ -360,9 +361,9 @@ def _semi_axes(traces: _Traces) -> tuple[float, float]:
 
 
 def _tilt_freedom(traces: _Traces) -> float:
-    """Return the degrees of freedom of the tilt covariance, pooled over traces.
+    """Return the degrees of freedom of the tilt covariance, pooled over the traces.
 
-    Krishnamoorthy & Yu 2004, Statistics & Probability Letters 66, 161.
+    See Krishnamoorthy & Yu 2004, Statistics & Probability Letters 66, 161.
     """
     whole = traces.tilt_covariance
     if not np.linalg.det(whole) > 0.0:
@@ -376,9 +377,9 @@ def _tilt_freedom(traces: _Traces) -> float:
 def _compare_pair(
     traces: _Traces, rows: tuple[int, int], ids: tuple[str, str], offset: FloatArray
 ) -> SamePlane:
-    """Test whether two traces lie in one plane.
+    """Test whether two traces lie in the same plane.
 
-    `offset` (3,) leads from the first to the second, in the axes.
+    `offset` (3,) is the vector from the first to the second trace, in the plane axes.
     """
     shares_of_tilt = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
     parts, free = shares_of_tilt, traces.free
@@ -402,9 +403,9 @@ def _compare_pair(
 
 
 def _pool_variances(shares: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pool the shares of a variance that are known well, with their degrees of freedom.
+    """Pool the well-determined shares of a variance, with their degrees of freedom.
 
-    Satterthwaite 1946, Biometrics Bulletin 2, 110.
+    See Satterthwaite 1946, Biometrics Bulletin 2, 110.
     """
     used = shares > 0.0
     is_known = used & (free >= MIN_FREEDOM)
@@ -417,10 +418,10 @@ def _pool_variances(shares: FloatArray, free: FloatArray) -> tuple[FloatArray, F
 
 
 def _t95(shares: FloatArray, free: FloatArray) -> float:
-    """Return the mean of Student's quantiles weighted by the shares of the variance.
+    """Return the mean of Student's quantiles, weighted by the shares of the variance.
 
-    Cochran & Cox 1957, Experimental Designs, section 4.14. Averaged degrees of freedom would be
-    too many if one share has a single degree of freedom and happens to be small.
+    See Cochran & Cox 1957, Experimental Designs, section 4.14. Averaged degrees of freedom would be
+    too high if a share has a single degree of freedom and is small by chance.
     """
     from scipy.special import stdtrit
 
@@ -428,7 +429,7 @@ def _t95(shares: FloatArray, free: FloatArray) -> float:
 
 
 def _two_sided_p(t: float, shares: FloatArray, free: FloatArray) -> float:
-    """Return the two-sided p-value at which the weighted mean of Student's quantiles is t."""
+    """Return the two-sided p-value for which the weighted mean of Student's quantiles is t."""
     from scipy.optimize import brentq
     from scipy.special import stdtr, stdtrit
 
@@ -438,25 +439,25 @@ def _two_sided_p(t: float, shares: FloatArray, free: FloatArray) -> float:
         return 1.0
     if not float(shares @ -stdtrit(free, MIN_P_VALUE)) > t:
         return 2.0 * MIN_P_VALUE
-    # Solve for the logarithm because p may be very small.
+    # Solve for the logarithm, because p may be very small.
     low, high = np.log(MIN_P_VALUE), np.log(0.5)
     return 2.0 * float(np.exp(brentq(lambda x: shares @ -stdtrit(free, np.exp(x)) - t, low, high)))
 
 
 def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
-    """Widen the tilt error by the misfit of traces that are not quite parallel.
+    """Widen the tilt error by the misfit of traces that are not exactly parallel.
 
-    Birge's ratio (Birge 1932, Physical Review 40, 207). Returns the p-value of the hypothesis that
-    the traces are parallel as well. Each trace is compared with the best common plane, weighted by
-    its own noise: one outlier tilts the common plane without showing that the others are rotated.
-    The uncertainty of the weights is allowed for (Johansen 1980, Biometrika 67, 85; here with one
-    variance per trace, shared by its axes).
+    The error is scaled by Birge's ratio (Birge 1932, Physical Review 40, 207). The p-value for the
+    hypothesis that the traces are parallel is also returned. Each trace is compared with the best
+    common plane, weighted by its own noise: one outlier tilts the common plane without showing that
+    the others are rotated. The uncertainty of the weights is taken into account (Johansen 1980,
+    Biometrika 67, 85; here with one variance per trace, shared by its axes).
     """
     from scipy.special import fdtrc
 
     judged = traces.judged & (traces.spread > 0.0)
-    # Noise from one or two degrees of freedom is so often too small by chance that its trace
-    # would outweigh all others.
+    # Noise estimates with one or two degrees of freedom are so often too small by chance that their
+    # trace would outweigh all others.
     reliable = judged & (traces.independent >= MIN_FREEDOM)[:, None]
     judged = reliable if reliable.sum() > 2 else judged
     number = int(judged.sum())

@@ -1,1 +1,1 @@
-"""Coverage of faces and repeatability of picks."""
+"""Coverage of outcrop faces, and repeatability of picks."""

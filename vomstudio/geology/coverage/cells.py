@@ -1,7 +1,7 @@
-"""Grid of square cells over the face of an outcrop, and the area of a surface in each.
+"""Grid of square cells over an outcrop face, and the area of a surface in each cell.
 
-The grid lies in a plane of any attitude, viewed against its normal. Areas are exact: triangles are
-cut along the lines of the grid.
+The grid lies in a plane of any attitude and is viewed against its normal. Areas are exact:
+triangles are cut along the grid lines.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ FACES_PER_BLOCK = 200_000
 
 @dataclass(frozen=True, eq=False)
 class SquareGrid:
-    """Grid of square cells, numbered row by row from 0 at the origin. Any frame, any unit.
+    """Grid of square cells in any frame and unit, numbered row by row from 0 at the origin.
 
     Attributes
     ----------
     origin : (3,) ndarray
-        Lower left corner.
+        Lower-left corner.
     right, up : (3,) ndarray
         Perpendicular unit vectors.
     cell : float
-        Side of a cell.
+        Side length of a cell.
     columns, rows : int
-        Number of cells to the right and upwards.
+        Number of columns to the right, and of rows upward.
     """
 
     origin: FloatArray
@@ -51,7 +51,7 @@ class SquareGrid:
 
     @property
     def normal(self) -> FloatArray:
-        """Unit vector (3,) toward the viewer."""
+        """Unit vector (3,) that points toward the viewer."""
         return np.cross(self.right, self.up)
 
     def local(self, points: FloatArray) -> FloatArray:
@@ -60,11 +60,11 @@ class SquareGrid:
         return np.asarray((points - self.origin) @ axes / self.cell)
 
     def at(self, points: FloatArray) -> IntArray:
-        """Return the cell (n,) of each point (n, 3) in the view; -1 outside."""
+        """Return the cell (n,) that contains each point (n, 3) in the view; -1 if it is outside."""
         return self.numbers(np.floor(self.local(points)[:, :2]))
 
     def numbers(self, places: FloatArray) -> IntArray:
-        """Return the cell (n,) of columns and rows (n, 2), whole numbers; -1 outside."""
+        """Return the cells (n,) for integer columns and rows (n, 2); -1 if outside."""
         inside = ((places >= 0) & (places < [self.columns, self.rows])).all(axis=1)
         numbers = np.full(len(places), -1, np.int64)
         column, row = places[inside].astype(np.int64).T
@@ -72,7 +72,7 @@ class SquareGrid:
         return numbers
 
     def corners(self, numbers: IntArray) -> FloatArray:
-        """Return the corners (n, 4, 3) of cells in the plane of the grid, from the lower left."""
+        """Return the corners (n, 4, 3) of cells in the grid plane, starting at the lower left."""
         row, column = np.divmod(numbers, self.columns)
         steps = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float64)
         flat = (np.stack([column, row], axis=1)[:, None] + steps) * self.cell
@@ -83,21 +83,21 @@ class SquareGrid:
 
 @dataclass(frozen=True, eq=False)
 class ExposedArea:
-    """Area of a surface in each cell, in the square of the grid's unit.
+    """Exposed area of a surface in each cell, in the squared unit of the grid.
 
     Attributes
     ----------
     surface : (cells,) ndarray
-        Area that faces the viewer.
+        Area of the surface that faces the viewer.
     covered : (cells,) ndarray
-        Area of the cell that the surface covers in the view.
+        Part of the cell area that is covered by the surface in the view.
     pieces : (k, 3, 3) ndarray
-        Triangles cut along the lines of the grid, in its local axes and sides of a cell; empty
+        Triangles cut along the grid lines, in the local axes of the grid and in cell sides; empty
         unless requested.
     cell : (k,) ndarray of int
-        Cell of each piece.
+        Cell that each piece belongs to.
     lines : (l, 2, 3) ndarray
-        Lines of the grid on the surface, in the same axes.
+        Grid lines on the surface, in the same axes.
     """
 
     surface: FloatArray
@@ -110,9 +110,9 @@ class ExposedArea:
 def create_grid(
     points: FloatArray, right: FloatArray, up: FloatArray, cell: float, margin: float = 0.0
 ) -> SquareGrid:
-    """Create a grid of whole cells around points.
+    """Create a grid of whole cells that covers given points.
 
-    Its plane contains the point nearest to the viewer.
+    The plane of the grid contains the point nearest to the viewer.
 
     Parameters
     ----------
@@ -120,9 +120,9 @@ def create_grid(
     right, up : (3,) ndarray
         Perpendicular unit vectors.
     cell : float
-        Side of a cell, in the unit of the points.
+        Side length of a cell in the unit of the points.
     margin : float
-        Minimum distance of the points from the edge.
+        Minimum distance between the points and the edge of the grid.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def create_grid(
     Raises
     ------
     GeometryError
-        If there are too many cells or the side of a cell is not positive.
+        If there are too many cells, or if the cell size is not positive.
     """
     if not (math.isfinite(cell) and cell > 0.0):
         raise GeometryError(Finding("grid.cell-size"), field="cell")
@@ -148,7 +148,7 @@ def create_grid(
             field="cell",
         )
     columns, rows = (max(1, math.ceil(w - 1e-9)) for w in counts.tolist())
-    # The excess is equal on both sides.
+    # The excess is distributed equally to both sides.
     corner = (low + high - cell * np.array([columns, rows])) / 2.0
     origin = axes @ np.array([*corner, float(projected[:, 2].max())])
     return SquareGrid(origin, right, up, float(cell), columns, rows)
@@ -161,10 +161,10 @@ def measure_faces(
     *,
     pieces: bool = False,
 ) -> ExposedArea:
-    """Measure the area of triangles in each cell.
+    """Measure the area of triangles in each cell of a grid.
 
-    Faces turned away from the viewer are not exposed. The orientation of faces is that of most of
-    their area, because files differ.
+    Faces that point away from the viewer are not exposed. The orientation is taken from the
+    majority of the face area, because files differ in their conventions.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def measure_faces(
     points : (n, 3) ndarray
     faces : (m, 3) ndarray of int
     pieces : bool
-        True to return the cut triangles and lines too.
+        Whether to return the cut triangles and lines as well.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def measure_faces(
 
 
 def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> ExposedArea:
-    """Measure the area of a cloud, whose points cover squares as wide as the spacing.
+    """Measure the area of a cloud whose points represent squares as wide as the spacing.
 
     Parameters
     ----------
@@ -221,13 +221,13 @@ class _AreaSums:
         self._lines: list[FloatArray] = []
 
     def add(self, local: FloatArray) -> None:
-        """Add triangles (m, 3, 3) in the local axes of the grid."""
+        """Add the areas of triangles (m, 3, 3) in the local axes of the grid."""
         cut = local
         for axis, count in ((0, self.grid.columns), (1, self.grid.rows)):
             lines: list[FloatArray] = []
             cut = np.concatenate([np.zeros((0, 3, 3)), *_cut_triangles(cut, axis, count, lines)])
             if self._keep:
-                # Lines of the first axis may extend past the ends of the second.
+                # Lines of the first axis may extend beyond the ends of the second axis.
                 self._lines += (
                     lines
                     if axis
@@ -250,7 +250,7 @@ class _AreaSums:
         no_pieces = np.zeros((0, 3, 3))
         return ExposedArea(
             self.surface * unit,
-            # Count the area behind an overhang once.
+            # Count the area behind an overhang only once.
             np.minimum(self.covered, 1.0) * unit,
             np.concatenate([no_pieces, *self._pieces]),
             np.concatenate([np.zeros(0, np.int64), *self._cells]),
@@ -261,7 +261,7 @@ class _AreaSums:
 def _cut_triangles(
     triangles: FloatArray, axis: int, count: int, lines: list[FloatArray]
 ) -> Iterator[FloatArray]:
-    """Yield pieces between neighbouring lines 0 to `count` along an axis.
+    """Yield the pieces between adjacent grid lines 0 to `count` along an axis.
 
     The cuts are appended to `lines`.
     """
@@ -274,7 +274,7 @@ def _cut_triangles(
         remaining, low, high = remaining[inside], low[inside], high[inside]
         line = np.minimum(np.maximum(np.floor(low) + 1.0, 0.0), float(count))
         crossed = (low < line) & (line < high)
-        # A piece that ends on the last line needs no cut.
+        # A piece that ends on the last line does not have to be cut.
         yield remaining[~crossed]
         remaining, line = remaining[crossed], line[crossed]
         if not len(remaining):
@@ -288,9 +288,9 @@ def _cut_triangles(
 def _split_triangles(
     sorted_: FloatArray, line: FloatArray, axis: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Split triangles with corners sorted along an axis by a line each.
+    """Split each triangle, whose corners are sorted along an axis, by a grid line.
 
-    Returns the pieces below and above, and the cuts (m, 2, 3).
+    Return the pieces below and above the lines, and the cuts (m, 2, 3).
     """
     a, b, c = sorted_[:, 0], sorted_[:, 1], sorted_[:, 2]
     p = _points_on_line(a, c, line, axis)
@@ -311,20 +311,20 @@ def _split_triangles(
 
 
 def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:
-    """Clip lines (m, 2, 3) to the first and last row."""
+    """Clip lines (m, 2, 3) to the range between the first and the last row."""
     first, last = cuts[:, 0, 1], cuts[:, 1, 1]
     cuts = cuts[(np.maximum(first, last) > 0.0) & (np.minimum(first, last) < rows)]
     up = cuts[:, 1] - cuts[:, 0]
     rise = np.where(up[:, 1] != 0.0, up[:, 1], 1.0)
     bounds = np.stack([-cuts[:, 0, 1] / rise, (rows - cuts[:, 0, 1]) / rise], axis=1)
-    # A horizontal line is inside as a whole.
+    # A horizontal line is entirely inside.
     bounds[up[:, 1] == 0.0] = 0.0, 1.0
     share = np.clip(np.sort(bounds, axis=1), 0.0, 1.0)
     return np.asarray(cuts[:, :1] + share[..., None] * up[:, None])
 
 
 def _points_on_line(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -> FloatArray:
-    """Return the points (m, 3) of the edges from a to b on a grid line."""
+    """Return the points (m, 3) at which the edges from a to b cross a grid line."""
     rise = b[:, axis] - a[:, axis]
     share = np.where(rise > 0.0, (line - a[:, axis]) / np.where(rise > 0.0, rise, 1.0), 0.0)
     points = a + np.clip(share, 0.0, 1.0)[:, None] * (b - a)

@@ -1,7 +1,7 @@
-"""Coverage of a face, and counts of features on the inspected area.
+"""Coverage of a face, and counts of features in the inspected area.
 
-A density is only as good as the area that it refers to: inspected cells without features belong to
-this area, cells that are not inspected or not measurable do not.
+A density depends on the area that it refers to: inspected cells without features are part of this
+area; cells that were not inspected or are not measurable are not.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ MIN_COVERED_SHARE = 1e-6
 
 @dataclass(frozen=True)
 class CellShare:
-    """Cells of one state.
+    """Number and area of the cells in one state.
 
     Attributes
     ----------
     cells : int
-        Number of cells that contain any surface.
+        Number of cells that contain part of the surface.
     covered_m2 : float
-        Area that they cover in the view, m2.
+        Area that these cells cover in the view, m2.
     surface_m2 : float
-        Surface area in them, m2.
+        Surface area within these cells, m2.
     share : float or None
-        Share of the covered area of all cells; None without any.
+        Share of the covered area of all cells; None if no area is covered.
     """
 
     cells: int
@@ -55,24 +55,26 @@ class CellShare:
 
 @dataclass(frozen=True, repr=False)
 class FaceCoverage(PrintableResult):
-    """Coverage of a face: how much of it was inspected.
+    """Coverage of a face, the part of it that was inspected.
 
-    Areas are in the square of the grid's unit, metres in a project.
+    Areas are in the squared unit of the grid, which is metres in a project.
 
     Attributes
     ----------
     not_looked_at, done, empty, unmeasurable : CellShare
-        Cells by state.
+        Cells in each state.
     looked_at_share : float or None
-        Share of the last three together.
+        Combined share of the last three states.
     contradictions : tuple of str
-        Cells marked as empty that contain a feature.
+        Cells that are marked as empty but contain a feature.
     features : int
-        Number of features in cells that are done or empty.
+        Number of features in cells that are marked as done or empty.
     density_1_per_m2 : float or None
-        Number of middles of features there per covered area; None without such cells.
+        Number of midpoints of features in these cells per covered area; None if there are no such
+        cells.
     P21_1_per_m : float or None
-        Length of features there per covered area, in the view; None without such cells.
+        Length of the features in these cells per covered area, in the view; None if there are no
+        such cells.
     """
 
     cells: int
@@ -91,13 +93,13 @@ class FaceCoverage(PrintableResult):
 
 
 def cell_name(grid: SquareGrid, number: int) -> str:
-    """Return the name of a cell as on a map: A1 is the upper left; AA follows Z.
+    """Return the map name of a cell: A1 is at the upper left, and AA follows Z.
 
     Parameters
     ----------
     grid : SquareGrid
     number : int
-        Number of the cell.
+        Number of the cell in the grid.
 
     Returns
     -------
@@ -119,15 +121,15 @@ def measure_coverage(
     covered: FloatArray,
     lines: Sequence[FloatArray] = (),
 ) -> FaceCoverage:
-    """Measure how much of a face was inspected, and the density of features there.
+    """Measure the inspected share of a face and the density of features in it.
 
     Parameters
     ----------
     grid : SquareGrid
     marks : str
-        State of each cell, one letter per cell.
+        State of each cell as one letter.
     surface, covered : (cells,) ndarray
-        Areas from `cells.ExposedArea`.
+        Areas as in `cells.ExposedArea`.
     lines : sequence of (k, 3) ndarray
         Vertices of each feature, or its only point, in the frame of the grid.
 
@@ -190,7 +192,7 @@ def measure_coverage(
 
 
 def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
-    """Return the length of a line in each cell in the view.
+    """Return the length of a line in each cell of a grid, in the view.
 
     Parameters
     ----------
@@ -200,7 +202,7 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
     Returns
     -------
     dict
-        Lengths by number of the cell, in the grid's unit.
+        Lengths by cell number, in the unit of the grid.
     """
     flat = grid.local(line)[:, :2]
     lengths: dict[int, float] = {}
@@ -212,7 +214,7 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
         cuts = [np.zeros(1), np.ones(1)]
         for axis, count in ((0, grid.columns), (1, grid.rows)):
             low, high = sorted((start[axis], end[axis]))
-            # Only lines of the grid, because a line may begin far outside.
+            # Only use lines within the grid, because a line may start far outside.
             crossed = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
             if step[axis] != 0.0:
                 cuts.append((crossed - start[axis]) / step[axis])
@@ -226,7 +228,7 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
 
 
 def _middle(line: FloatArray) -> FloatArray:
-    """Return the point (3,) halfway along a line."""
+    """Return the point (3,) at half the length of a line."""
     if len(line) == 1:
         return np.asarray(line[0])
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)

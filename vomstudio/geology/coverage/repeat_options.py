@@ -1,4 +1,4 @@
-"""Options of repeated picks, declared once for every door."""
+"""Options of repeated picks, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class RepeatOptions(Options):
-    """Columns that identify repeated picks of a structure and their interpreters."""
+    """Columns that identify repeated picks of a structure and the interpreters."""
 
     by: str | None = option(
         None,

@@ -1,4 +1,4 @@
-"""Selection of the picks to repeat."""
+"""Random selection of picks to repeat."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ SHARE = 0.1
 
 
 def select_repeats(ids: Collection[str], share: float = SHARE, seed: str = "") -> tuple[str, ...]:
-    """Select a random share of the picks in random order, at least one.
+    """Select a random share of the picks in random order, but at least one pick.
 
-    The selection depends on ids and seed only, not on their order, and further picks do not change
-    the order of the previous ones.
+    The selection only depends on the ids and the seed, not on the order of the ids, and additional
+    picks do not change the relative order of previous ones.
 
     Parameters
     ----------
     ids : collection of str
     share : float
-        Share of the picks, above 0 and at most 1.
+        Share of the picks, greater than 0 and at most 1.
     seed : str
 
     Returns
@@ -43,5 +43,5 @@ def select_repeats(ids: Collection[str], share: float = SHARE, seed: str = "") -
 
 
 def _draw(seed: str, id_: str) -> bytes:
-    """Return a pseudorandom key that depends on seed and id only."""
+    """Return a pseudorandom sort key that only depends on the seed and the id."""
     return hashlib.sha256(f"{seed}\0{id_}".encode()).digest()

@@ -1,14 +1,15 @@
 """Scatter of repeated picks of the same structure, compared with their stated errors.
 
-Near their mean, poles or lines of the picks of one structure are points in the tangent plane of the
-sphere (logarithmic map), and a stated error is an ellipse in this plane. If a pick has an error of
-sigma along each axis, its difference from a repeat has sqrt(2) sigma. k pairs give sigma^2 = sum of
-squared angles / 4k with 2k degrees of freedom, and its interval from chi square. With stated
-covariances C, the weighted sum of squares about the mean of each structure is chi square with
-2 (m - 1) degrees of freedom for m picks, and d (C1 + C2)^-1 d for a pair.
+Near their mean, the poles or lines of the picks of one structure are points in the tangent plane of
+the sphere (logarithmic map), and a stated error is an ellipse in this plane. If a pick has an error
+of sigma along each axis, its difference from a repeat has an error of sqrt(2) sigma. For k pairs,
+sigma^2 is the sum of squared angles / 4k with 2k degrees of freedom, and its interval follows from
+chi-square. If covariances C are stated, the weighted sum of squares about the mean of each
+structure follows chi-square with 2 (m - 1) degrees of freedom for m picks; for a pair, it is d (C1
++ C2)^-1 d.
 
-Dahlberg 1940, Statistical Methods for Medical and Biological Students, on errors from pairs; Mardia
-and Jupp 2000, Directional Statistics, 9.3, on the tangent plane.
+References: Dahlberg 1940, Statistical Methods for Medical and Biological Students, for errors from
+pairs; Mardia and Jupp 2000, Directional Statistics, 9.3, for the tangent plane.
 """
 
 from __future__ import annotations
@@ -22,23 +23,23 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 MIN_VARIANCE = 1e-18
-"""Minimum variance of a stated error, radians squared; a smaller one counts as not stated."""
+"""Minimum variance of a stated error, radians squared; smaller ones are treated as missing."""
 TEST_POWER = 0.8
-"""Probability of detection at which a factor counts as noticeable."""
+"""Detection probability from which a factor is considered noticeable."""
 
 
 @dataclass(frozen=True, eq=False)
 class RepeatedStructure:
-    """Structure picked m times.
+    """Structure that was picked m times.
 
     Attributes
     ----------
     rows : (m,) ndarray of int
-        Rows of the picks.
+        Row indices of the picks.
     places : (m, 2) ndarray
         Picks in the tangent plane at their mean, radians.
     covariances : (m, 2, 2) ndarray
-        Stated covariances, radians squared; zero if not stated.
+        Stated covariances, radians squared; zero if no error is stated.
     """
 
     rows: IntArray
@@ -47,7 +48,7 @@ class RepeatedStructure:
 
     @property
     def stated(self) -> bool:
-        """Whether all picks state an error."""
+        """Whether all picks have a stated error."""
         smallest = np.linalg.eigvalsh(self.covariances)[:, 0]
         return bool((smallest > MIN_VARIANCE).all())
 
@@ -56,7 +57,7 @@ class RepeatedStructure:
         return float(((self.places - self.places.mean(axis=0)) ** 2).sum())
 
     def chi_square(self) -> float:
-        """Return the sum of squares about the weighted mean, in the stated covariances."""
+        """Return the sum of squares about the weighted mean, scaled by the stated covariances."""
         weights = np.linalg.inv(self.covariances)
         sums = np.einsum("mij,mj->i", weights, self.places)
         residuals = self.places - np.linalg.solve(weights.sum(axis=0), sums)
@@ -65,16 +66,16 @@ class RepeatedStructure:
 
 @dataclass(frozen=True)
 class PickSpread:
-    """Scatter of picks about their structure.
+    """Scatter of the picks about their structures.
 
     Attributes
     ----------
     n : int
-        Number of repeats, each with two degrees of freedom.
+        Number of repeats, each of which has two degrees of freedom.
     sigma_deg, sigma_low_deg, sigma_high_deg : float
-        Standard deviation of one pick along one axis with its 95 % interval, degrees.
+        Standard deviation of a single pick along one axis with its 95 % interval, degrees.
     error95_deg, error95_low_deg, error95_high_deg : float
-        Half-angle that contains 95 % of the picks with its 95 % interval, degrees.
+        Half-angle that contains 95 % of the picks, with its 95 % interval, degrees.
     """
 
     n: int
@@ -88,20 +89,20 @@ class PickSpread:
 
 @dataclass(frozen=True)
 class StatedErrorTest:
-    """Test of whether the stated errors explain the scatter of repeated picks.
+    """Test whether the stated errors explain the scatter of repeated picks.
 
     Attributes
     ----------
     n : int
-        Number of repeats whose picks all state an error.
+        Number of repeats for which all picks have a stated error.
     chi_square, degrees_of_freedom, p : float
-        Test statistic and p-value of the hypothesis that the errors are large enough.
+        Test statistic, and p-value for the hypothesis that the errors are large enough.
     factor, factor_low, factor_high : float
         Factor by which the stated errors are too small, with its 95 % interval.
     noticeable_factor : float
         Factor that the test would detect with a probability of 80 %.
     within95, within95_share, within95_low, within95_high
-        Number and share of repeats within the joint 95 % region of both picks.
+        Number and share of the repeats that are within the joint 95 % region of both picks.
     """
 
     n: int
@@ -120,16 +121,16 @@ class StatedErrorTest:
 
 @dataclass(frozen=True)
 class InterpreterTest:
-    """F test of whether interpreters differ by more than their own repeats.
+    """F test whether interpreters differ by more than their own repeats.
 
     Attributes
     ----------
     n, within_n : int
-        Number of comparisons between interpreters and within them.
+        Number of comparisons between interpreters, and within interpreters.
     ratio : float
         Ratio of the variances.
     p : float
-        p-value of the hypothesis that they do not differ.
+        p-value for the hypothesis that interpreters do not differ.
     """
 
     n: int
@@ -141,16 +142,17 @@ class InterpreterTest:
 def group_structures(
     vectors: FloatArray, axes: FloatArray, groups: Sequence[Sequence[int]]
 ) -> list[RepeatedStructure]:
-    """Group picks by structure in the tangent plane at their mean.
+    """Group picks by structure in the tangent plane at the mean of each structure.
 
     Parameters
     ----------
     vectors : (n, 3) ndarray
-        Axial unit vectors, World frame.
+        Axial unit vectors in the World frame.
     axes : (n, 2, 3) ndarray
-        Tangent vectors of one standard deviation, radians; zero if not stated.
+        Tangent vectors with the length of one standard deviation, radians; zero if no error is
+        stated.
     groups : sequence of sequence of int
-        Rows of each structure, the first pick first.
+        Row indices of the picks of each structure, starting with the first pick.
 
     Returns
     -------
@@ -171,7 +173,7 @@ def _structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> Repeate
     sine = np.linalg.norm(offsets, axis=1)
     angle = np.arctan2(sine, cosine)
     stretch = np.where(sine > 0.0, angle / np.maximum(sine, 1e-300), 1.0)
-    # Parallel transport along the great circle to the mean.
+    # Parallel transport to the mean along the great circle.
     tangents = axes[rows] * signs[:, None, None]
     along = (tangents @ mean) / (1.0 + cosine)[:, None]
     projected = (tangents - along[..., None] * (picks + mean)[:, None]) @ frame.T
@@ -183,7 +185,7 @@ def _structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> Repeate
 
 
 def measure_spread(structures: Sequence[RepeatedStructure]) -> PickSpread | None:
-    """Measure the scatter of repeated picks.
+    """Measure the scatter of repeated picks about their structures.
 
     Parameters
     ----------
@@ -192,7 +194,7 @@ def measure_spread(structures: Sequence[RepeatedStructure]) -> PickSpread | None
     Returns
     -------
     PickSpread or None
-        None without repeats.
+        None if there are no repeats.
     """
     return _spread_from_squares(
         sum(s.squares() for s in structures), sum(len(s.rows) - 1 for s in structures)
@@ -212,7 +214,7 @@ def _spread_from_squares(squares: float, n: int) -> PickSpread | None:
 
 
 def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorTest | None:
-    """Test the stated errors of repeated picks.
+    """Test whether the stated errors explain the scatter of repeated picks.
 
     Parameters
     ----------
@@ -221,7 +223,7 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     Returns
     -------
     StatedErrorTest or None
-        None if no pair of picks states them.
+        None if there is no pair of picks with stated errors.
     """
     from scipy.stats import beta, chi2
 
@@ -254,15 +256,15 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
 
 
 def squared_difference(structure: RepeatedStructure, i: int, k: int) -> float:
-    """Return the squared difference of two picks in their stated covariances.
+    """Return the squared difference of two picks, scaled by their stated covariances.
 
-    It is chi square with two degrees of freedom if the errors are right.
+    It follows chi-square with two degrees of freedom if the errors are correct.
 
     Parameters
     ----------
     structure : RepeatedStructure
     i, k : int
-        Numbers of the picks.
+        Indices of the two picks in the structure.
 
     Returns
     -------
@@ -278,10 +280,10 @@ def squared_difference(structure: RepeatedStructure, i: int, k: int) -> float:
 def compare_interpreters(
     structures: Sequence[RepeatedStructure], interpreters: Sequence[str]
 ) -> tuple[dict[str, PickSpread], InterpreterTest | None]:
-    """Measure the scatter of each interpreter's own repeats, and compare interpreters.
+    """Measure the scatter of the repeats of each interpreter, and compare interpreters.
 
-    The sum of squares about the mean of a structure is split into those about the mean of each
-    interpreter and the remainder between interpreters.
+    The sum of squares about the mean of a structure is split into the sums about the mean of each
+    interpreter and the remaining sum between interpreters.
 
     Parameters
     ----------
@@ -292,9 +294,9 @@ def compare_interpreters(
     Returns
     -------
     spreads : dict of str to PickSpread
-        Scatter by interpreter.
+        Scatter of the repeats of each interpreter.
     test : InterpreterTest or None
-        None if no interpreter repeated their own pick or that of another one.
+        None if no interpreter repeated a pick of their own or of another interpreter.
     """
     from scipy.stats import f
 

@@ -1,4 +1,4 @@
-"""Repeated picks of a table, for `vomstudio repeats`."""
+"""Evaluation of the repeated picks of a table, for `vomstudio repeats`."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from vomstudio.geometry.rotation_errors import CHI2_TWO
 Holds = Literal["yes", "no", "undetermined"]
 
 REPEAT_OF, INTERPRETER = "repeat_of", "interpreter"
-"""Columns of our own tables: id of the pick that a row repeats, and interpreter."""
+"""Columns of VOM Studio tables: id of the pick that a row repeats, and interpreter."""
 SIGNIFICANCE = 0.05
 MAX_NOTICEABLE_FACTOR = 2.0
-"""Factor of too small errors that the test must detect for a verdict."""
+"""Factor of underestimated errors that the test must be able to detect for a verdict."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class RepeatedPick:
     first, repeat : str
         Ids of the picks.
     by : (str, str)
-        Interpreters of both; "" if unknown.
+        Interpreters of the two picks; "" if unknown.
     angle_deg : float
         Angle between the poles or lines, 0 to 90 degrees.
     stated95_deg : float or None
-        Root of the sum of squares of the stated errors, degrees.
+        Square root of the sum of the squared stated errors, degrees.
     within95 : bool or None
         True if the stated errors explain the angle in its direction.
     """
@@ -65,7 +65,7 @@ class RepeatedPick:
 
 @dataclass(frozen=True)
 class InterpreterSpread:
-    """Scatter of the picks that one interpreter repeated."""
+    """Scatter of the picks that an interpreter repeated."""
 
     name: str
     spread: PickSpread
@@ -73,7 +73,7 @@ class InterpreterSpread:
 
 @dataclass(frozen=True)
 class ExcludedPick:
-    """Pick without repeats that count, and the reason."""
+    """Pick without usable repeats, and the reason."""
 
     id: str
     reason: Finding
@@ -81,25 +81,25 @@ class ExcludedPick:
 
 @dataclass(frozen=True, repr=False)
 class TableRepeats(PrintableResult):
-    """Repeated picks of a table.
+    """Evaluation of the repeated picks of a table.
 
     Attributes
     ----------
     n : int
         Number of picks that are not repeats.
     structures, repeats : int
-        Number of those that were picked again, and of all repeats.
+        Number of picks that were repeated, and number of repeats.
     spread : PickSpread or None
-        Scatter of picks about their structure; None without repeats.
+        Scatter of the picks about their structures; None if there are no repeats.
     stated95_deg : float or None
-        Root mean square of both semi-axes of the stated errors, degrees; None if one is not stated.
+        RMS of both semi-axes of the stated errors, degrees; None if one of them is not stated.
     test : StatedErrorTest or None
     stated_errors_hold : str
-        Verdict of the test, explained by `reasons`.
+        Verdict of the test, as explained by `reasons`.
     interpreters : tuple of InterpreterSpread
-        Scatter of each interpreter's own repeats.
+        Scatter of the repeats of each interpreter.
     between : InterpreterTest or None
-        Test of whether interpreters differ by more than their own repeats.
+        Test whether interpreters differ by more than their own repeats.
     """
 
     n: int
@@ -128,10 +128,10 @@ def table_repeats(
     ----------
     table : OrientationRows
     by : str, optional
-        Column with the same word for picks of the same structure; by default `repeat_of` with the
-        id of the pick that a row repeats.
+        Column that contains the same text for all picks of a structure; by default, `repeat_of`
+        with the id of the pick that a row repeats.
     interpreter : str, optional
-        Column of interpreters; by default `interpreter` if it exists.
+        Column that contains the interpreter; by default, `interpreter` if this column exists.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def table_repeats(
     Raises
     ------
     UsageError
-        If the table has no such column.
+        If the table does not contain the column.
     """
     left_out: list[ExcludedPick] = []
     groups = _groups_by(table, by) if by is not None else _groups_of_repeats(table, left_out)
@@ -182,7 +182,7 @@ def table_repeats(
 def _groups_by(table: OrientationRows, by: str) -> list[list[int]]:
     groups: dict[str, list[int]] = {}
     for row, word in enumerate(table.column(by)):
-        # A row without a word is a separate structure.
+        # A row with an empty cell is a separate structure.
         groups.setdefault(word.strip() or f"\0{row}", []).append(row)
     return list(groups.values())
 
@@ -213,7 +213,7 @@ def _groups_of_repeats(table: OrientationRows, left_out: list[ExcludedPick]) -> 
 
 
 def _first_pick(row: int, named: Sequence[str], rows: dict[str, int]) -> int | None:
-    """Return the pick at the end of the chain; None if it is missing or the chain is a cycle."""
+    """Return the first pick of a chain of repeats, or None if it is missing or cyclic."""
     visited = set()
     while named[row]:
         if row in visited or named[row] not in rows:
@@ -226,7 +226,7 @@ def _first_pick(row: int, named: Sequence[str], rows: dict[str, int]) -> int | N
 def _same_geometry(
     table: OrientationRows, rows: list[int], left_out: list[ExcludedPick]
 ) -> list[list[int]]:
-    """Exclude rows of the other geometry: a plane and a line have no meaningful angle."""
+    """Exclude rows of the other geometry: the angle between a plane and a line is meaningless."""
     plane = bool(table.is_plane[rows[0]])
     matching = [row for row in rows if bool(table.is_plane[row]) == plane]
     for row in set(rows) - set(matching):
@@ -246,9 +246,9 @@ def _interpreters(table: OrientationRows, column: str | None) -> list[str]:
 
 # --- stated errors -------------------------------------------------------------------------------
 def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
-    """Return tangent vectors (n, 2, 3) of one standard deviation, radians.
+    """Return tangent vectors (n, 2, 3) with the length of one standard deviation, radians.
 
-    Lines have their larger error in all directions.
+    For lines, the larger error is used in all directions.
     """
     axes = np.zeros((len(table), 2, 3))
     planes, lines = np.flatnonzero(table.is_plane), np.flatnonzero(~table.is_plane)

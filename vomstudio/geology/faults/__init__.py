@@ -1,1 +1,1 @@
-"""Kinematics of faults and measured displacements."""
+"""Kinematics and measured displacements of faults."""

@@ -1,4 +1,4 @@
-"""Cutoffs of a bed on both sides of a fault: hanging wall, footwall and their ends."""
+"""Cutoffs of a bed at a fault, in the hanging wall and in the footwall."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Cutoffs:
     Attributes
     ----------
     hanging_wall, footwall : (3,) ndarray
-        Point of each trace nearest to the fault. World frame, m.
+        Point of each trace that is nearest to the fault, in the World frame, m.
     swapped : bool
-        True if the second trace is on the hanging wall.
+        True if the second trace is in the hanging wall.
     """
 
     hanging_wall: FloatArray
@@ -35,16 +35,16 @@ def find_cutoffs(
 ) -> Cutoffs:
     """Find the cutoffs of two traces of one bed at a fault.
 
-    The hanging wall is on the side of the fault's upward normal; at a vertical fault it is the side
-    toward which its dip direction points.
+    The hanging wall is on the side of the upward normal of the fault; for a vertical fault, it is
+    on the side toward which the dip direction points.
 
     Parameters
     ----------
     one, other : (n, 3) array_like
-        Traces. World frame, m.
+        Traces in the World frame, m.
     fault : Plane
     through : (3,) array_like
-        Point on the fault. World frame, m.
+        Point on the fault in the World frame, m.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def find_cutoffs(
     Raises
     ------
     GeometryError
-        If both traces are on one side.
+        If both traces are on the same side of the fault.
     """
     normal, centre = fault.normal(), np.asarray(through, np.float64)
     traces = [np.atleast_2d(np.asarray(t, np.float64)) for t in (one, other)]

@@ -1,9 +1,10 @@
-"""Displacement on a fault from pairs of points on both sides, with errors.
+"""Displacement on a fault, with errors, from pairs of points on both sides.
 
-Two points that were one (piercing points) determine the net slip. Two points of one bed on both
-sides determine the net slip along a known slip direction; otherwise they determine separations,
-which are not slip (Hill 1959, Journal of Geology 67, 641-653; Yamada & Sakaguchi 1995). Errors of
-the points, the fault, the bed and the slip direction are propagated to first order.
+Two points that originally coincided (piercing points) determine the net slip. Two points of one bed
+on both sides determine the net slip if the slip direction is known; otherwise, they determine
+separations, which are not slip (Hill 1959, Journal of Geology 67, 641-653; Yamada & Sakaguchi
+1995). Errors of the points, the fault, the bed and the slip direction are propagated to first
+order.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ class DisplacementErrors:
     sigma_m : float
         Standard deviation of each coordinate of a point, m.
     fault95_deg, bed95_deg : float
-        Half-angles of the 95 % cones of their normals, degrees.
+        Half-angles of the 95 % cones of the normals, degrees.
     rake95_deg : float
-        95 % error of the slip's rake, degrees.
+        95 % error of the rake of the slip, degrees.
     """
 
     sigma_m: float = 0.0
@@ -67,21 +68,21 @@ class Displacement:
     what : str
         "net slip", or "separation" if the slip is unknown.
     net_m : Measured
-        Length, m.
+        Length of the displacement, m.
     throw_m : Measured
-        Down is positive, m.
+        Vertical component, positive downward, m.
     heave_m : Measured
-        Horizontal, perpendicular to the strike, positive if the walls moved apart, m.
+        Horizontal component perpendicular to the strike, positive if the walls moved apart, m.
     strike_slip_m : Measured
-        Along the right-hand-rule strike, sinistral is positive, m.
+        Component along the right-hand-rule strike, positive if sinistral, m.
     dip_slip_m : Measured
-        Up the dip, reverse is positive, m.
+        Component up the dip, positive if reverse, m.
     slip_rake_deg : float or None
-        -180 to 180 degrees, positive with a reverse component.
+        Directed rake, -180 to 180 degrees, positive with a reverse component.
     trend_deg, plunge_deg : float or None
         Direction of the movement, degrees.
     off_fault_m : float
-        Component normal to the fault plane, m.
+        Component perpendicular to the fault plane, m.
     """
 
     what: str
@@ -98,16 +99,17 @@ class Displacement:
 
 @dataclass(frozen=True)
 class Separations:
-    """Separations of one bed across a fault whose slip is unknown, m.
+    """Separations of a bed across a fault with unknown slip, in metres.
 
     Attributes
     ----------
     stratigraphic_m : Measured
-        Distance across the bed.
+        Separation perpendicular to the bed.
     dip : Displacement or None
-        Separation along the dip of the fault; None if the bed runs along this direction.
+        Separation along the dip of the fault; None if the bed is parallel to this direction.
     strike_m : Measured or None
-        Separation along the strike, sinistral is positive; None if the bed runs along it.
+        Separation along the strike, positive if sinistral; None if the bed is parallel to the
+        strike.
     """
 
     stratigraphic_m: Measured
@@ -121,12 +123,12 @@ def net_slip_of_piercing_points(
     fault: Plane,
     errors: DisplacementErrors = NO_ERRORS,
 ) -> Displacement:
-    """Compute the net slip of two points that were one.
+    """Compute the net slip from two points that originally coincided.
 
     Parameters
     ----------
     hanging_wall, footwall : (3,) array_like
-        World frame, m.
+        Points in the World frame, m.
     fault : Plane
     errors : DisplacementErrors
 
@@ -137,7 +139,7 @@ def net_slip_of_piercing_points(
     Raises
     ------
     GeometryError
-        If the points are not finite.
+        If a point is not finite.
     """
     points = _relative_points(hanging_wall, footwall)
 
@@ -160,19 +162,19 @@ def net_slip_of_cutoffs(
     *,
     what: str = "net slip",
 ) -> Displacement:
-    """Compute the net slip of the cutoffs of a bed along a slip lineation.
+    """Compute the net slip from the cutoffs of a bed and a slip lineation.
 
-    The point of the hanging wall is moved back along the lineation to the bed of the footwall,
-    which gives the sense of slip.
+    The point of the hanging wall is moved back along the lineation until it meets the bed of the
+    footwall, which also determines the sense of slip.
 
     Parameters
     ----------
     hanging_wall, footwall : (3,) array_like
-        Points of the same bed. World frame, m.
+        Points of the same bed in the World frame, m.
     fault, bed : Plane
-        Attitudes; that of the bed is the same on both sides.
+        Attitudes; the bed has the same attitude on both sides.
     rake_deg : float
-        Rake of the lineation as in `orientation.rake_of` (90 is down dip), degrees.
+        Rake of the lineation as defined by `orientation.rake_of` (90 is down dip), degrees.
     errors : DisplacementErrors
     what : str
         Name of the result.
@@ -184,7 +186,7 @@ def net_slip_of_cutoffs(
     Raises
     ------
     GeometryError
-        If the slip is within 5 degrees of the bed and thus undetermined.
+        If the slip is within 5 degrees of the bed, which leaves it undetermined.
     """
     points = _relative_points(hanging_wall, footwall)
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
@@ -213,12 +215,12 @@ def separations(
     bed: Plane,
     errors: DisplacementErrors = NO_ERRORS,
 ) -> Separations:
-    """Compute the separations of a bed if the slip is unknown.
+    """Compute the separations of a bed across a fault with unknown slip.
 
     Parameters
     ----------
     hanging_wall, footwall : (3,) array_like
-        Points of the same bed. World frame, m.
+        Points of the same bed in the World frame, m.
     fault, bed : Plane
     errors : DisplacementErrors
 
@@ -261,7 +263,7 @@ def separations(
 
 # --- vectors --------------------------------------------------------------------------------------
 def _relative_points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> FloatArray:
-    """Return both points (6,) relative to the footwall's, to retain the digits of a northing."""
+    """Return both points (6,) relative to the footwall point, to preserve digits of northings."""
     h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall, footwall))
     if h.shape != (3,) or f.shape != (3,) or not np.isfinite([*h, *f]).all():
         raise GeometryError(Finding("points.invalid"))
@@ -269,7 +271,7 @@ def _relative_points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> Fl
 
 
 def _axes(plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the upward normal, the dip vector and the right-hand-rule strike."""
+    """Return the upward normal, the dip vector and the right-hand-rule strike vector."""
     normal = planes_to_normals(plane.dip_direction_deg, plane.dip_deg).ravel()
     return normal, plane.dip_vector(), plane.strike_vector()
 
@@ -282,9 +284,9 @@ def _tilted_normal(plane: Plane, tilt_rad: FloatArray) -> FloatArray:
 
 
 def _axes_in_plane(normal: FloatArray, fault: Plane) -> tuple[FloatArray, FloatArray]:
-    """Return unit vectors along the strike and up the dip of a fault with this normal.
+    """Return unit vectors along the strike and up the dip of a fault with a given normal.
 
-    The strike is the one from which rakes are counted.
+    The strike is the direction from which rakes are counted.
     """
     reference = fault.strike_vector()
     size = math.hypot(normal[0], normal[1])
@@ -296,7 +298,7 @@ def _axes_in_plane(normal: FloatArray, fault: Plane) -> tuple[FloatArray, FloatA
 
 # --- errors ---------------------------------------------------------------------------------------
 def _parameter_sigmas(errors: DisplacementErrors, **cones: float) -> FloatArray:
-    """Return standard deviations of six coordinates, the tilts and the rake."""
+    """Return the standard deviations of six coordinates, the tilts and the rake."""
     parts = [np.full(6, errors.sigma_m)]
     for name, value in cones.items():
         one = math.radians(value)
@@ -314,7 +316,7 @@ def _derivatives(
 def _propagate(
     f: Callable[[FloatArray], FloatArray], at: FloatArray, spread: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return values and their standard deviations."""
+    """Return the values of a function and their standard deviations."""
     values = f(at)
     if not spread.any():
         return values, np.zeros(len(values))

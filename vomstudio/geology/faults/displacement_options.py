@@ -1,4 +1,4 @@
-"""Options of displacements and of the three-point problem, declared once for every door."""
+"""Options of displacements and three-point problems, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAX_ERROR_DEG = 90.0
 
 @dataclass(frozen=True)
 class ThreePointOptions(Options):
-    """Error of the points of a three-point problem.
+    """Error of the points in a three-point problem.
 
     Raises
     ------
@@ -37,7 +37,8 @@ class DisplacementOptions(Options):
     Raises
     ------
     UsageError
-        For a value outside its bounds, for `rake_deg` with `slip`, and for either without `bed`.
+        If a value is outside its bounds, if `rake_deg` is combined with `slip`, or if either is
+        given without `bed`.
     """
 
     fault: str = option(metavar="DD/D", help=to_translate("attitude of the fault"))

@@ -1,4 +1,4 @@
-"""Displacements of many pairs on one fault, for `vomstudio displacement`."""
+"""Displacements of several pairs of points on one fault, for `vomstudio displacement`."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
 from vomstudio.geometry.rotation_errors import Z95
 
 MAX_OFF_PLANE_DEG = 10.0
-"""Maximum angle between a slip and its fault without a warning."""
+"""Maximum angle between a slip direction and the fault that does not cause a warning."""
 _NAMED = 8
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Displacement of one pair of points, or its separations; the other is None."""
+    """Displacement of a pair of points, or its separations; the other one is None."""
 
     name: str
     displacement: Displacement | None
@@ -41,20 +41,20 @@ class Pair:
 
 @dataclass(frozen=True, repr=False)
 class Displacements(PrintableResult):
-    """Displacements of pairs on one fault.
+    """Displacements of pairs of points on one fault.
 
     Attributes
     ----------
     what : str
         "net slip", or "separation" if the slip is unknown.
     mean_net_m, mean_throw_m, mean_heave_m : float
-        Means over the pairs, of dip separations if the slip is unknown, m.
+        Means over all pairs, m; means of the dip separations if the slip is unknown.
     std_net_m, std_throw_m, std_heave_m : float or None
-        Standard deviations over the pairs, m; None for one pair.
+        Standard deviations over all pairs, m; None if there is only one pair.
     skipped : tuple of dict
-        Pairs without a result, with the reason.
+        Pairs without a result, with the reasons.
     warnings : tuple of Finding
-        Slips and motions that leave the fault.
+        Warnings about slip directions and movements that leave the fault plane.
     """
 
     what: str
@@ -82,7 +82,7 @@ def displacements(
     ----------
     names : sequence of str
     hanging_wall, footwall : ndarray of float, shape (n, 3)
-        World, m. Without a bed the points of a pair were one.
+        Points in the World frame, m. If no bed is given, the points of a pair originally coincided.
     options : DisplacementOptions
 
     Returns
@@ -92,9 +92,9 @@ def displacements(
     Raises
     ------
     GeometryError
-        If no pair has a result.
+        If there is no result for any pair.
     UsageError
-        For attitudes that cannot be read, and for a rake on a horizontal fault.
+        If an attitude cannot be parsed, or if a rake is given for a horizontal fault.
     """
     fault = plane_option(options.fault, "--fault")
     bed = None if options.bed is None else plane_option(options.bed, "--bed")
@@ -149,7 +149,7 @@ def _slip_warnings(slip: Line, fault: Plane) -> list[Finding]:
 
 
 def _rake_warnings(fault: Plane) -> list[Finding]:
-    """Warn of a vertical fault whose strike is ambiguous as the origin of the rake."""
+    """Warn that the strike of a vertical fault is ambiguous as the origin of the rake."""
     if fault.undefined:
         raise UsageError(Finding("displacement.rake-without-strike"), field="--rake")
     if not fault.vertical or fault.strike_rhr_deg < 180.0:
@@ -164,7 +164,7 @@ def _rake_warnings(fault: Plane) -> list[Finding]:
 
 
 def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[Finding]:
-    """Warn of piercing points whose motion leaves the fault by more than their errors explain."""
+    """Warn of piercing points that move out of the fault plane by more than their errors."""
     off: dict[str, tuple[float, float]] = {}
     for pair in pairs:
         motion = pair.displacement
@@ -190,7 +190,7 @@ def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[
 
 
 def _vector(pair: Pair) -> Displacement | None:
-    """Return the slip, or the dip separation if the slip is unknown."""
+    """Return the displacement, or the dip separation if the slip is unknown."""
     return pair.displacement if pair.separations is None else pair.separations.dip
 
 

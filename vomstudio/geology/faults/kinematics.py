@@ -1,16 +1,16 @@
 """Kinematics of faults with known slip: P and T axes, kinematic axes and right dihedra.
 
-A fault is defined by the upward unit normal n of its plane and the unit vector s of its hanging
-wall's movement. Its axis of greatest shortening is P, (n - s) / sqrt 2, and that of greatest
-extension is T, (n + s) / sqrt 2, both at 45 degrees to the fault in the movement plane (Marrett &
-Allmendinger 1990, Journal of Structural Geology 12, 973-986). Both are axial.
+A fault is defined by the upward unit normal n of its plane and the unit vector s of the movement of
+its hanging wall. The axis of greatest shortening is P = (n - s) / sqrt 2, and the axis of greatest
+extension is T = (n + s) / sqrt 2; both are at 45 degrees to the fault in the movement plane
+(Marrett & Allmendinger 1990, Journal of Structural Geology 12, 973-986) and are axial.
 
 - Kinematic axes: eigenvectors of the mean of T T' - P P' = n s' + s n', the linked Bingham
-  statistic of the same authors, in which faults have equal weights.
+  statistic of the same authors, with equal weights for all faults.
 - Right dihedra (Angelier & Mechler 1977, Bulletin de la Societe geologique de France 19,
-  1309-1318): the planes normal to n and s divide the sphere into two dihedra that contain the
-  greatest compression and two that contain the greatest extension. If all dihedra of one kind
-  overlap, one stress state can have moved all faults.
+  1309-1318): the planes perpendicular to n and s divide the sphere into two dihedra that contain
+  the greatest compression and two that contain the greatest extension. If all dihedra of one kind
+  overlap, a single stress state can have moved all faults.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SEED = 1
 RESAMPLES = 400
 MIN_FAULTS_FOR_CONFIDENCE = 5
 GRID_SIZE = 121
-"""Directions per side of the net; they are 1.3 degrees apart."""
+"""Number of directions per side of the net, at intervals of 1.3 degrees."""
 FAULTS_PER_BLOCK = 500
 MIN_PRODUCT = 1e-12
 
@@ -37,18 +37,18 @@ MIN_PRODUCT = 1e-12
 def fault_movements(
     dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike, slip_rake_deg: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute upward normals and hanging-wall movements (n, 3) of n faults. World frame.
+    """Compute the upward normals and hanging-wall movements of n faults.
 
     Parameters
     ----------
     dip_direction_deg, dip_deg : (n,) array_like
     slip_rake_deg : (n,) array_like
-        As in `slip_from_rake`.
+        Directed rakes, see `slip_from_rake`.
 
     Returns
     -------
     normals, slips : (n, 3) ndarray
-        Unit vectors.
+        Unit vectors in the World frame.
     """
     azimuth, dip, rake = (
         np.atleast_1d(np.asarray(values, np.float64))
@@ -60,13 +60,13 @@ def fault_movements(
     strike = np.stack([sin_s, cos_s, np.zeros_like(sin_s)], axis=-1)
     down = np.stack([cos_s * cos_d, -sin_s * cos_d, -sin_d], axis=-1)
     sin_r, cos_r = (part[:, None] for part in sin_cos_deg(rake))
-    # The hanging wall of a vertical plane is the side to which its strike in [0, 180) dips.
+    # The hanging wall of a vertical plane is on the side to which its strike in [0, 180) dips.
     normals = planes_to_normals(strike_deg + 90.0, dip)
     return normals, cos_r * strike - sin_r * down
 
 
 def p_axes(normals: FloatArray, slips: FloatArray) -> FloatArray:
-    """Return the directions of greatest shortening of faults.
+    """Return the P axes of faults, the directions of greatest shortening.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def p_axes(normals: FloatArray, slips: FloatArray) -> FloatArray:
 
 
 def t_axes(normals: FloatArray, slips: FloatArray) -> FloatArray:
-    """Return the directions of greatest extension of faults.
+    """Return the T axes of faults, the directions of greatest extension.
 
     Parameters
     ----------
@@ -102,11 +102,13 @@ class KinematicAxes:
     Attributes
     ----------
     values : (3,) ndarray
-        Eigenvalues, extension first, with sum 0: +1, 0, -1 if all faults have one mechanism.
+        Eigenvalues in descending order (extension first), whose sum is 0: +1, 0, -1 if all faults
+        have the same mechanism.
     axes : (3, 3) ndarray
-        Unit vectors of extension, the intermediate axis and shortening, as rows.
+        Unit vectors of extension, intermediate axis and shortening, as rows.
     confidence95_deg : (3,) ndarray or None
-        Cones that contain 95 % of resamples, degrees; None for few faults.
+        Half-angles of cones that contain 95 % of the bootstrap resamples, degrees; None for few
+        faults.
     """
 
     values: FloatArray
@@ -134,7 +136,7 @@ def kinematic_axes(normals: FloatArray, slips: FloatArray) -> KinematicAxes:
         return KinematicAxes(values, axes, None)
     generator = np.random.default_rng(SEED)
     flat = tensors.reshape(n, 9)
-    # The counts of each fault give all means in one product.
+    # The number of times each fault is drawn gives all means in one matrix product.
     counts = generator.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES)
     means = (counts @ flat / n).reshape(-1, 3, 3)
     resampled_axes = np.swapaxes(np.linalg.eigh(means)[1], 1, 2)[:, ::-1]
@@ -151,26 +153,26 @@ def _principal_axes(tensor: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, eq=False)
 class RightDihedra:
-    """Right dihedra of faults on a net.
+    """Right dihedra of faults, evaluated on a net.
 
     Attributes
     ----------
     directions : (m, 3) ndarray
-        Lower hemisphere, evenly spaced on an equal-area net.
+        Directions on the lower hemisphere, evenly spaced on an equal-area net.
     share : (m,) ndarray
-        Share of the faults in whose compressional dihedra each direction lies; the others extend
-        there.
+        Share of the faults in whose compressional dihedra each direction lies; for the other
+        faults, the direction is extensional.
     """
 
     directions: FloatArray
     share: FloatArray
 
     def most_compressed(self) -> tuple[FloatArray, float]:
-        """Return the middle (3,) of the maximum of compression, and its share."""
+        """Return the centre (3,) of the maximum of compression, and its share."""
         return self._middle(self.share)
 
     def most_extended(self) -> tuple[FloatArray, float]:
-        """Return the middle (3,) of the maximum of extension, and its share."""
+        """Return the centre (3,) of the maximum of extension, and its share."""
         return self._middle(1.0 - self.share)
 
     def _middle(self, share: FloatArray) -> tuple[FloatArray, float]:
@@ -180,7 +182,7 @@ class RightDihedra:
 
 
 def right_dihedra(normals: FloatArray, slips: FloatArray) -> RightDihedra:
-    """Compute the right dihedra of faults over the net.
+    """Compute the right dihedra of faults on the net.
 
     Parameters
     ----------
@@ -201,7 +203,8 @@ def right_dihedra(normals: FloatArray, slips: FloatArray) -> RightDihedra:
 def compressed_share(directions: FloatArray, normals: FloatArray, slips: FloatArray) -> FloatArray:
     """Return the share of faults in whose compressional dihedra each direction lies.
 
-    Directions on the planes between the dihedra, as the strike of a dip-slip fault, count half.
+    Directions on the planes between the dihedra, such as the strike of a dip-slip fault, count as
+    one half.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from vomstudio.geology.orientation import vectors_to_lines
 
 
 class SlipRows(Protocol):
-    """Table of n faults with the directed rake of their slip."""
+    """Table of n faults with the directed rakes of their slip."""
 
     @property
     def path(self) -> Path: ...
@@ -40,7 +40,7 @@ class SlipRows(Protocol):
 
 @dataclass(frozen=True)
 class Axis:
-    """Trend and plunge, degrees."""
+    """Axis given by trend and plunge, degrees."""
 
     trend_deg: float
     plunge_deg: float
@@ -48,9 +48,9 @@ class Axis:
 
 @dataclass(frozen=True)
 class FaultSlip:
-    """Fault with its movement and its P and T axes.
+    """Fault with its slip and its P and T axes.
 
-    `slip` is the trend and plunge of the hanging wall's movement; a negative plunge points up.
+    `slip` is the trend and plunge of the movement of the hanging wall; a negative plunge points up.
     """
 
     id: str
@@ -64,14 +64,15 @@ class FaultSlip:
 
 @dataclass(frozen=True)
 class KinematicAxis(Axis):
-    """Kinematic axis.
+    """Kinematic axis with its eigenvalue.
 
     Attributes
     ----------
     value : float
-        Eigenvalue of the tensor, -1 to 1.
+        Eigenvalue of the kinematic tensor, -1 to 1.
     confidence95_deg : float or None
-        Cone that contains 95 % of resamples, degrees; None for fewer than five faults.
+        Half-angle of the cone that contains 95 % of the resamples, degrees; None for fewer than
+        five faults.
     """
 
     value: float
@@ -80,7 +81,7 @@ class KinematicAxis(Axis):
 
 @dataclass(frozen=True)
 class TableKinematicAxes:
-    """Kinematic axes of all faults (linked Bingham)."""
+    """Kinematic axes of all faults (linked Bingham statistic)."""
 
     shortening: KinematicAxis
     intermediate: KinematicAxis
@@ -89,14 +90,14 @@ class TableKinematicAxes:
 
 @dataclass(frozen=True)
 class DihedraAxis(Axis):
-    """Axis of the right dihedra, with the share of the faults whose dihedra contain it."""
+    """Axis of the right dihedra, with the share of faults whose dihedra contain it."""
 
     share: float
 
 
 @dataclass(frozen=True)
 class TableDihedra:
-    """Middles of the maximum overlap of the dihedra of each kind."""
+    """Centres of the maximum overlap of the dihedra of each kind."""
 
     compression: DihedraAxis
     extension: DihedraAxis
@@ -115,7 +116,7 @@ class TableSlip(PrintableResult):
 
 
 def table_slip(table: SlipRows) -> TableSlip:
-    """Compute P and T axes of each fault, and the kinematic axes of all.
+    """Compute the P and T axes of each fault, and the kinematic axes of all faults.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
-"""Plane through three or more points, with errors.
+"""Plane through three or more points, with its errors.
 
-The errors cover all planes that the points do not contradict. A normal n is compatible if n' S n,
-where S is the scatter matrix of the points about their mean, exceeds the minimum by no more than
-the errors of the points allow (chi-squared, or F if the misfit determines the errors). These
-normals fill an elliptic cone; for points nearly on one line they are those of all planes that
-contain the line.
+The errors cover all planes that are compatible with the points. A normal n is compatible if n' S n,
+where S is the scatter matrix of the points about their mean, exceeds its minimum by no more than
+the errors of the points allow (chi-square, or F if the errors are estimated from the misfit). These
+normals fill an elliptic cone; if the points nearly lie on a line, they are the normals of all
+planes that contain the line.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geometry.rotation_errors import Z95
 
-# Maximum ratio of width to length of points that are nearly on a line.
+# Maximum ratio of width to length for points that nearly lie on a line.
 MAX_COLLINEAR_RATIO = 0.05
 MAX_ERROR_DEG = 30.0
-# Points that are wide by chance alone would give a wrong dip direction.
+# If the width of the points is due to chance, the dip direction would be wrong.
 MAX_DIRECTION_ERROR_DEG = 20.0
-# Probability that a width due to errors alone passes for a plane.
+# Probability that a width caused by errors alone is accepted as a plane.
 SIGNIFICANCE = 0.02
 EXAMPLE_ERROR_M = 0.01
 CONE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
@@ -38,27 +38,27 @@ CONE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
 
 @dataclass(frozen=True, repr=False)
 class ThreePoints(PrintableResult):
-    """Plane through three points, or the best plane through more of them, with 95 % errors.
+    """Plane through three points, or best-fit plane of more points, with 95 % errors.
 
     Attributes
     ----------
     dip_error_deg, dip_direction_error_deg : float or None
-        Errors of dip and dip direction, each by itself, degrees; the larger side if they are
-        asymmetric. The error of the dip direction is None above 90 degrees, for a plane that is
-        uncertain by 20 degrees or more, and for four points with an estimated error.
+        Individual errors of dip and dip direction, degrees; the larger side if they are asymmetric.
+        The error of the dip direction is None if it exceeds 90 degrees, if the plane is uncertain
+        by 20 degrees or more, and for four points with an estimated error.
     max_confidence95_deg : float or None
-        Half-angle of the 95 % cone in the worst direction, degrees; None if the errors of the
-        points are unknown.
+        Half-angle of the 95 % cone in the least certain direction, degrees; None if the errors of
+        the points are unknown.
     n : int
         Number of points.
     rms_m : float or None
-        Root mean square distance from the plane, m; None for three points.
+        RMS distance of the points from the plane, m; None for three points.
     sigma_m : float or None
-        Standard deviation of each coordinate, stated or estimated from more than three points, m.
+        Standard deviation of each coordinate, given or estimated from more than three points, m.
     warnings : tuple of Finding
         Reasons to doubt the plane.
     dropped_lines : tuple of int
-        Lines of the table without coordinates.
+        Line numbers of the table that contain no coordinates.
     """
 
     plane: Plane = field(metadata=FLAT)
@@ -86,23 +86,23 @@ class ThreePoints(PrintableResult):
     def with_table_findings(
         self, dropped: tuple[int, ...], warnings: tuple[Finding, ...]
     ) -> ThreePoints:
-        """Return the result with the dropped lines and warnings of the table of its points."""
+        """Return a copy with the dropped lines and warnings of the table of points added."""
         return replace(self, dropped_lines=dropped, warnings=(*warnings, *self.warnings))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object for JSON."""
+        """Return the result as a dictionary for JSON."""
         return super().to_dict() | {"strike_rhr_deg": self.strike_rhr_deg}
 
 
 def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreePoints:
-    """Solve the three-point problem; more than three points give the plane of least squares.
+    """Solve the three-point problem, or fit a least-squares plane to more than three points.
 
     Parameters
     ----------
     points : (n, 3) array_like
-        At least three points on one surface. World frame, m.
+        At least three points on one surface, in the World frame, m.
     sigma_m : float
-        Standard deviation of each coordinate, m; 0 to estimate it from the misfit of more than
+        Standard deviation of each coordinate, m. If 0, it is estimated from the misfit of more than
         three points, with n - 3 degrees of freedom.
 
     Returns
@@ -112,7 +112,7 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     Raises
     ------
     GeometryError
-        If there are fewer than three points or they are on one line.
+        If there are fewer than three points, or if they lie on one line.
     """
     p = np.asarray(points, np.float64)
     if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
@@ -147,11 +147,11 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
 
 
 def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
-    """Return whether the width of points beside their line may be due to errors alone.
+    """Return whether the width of points about their line may be due to errors alone.
 
-    The width is compared with the stated error, or else the roundness of the cross-section is
-    tested: for two errors of equal size, W ** ((n - 3) / 2) is uniformly distributed with W = 4 a b
-    / (a + b) ** 2 of the squares.
+    The width is compared with the given error. If there is none, the roundness of the cross-section
+    is tested: for two errors of equal size, W ** ((n - 3) / 2) is uniformly distributed, where W =
+    4 a b / (a + b) ** 2 for the sums of squares a and b.
     """
     from scipy.stats import chi2
 
@@ -163,10 +163,10 @@ def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
 
 
 def _half_angles(sizes: FloatArray, error: float, *, noise: bool) -> tuple[float, float]:
-    """Return the tilts of compatible planes along the long and short axis, radians.
+    """Return the tilts of compatible planes along the long and the short axis, radians.
 
-    A tilt is a right angle if all planes are compatible. `noise` is True if the short axis is due
-    to errors.
+    A tilt is a right angle if all planes are compatible. `noise` is True if the extent along the
+    short axis is due to errors.
     """
 
     def tilt(size: float) -> float:
@@ -181,15 +181,15 @@ def _angle_errors(
 ) -> tuple[float, float | None]:
     """Return the errors of dip and dip direction over the planes of a cone, degrees.
 
-    A dip direction uncertain by more than a right angle is None. `tilts` are those of the cone
-    along the first two axes, radians.
+    The error of the dip direction is None if it exceeds a right angle. `tilts` are the tilts of the
+    cone along the first two axes, radians.
     """
     normal = axes[2] if axes[2] @ plane.normal() > 0 else -axes[2]
     long, short = tilts
     if long >= math.pi / 2:
         return max(plane.dip_deg, 90.0 - plane.dip_deg), None
     if short >= math.pi / 2:
-        # All planes that contain a line, which has the error `long`.
+        # All planes that contain a line whose direction has the error `long`.
         plunge = math.degrees(math.asin(min(1.0, abs(float(axes[0, 2])))))
         min_dip = max(0.0, plunge - math.degrees(long))
         return max(plane.dip_deg - min_dip, 90.0 - plane.dip_deg), None
@@ -209,7 +209,7 @@ def _angle_errors(
         and normal[2] > 0
         and float(np.hypot(*horizontal_part)) <= normal[2]
     ):
-        # A horizontal plane is compatible and has no dip direction.
+        # A horizontal plane, which has no dip direction, is compatible.
         return min(max(dip_error, plane.dip_deg), 90.0), None
     if plane.undefined:
         return min(dip_error, 90.0), None
@@ -222,7 +222,7 @@ def _angle_errors(
 def _line_warnings(sizes: FloatArray, worst_deg: float | None) -> tuple[Finding, ...]:
     """Warn of points that do not determine the rotation about their line, or any plane.
 
-    `worst_deg` is the error of the plane, None if unknown.
+    `worst_deg` is the error of the plane; None if unknown.
     """
     is_collinear = float(sizes[1]) < MAX_COLLINEAR_RATIO * float(sizes[0])
     if worst_deg is None:

@@ -1,1 +1,1 @@
-"""Shapes of folds by their poles, and the verdict on a view along their axis."""
+"""Shapes of folds from their poles, and verdicts on views along their axes."""

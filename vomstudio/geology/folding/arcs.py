@@ -1,4 +1,4 @@
-"""Arcs of great circles that contain poles, their ends, and the same poles on one side."""
+"""Arcs of great circles that contain poles, their ends, and poles flipped into an arc."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.geology.statistics import flip_to
 
 
 def rms(values: FloatArray) -> float:
-    """Return the root mean square.
+    """Return the root mean square of values.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ def rms(values: FloatArray) -> float:
 
 
 def arc_deg(poles: FloatArray, axes: FloatArray) -> float:
-    """Return the shortest arc of the great circle that contains all poles.
+    """Return the length of the shortest great-circle arc that contains all poles.
 
-    It is 180 degrees minus the widest gap between neighbours, axially.
+    It is 180 degrees minus the widest gap between neighbouring axial poles.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def arc_deg(poles: FloatArray, axes: FloatArray) -> float:
 
 
 def arc_ends(poles: FloatArray, axes: FloatArray) -> tuple[int, int]:
-    """Return the rows of the poles at both ends of the arc that contains all.
+    """Return the rows of the poles at both ends of the arc that contains all poles.
 
     Parameters
     ----------
@@ -66,12 +66,12 @@ def arc_ends(poles: FloatArray, axes: FloatArray) -> tuple[int, int]:
 
 
 def _angles_along_deg(poles: FloatArray, axes: FloatArray) -> FloatArray:
-    """Return angles along the great circle, sorted, 0 to 180 degrees."""
+    """Return the sorted angles of poles along the great circle, 0 to 180 degrees."""
     return np.sort(np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0)
 
 
 def flip_into_arc(poles: FloatArray, axes: FloatArray) -> FloatArray:
-    """Flip poles to the end in the arc that contains all of them.
+    """Flip poles so that they lie in the arc that contains all of them.
 
     Parameters
     ----------

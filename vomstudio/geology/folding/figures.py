@@ -10,9 +10,9 @@ from vomstudio.geology.populations.distributions import LineFigures
 
 @dataclass(frozen=True)
 class BetaFigures:
-    """Fold axis with the semi-axes of its joint 95 % region, degrees, as in `FoldAxis`.
+    """Fold axis with the semi-axes of its joint 95 % region, degrees. See `FoldAxis`.
 
-    The figures of `total95` include the registration.
+    The values of `total95` include the registration.
     """
 
     trend_deg: float
@@ -29,7 +29,7 @@ class BetaFigures:
 
 @dataclass(frozen=True)
 class PlaneFigures:
-    """Plane by dip direction and dip, and by its right-hand-rule strike, degrees."""
+    """Plane given by dip direction, dip and right-hand-rule strike, degrees."""
 
     dip_direction_deg: float
     dip_deg: float
@@ -43,15 +43,15 @@ class LimbFigures:
     Attributes
     ----------
     planes : (PlaneFigures, PlaneFigures)
-        Mean planes.
+        Mean planes of the limbs.
     n : (int, int)
-        Number of planes.
+        Number of planes in each limb.
     interlimb_angle_deg, interlimb_error95_deg : float
-        Angle between them on the side of the hinge, with its 95 % error, degrees.
+        Angle between the limbs on the side of the hinge, with its 95 % error, degrees.
     axial_plane, axial_plane_error95_deg
-        Bisecting plane with the larger half-angle of its joint 95 % region, degrees.
+        Bisecting plane, with the larger half-angle of its joint 95 % region, degrees.
     overturned : (bool, bool)
-        Whether each limb is overturned; False without flags.
+        Whether each limb is overturned; False if the planes have no such flags.
     """
 
     planes: tuple[PlaneFigures, PlaneFigures]
@@ -70,10 +70,10 @@ class InfluentialPlane:
     Attributes
     ----------
     index : int
-        Its position among the planes used, from 0.
+        Index among the planes used, from 0.
     id : str or None
     turn_deg, trend_deg, plunge_deg : float
-        Rotation of beta, and beta without this plane, degrees.
+        Rotation of beta caused by the omission, and beta without this plane, degrees.
     """
 
     index: int
@@ -85,9 +85,9 @@ class InfluentialPlane:
 
 @dataclass(frozen=True)
 class Stray:
-    """Outlying plane that the verdict excludes: position among the used planes, and id.
+    """Outlying plane excluded from the verdict: its index among the planes used, and its id.
 
-    Positions start at 0.
+    Indices start at 0.
     """
 
     index: int
@@ -96,7 +96,7 @@ class Stray:
 
 @dataclass(frozen=True)
 class SmallCircleFigures:
-    """Small circle: axis, angle between axis and poles, and RMS, degrees."""
+    """Small circle: axis, angle between axis and poles, and RMS angle, degrees."""
 
     trend_deg: float
     plunge_deg: float
@@ -106,18 +106,19 @@ class SmallCircleFigures:
 
 @dataclass(frozen=True)
 class ConeFigures:
-    """Best cone of the poles.
+    """Best-fit cone of the poles.
 
     Attributes
     ----------
     half_angle_deg : float
-        Angle between axis and poles, degrees; 90 is a cylinder.
+        Angle between the axis and the poles, degrees; 90 for a cylinder.
     half_width95_deg : float or None
-        95 % half-width of this angle, degrees; None if the poles do not determine it.
+        Half-width of the 95 % interval of this angle, degrees; None if the poles do not determine
+        it.
     p : float
-        p-value of the cylinder against the cone.
+        p-value of the cylinder tested against the cone.
     by_nearer_ends : SmallCircleFigures or None
-        Closer circle if poles may be used by either end; None if no circle is closer.
+        Closer circle if either end of a pole may be used; None if no such circle is closer.
     """
 
     trend_deg: float
@@ -131,14 +132,14 @@ class ConeFigures:
 
 @dataclass(frozen=True)
 class PairFigures:
-    """Intersection of the mean planes of two sets.
+    """Intersection line of the mean planes of two sets.
 
     Attributes
     ----------
     angle_deg : float
         Angle between the planes, degrees.
     max_confidence95_deg, min_confidence95_deg : float or None
-        Semi-axes of the joint 95 % region of the line, degrees; None if a set has one plane.
+        Semi-axes of the joint 95 % region of the line, degrees; None if a set has only one plane.
     """
 
     sets: tuple[str, str]
@@ -151,7 +152,7 @@ class PairFigures:
 
 @dataclass(frozen=True)
 class AxisFigures:
-    """Figures of a fold axis, as in `FoldAxis`.
+    """Figures of a fold axis. See `FoldAxis`.
 
     90 % of the poles lie within `within90_deg` of the great circle.
     """

@@ -1,4 +1,4 @@
-"""Findings on a fold besides its verdict: its numbers and their limits."""
+"""Findings about a fold in addition to its verdict, with values and limits."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
     Parameters
     ----------
     bowed_deg : float or None
-        Bowing of the model.
+        Difference in dip between the edges of the bowed model, degrees.
     arc_deg : float
-        Arc of the poles.
+        Arc of the poles, degrees.
 
     Returns
     -------
@@ -30,7 +30,7 @@ def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
 
 
 def shape_findings(shape: PoleShape) -> list[Finding]:
-    """Report the scatter and arc of the poles, and why limbs or an error are not known.
+    """Report the scatter and arc of the poles, and why limbs or an error are unknown.
 
     Parameters
     ----------
@@ -51,18 +51,19 @@ def shape_findings(shape: PoleShape) -> list[Finding]:
 def lone_plane_finding(
     plane: str, turn_deg: float | None, error95_deg: float, other: FoldVerdict | None
 ) -> Finding:
-    """Report that a verdict depends on one plane.
+    """Report that a verdict depends on a single plane.
 
     Parameters
     ----------
     plane : str
         Name of the plane.
     turn_deg : float or None
-        Change of beta without the plane; None if the others have no such axis.
+        Rotation of beta if the plane is omitted, degrees; None if the other planes have no such
+        axis.
     error95_deg : float
-        95 % error of beta.
+        95 % error of beta, degrees.
     other : FoldVerdict or None
-        Verdict of the other planes if `turn_deg` is None; None if they have one dip.
+        Verdict on the other planes if `turn_deg` is None; None if they have a uniform dip.
 
     Returns
     -------
@@ -80,14 +81,14 @@ def lone_plane_finding(
 
 
 def cone_untested_finding(plane: str, other: FoldVerdict) -> Finding:
-    """Report that a cone is excluded only because of one plane.
+    """Report that a cone is excluded because of a single plane.
 
     Parameters
     ----------
     plane : str
         Name of the plane.
     other : FoldVerdict
-        Verdict without it.
+        Verdict without this plane.
 
     Returns
     -------
@@ -106,12 +107,12 @@ def _unknown_limbs(limbs: Limbs) -> Finding:
 
 
 def error_finding(semi_axes: tuple[float, float]) -> Finding:
-    """Report the joint 95 % region of beta, and its effect on projected lengths.
+    """Report the joint 95 % region of beta and its effect on projected lengths.
 
     Parameters
     ----------
     semi_axes : tuple of float
-        Degrees.
+        Semi-axes in degrees.
 
     Returns
     -------

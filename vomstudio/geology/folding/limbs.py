@@ -1,4 +1,4 @@
-"""Limbs of a fold among its poles, and whether they are limbs at all."""
+"""Limbs of a fold identified among its poles, and reasons to doubt them."""
 
 from __future__ import annotations
 
@@ -14,49 +14,49 @@ from vomstudio.geology.populations.probabilities import chi2_tail, f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 
 MIN_SCATTER_DEG = 1e-3
-"""Poles that lie on the curve within this angle are exact and cannot be tested."""
+"""Poles within this angle of the curve are exact, so their scatter cannot be tested."""
 
 MAX_FLAT_RATIO, MAX_FLAT_DEG = 2.5, 1.5
-"""A limb has one dip if the scatter of its poles along the great circle is below this multiple of
-the scatter across it, or below this angle: traces on one face are all least accurate in the same
-direction, and such a short arc of natural beds does not show a curve.
+"""A limb has a uniform dip if the scatter of its poles along the great circle is below this
+multiple of the scatter across it, or below this angle: traces on one face are all least accurate in
+the same direction, and such a short arc of natural beds does not reveal a curve.
 """
 
 MIN_SEPARATION = 6.0
-"""Minimum separation of the poles of two limbs in units of their scatter along the great circle;
-that of an evenly bent arc, cut in the middle, is 3.5.
+"""Minimum separation between the poles of two limbs, in units of their scatter along the great
+circle; for an evenly bent arc that is cut in the middle, the separation is 3.5.
 """
 
 MAX_SCATTER_RATIO = 2.0
-"""A group whose scatter along the great circle exceeds that of the other by this factor, and that
-is not separated by its own scatter, is an arc rather than a limb: its mean is not a plane of the
-fold.
+"""If the scatter of a group along the great circle exceeds that of the other group by this factor,
+and the group is not separated by its own scatter, it is an arc rather than a limb: its mean is not
+a plane of the fold.
 """
 
 MAX_HINGE_OFFSET_DEG = 25.0
-"""The poles of both limbs of a tight fold are within this angle of the plane perpendicular to that
-of the hinge, and coincide because poles are axial.
+"""The poles of both limbs of a tight fold are within this angle of the plane perpendicular to the
+hinge plane; they coincide because poles are axial.
 """
 
 MAX_ISOCLINAL_DEG, MAX_HINGE_SHARE = 10.0, 0.35
-"""Within this angle of that plane, the poles of both limbs form one group; a hinge has at most this
-share of the planes.
+"""Within this angle of that plane, the poles of both limbs form one group; the second value is the
+maximum share of planes in a hinge.
 """
 
 MIN_HINGE_ARC_DEG, NARROW_SIGNIFICANCE = 20.0, 0.02
-"""Minimum arc of the planes of a hinge. A group is a limb if the p-value of its scatter in a hinge
-is below this level.
+"""Minimum arc of the planes of a hinge. A group is a limb if its scatter is unlikely for a hinge,
+with a p-value below this level.
 """
 
 VARIANCE_SIGNIFICANCE = 0.05
-"""Significance level of different scatter of two limbs."""
+"""Significance level for a difference in scatter between two limbs."""
 
 MAX_MIXED_SHARE = 0.2
-"""Maximum share of planes that contradict the others of a limb on being overturned."""
+"""Maximum share of planes of a limb whose overturned flags contradict those of the others."""
 
 BENT_SIGNIFICANCE, BENT_SIGNIFICANCE_FEW, MAX_FEW = 0.01, 0.05, 8
-"""Significance levels of a bent group (scatter along the great circle against that across it), the
-second for groups of few planes.
+"""Significance levels for a bent group (scatter along the great circle compared with that across
+it); the second one applies to groups with few planes.
 """
 
 
@@ -67,20 +67,20 @@ class Limbs:
     Attributes
     ----------
     poles : ((3,) ndarray, (3,) ndarray)
-        Mean poles.
+        Mean poles of the limbs.
     counts : (int, int)
-        Number of planes.
+        Number of planes in each limb.
     apart_deg : float
-        Angle between them along the great circle, degrees.
+        Angle between the mean poles along the great circle, degrees.
     along_deg, across_deg : float
         RMS angle of the poles from their means along and across the great circle, degrees.
     variances : (float, float)
-        Variance of the planes of each along the great circle, radians squared.
+        Variance of the planes of each limb along the great circle, radians squared.
     overturned : (bool, bool)
     doubt : str
-        Reason to doubt that they are limbs of one fold: "hinge" if one group may be both limbs of a
-        tight fold and the other its hinge, "arc" if one is rather an arc, "mixed" if only some
-        planes of a limb are overturned; "" without doubt.
+        Reason to doubt that the groups are limbs of one fold: "hinge" if one group may contain both
+        limbs of a tight fold and the other group its hinge, "arc" if one group is an arc rather
+        than a limb, "mixed" if only some planes of a limb are overturned; "" if there is no doubt.
     """
 
     poles: tuple[FloatArray, FloatArray]
@@ -94,9 +94,9 @@ class Limbs:
 
     @property
     def flat(self) -> bool:
-        """Whether each limb has one dip.
+        """Whether each limb has a uniform dip.
 
-        Its poles then do not show the direction in which their curve continues.
+        In this case, its poles do not show how their curve continues.
         """
         return self.along_deg <= max(MAX_FLAT_RATIO * self.across_deg, MAX_FLAT_DEG)
 
@@ -112,10 +112,11 @@ class Limbs:
     def errors95_deg(self, axis: FloatArray) -> tuple[float, float]:
         """Return the errors of the interlimb angle and of the axial plane.
 
-        Quantiles of Student and Fisher, with degrees of freedom by Welch (1947) for the angle.
-        Equal scatter of both limbs is not tested first, because few planes do not show it
-        (Zimmerman 2004, British Journal of Mathematical and Statistical Psychology 57, 173-181). If
-        it may be equal, the scatter of each is at least the pooled one.
+        The errors use quantiles of Student's t and Fisher's F, with Welch's (1947) degrees of
+        freedom for the angle. Equality of the scatter of both limbs is not tested first, because
+        few planes cannot show it (Zimmerman 2004, British Journal of Mathematical and Statistical
+        Psychology 57, 173-181). If the scatter may be equal, each limb has at least the pooled
+        scatter.
 
         Parameters
         ----------
@@ -125,7 +126,7 @@ class Limbs:
         Returns
         -------
         angle, axial_plane : float
-            95 % error of the interlimb angle and larger half-angle of the joint 95 % region of the
+            95 % error of the interlimb angle, and larger half-angle of the joint 95 % region of the
             bisecting plane, degrees.
         """
         counts = np.array(self.counts, np.float64)
@@ -137,7 +138,7 @@ class Limbs:
             f_tail(counts[high] - 1.0, counts[low] - 1.0, ratio) > VARIANCE_SIGNIFICANCE / 2.0
         )
         if are_equal:
-            # The scatter of few planes may be too small by chance.
+            # The scatter of a few planes may be too small by chance.
             variances = np.maximum(variances, float(variances @ (counts - 1.0)) / free)
         along = variances / counts
         welch = float(along.sum() ** 2 / max(np.sum(along**2 / (counts - 1.0)), 1e-300))
@@ -156,7 +157,8 @@ class Limbs:
             spread += on * np.outer(sideways, sideways) + off * np.outer(axis, axis)
         flat = np.eye(3) - np.outer(halving, halving)
         widest = float(np.linalg.eigvalsh(flat @ spread @ flat)[-1]) / length**2
-        # Limbs are recognised by small scatter, which is often due to chance for few planes.
+        # Limbs are recognised by a small scatter, which is often due to chance if there are few
+        # planes.
         wider = 1.0 + 1.0 / max(n - 2.0, 1.0)
         angle = wider * t95(welch) * math.sqrt(float(along.sum()))
         region = math.atan(wider * math.sqrt(widest * 2.0 * f95(free)))
@@ -166,21 +168,21 @@ class Limbs:
 def find_limbs(
     poles: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
 ) -> Limbs | None:
-    """Find two limbs among the poles of a fold.
+    """Find the two limbs of a fold among its poles.
 
     Parameters
     ----------
     poles : (n, 3) ndarray
         Unit poles.
     axes : (3, 3) ndarray
-        Principal axes of their orientation tensor.
+        Principal axes of the orientation tensor of the poles.
     overturned : (n,) ndarray of bool or None
-        None if unknown.
+        Overturned flags; None if unknown.
 
     Returns
     -------
     Limbs or None
-        None if the poles are not two groups along the great circle.
+        None if the poles do not form two groups along the great circle.
     """
     if len(poles) < 4:
         return None
@@ -191,7 +193,7 @@ def find_limbs(
     along = np.arctan2(ends @ np.cross(axes[2], middle), ends @ middle)
     order = np.argsort(along)
     angles = along[order]
-    # Cut with the least scatter within both groups.
+    # Cut where the scatter within both groups is smallest.
     n = np.arange(1, len(angles))
     left_sums = np.cumsum(angles)[:-1]
     right_sums, total = angles.sum() - left_sums, float(np.sum(angles**2))
@@ -230,12 +232,12 @@ def find_limbs(
 
 
 def find_lone_limb(poles: FloatArray) -> int | None:
-    """Find the only plane of a limb: all others have one dip and are far from it.
+    """Find a plane that is the only one of its limb, if the others have a uniform dip.
 
     Returns
     -------
     int or None
-        Row of the plane; None without such a plane.
+        Row of the plane; None if there is no such plane.
     """
     if len(poles) < 4:
         return None
@@ -254,12 +256,12 @@ def find_lone_limb(poles: FloatArray) -> int | None:
 
 
 def _find_doubt(groups: list[FloatArray], separation: float, across: float) -> str:
-    """Return the doubt of two groups of angles along the great circle, as in `Limbs.doubt`.
+    """Return the doubt about two groups of angles along the great circle. See `Limbs.doubt`.
 
     `separation` and the scatter `across` are in radians.
     """
     free = sum(map(len, groups)) - 2
-    # Largest variance that scatter of the planes can cause without a bend.
+    # Largest variance that the scatter of the planes can cause without a bend.
     variance = max(across**2 * (free + 2) / free, math.radians(MIN_SCATTER_DEG) ** 2)
     variances = [float(np.var(group, ddof=1)) for group in groups]
     is_bent = [
@@ -287,9 +289,9 @@ def _find_doubt(groups: list[FloatArray], separation: float, across: float) -> s
 
 
 def _is_narrow(own_variance: float, n: int, variance: float) -> bool:
-    """Return whether n angles scatter less than the planes of a hinge would.
+    """Return whether the scatter of n angles is smaller than that of the planes of a hinge.
 
-    Variances are in radians squared; that of the planes themselves is `variance`.
+    Variances are in radians squared; `variance` is that of the planes themselves.
     """
     if n < 3:
         return False

@@ -1,10 +1,10 @@
-"""Shapes of a set of poles: great circle, small circle, two great circles or cluster.
+"""Shapes of sets of poles: great circle, small circle, two great circles or cluster.
 
 Residuals are angles from the curve. The great circle is that of the orientation tensor. The small
-circle (of a conical fold) is fitted by least squares of the angles (Gray, Geiser & Geiser 1980,
-Mathematical Geology 12, 173-184), axially: a pole may represent its opposite. An F test with 1 and
-n - 3 degrees of freedom compares both, as there. Two great circles are a mixture (expectation and
-maximisation), compared by Schwarz's (1978) criterion.
+circle (for a conical fold) is an axial least-squares fit of the angles (Gray, Geiser & Geiser 1980,
+Mathematical Geology 12, 173-184): a pole may represent its opposite. As in this reference, both are
+compared by an F test with 1 and n - 3 degrees of freedom. Two great circles are fitted as a mixture
+(expectation maximisation) and compared by Schwarz's (1978) criterion.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from vomstudio.geology.populations.probabilities import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
 MIN_POLES_AROUND, MIN_LIKELIHOOD_GAIN = 10, 5.0
-"""Minimum number of poles and gain in log likelihood for a circle by the nearer ends. At this gain,
-simulated cylinders are classified as cones as often as without it.
+"""Minimum number of poles and minimum gain in log likelihood for a circle through the nearer ends
+of poles. At this gain, simulated cylinders are classified as cones no more often than without it.
 """
 MAX_SECOND_GAP_DEG = 60.0
-"""Poles with two wider gaps around the axis are two groups, as those of two folds, whose ends are
-not those of one cone.
+"""Poles with two wider gaps around the axis form two groups, such as those of two folds, whose ends
+do not belong to a single cone.
 """
 MIN_CONE_SEPARATION = 8.0
 """Minimum distance of an obvious wide cone from the great circle, in units of its scatter. Two
-folds whose axes are 30 degrees apart are also near a cone, at five times.
+folds whose axes are 30 degrees apart are also close to a cone, at five times its scatter.
 """
 
 MAX_SEARCHED_POLES, MAX_ITERATIONS = 500, 20
 
 MIN_OUTLIER_RATIO, MIN_OUTLIER_DEG, MIN_POLES_PER_OUTLIER = 4.0, 15.0, 7
-"""Limits for planes that do not belong to the fold of the others."""
+"""Thresholds for planes that do not belong to the fold of the other planes."""
 
 
 @dataclass(frozen=True)
 class SmallCircle:
-    """Small circle: axis, angle between axis and poles (90 is a great circle), and RMS angle."""
+    """Small circle: axis, angle between axis and poles (90 for a great circle), and RMS angle."""
 
     axis: Line
     half_angle_deg: float
@@ -52,20 +52,20 @@ class SmallCircle:
 
 @dataclass(frozen=True)
 class Cone:
-    """Best small circle of poles.
+    """Best-fit small circle of poles.
 
     Attributes
     ----------
     p : float
-        p-value of the great circle against the small one.
+        p-value of the great circle tested against the small circle.
     half_width_deg : float
-        95 % half-width of the half-angle, degrees; infinite if the poles do not distinguish a cone
-        from a cylinder.
+        Half-width of the 95 % interval of the half-angle, degrees; infinite if the poles cannot
+        distinguish a cone from a cylinder.
     log_likelihood : float
-        As `_log_likelihood`; of a mixture if the ends of the poles are unknown.
+        See `_log_likelihood`; for a mixture if the ends of the poles are unknown.
     by_nearer_ends : SmallCircle or None
-        Least-squares circle if poles may be used by either end, if it is another one and closer to
-        the poles, but not more likely.
+        Least-squares circle if either end of a pole may be used. It is stored only if it differs
+        and is closer to the poles, but is not more likely.
     """
 
     axis: Line
@@ -78,11 +78,11 @@ class Cone:
 
     @property
     def off_deg(self) -> float:
-        """Difference of the half-angle from a great circle, degrees."""
+        """Difference between the half-angle and that of a great circle, degrees."""
         return abs(90.0 - self.half_angle_deg)
 
     def with_count(self, n: int, n_assumed: int) -> Cone:
-        """Return the cone with the width that it would have for another number of planes."""
+        """Return the cone with the interval width expected for a different number of planes."""
         if not math.isfinite(self.half_width_deg):
             return self
         width = t95(n - 3) / math.sqrt(n - 3)
@@ -97,21 +97,21 @@ class Cone:
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Two great circles.
+    """Two great circles fitted to poles.
 
     Attributes
     ----------
     first, second : Line
-        Their axes.
+        Axes of the circles.
     counts : (int, int)
-        Number of poles nearer to each.
+        Number of poles nearer to each circle.
     angle_deg : float
         Angle between the axes, degrees.
     rms_deg : float
-        RMS angle of the poles from the nearer one, degrees.
+        RMS angle between the poles and the nearer circle, degrees.
     gain : float
-        Preference over one curve by Schwarz's criterion; over 10 is very strong (Kass & Raftery
-        1995).
+        Improvement over one curve by Schwarz's criterion; above 10 it is very strong (Kass &
+        Raftery 1995).
     """
 
     first: Line
@@ -130,13 +130,13 @@ class PoleShape:
     Attributes
     ----------
     within90_deg : float
-        90 % of the poles lie within this angle of the great circle.
+        Angle from the great circle within which 90 % of the poles lie, degrees.
     spread_deg : float
-        RMS angle from their axial mean, degrees.
+        RMS angle between the poles and their axial mean, degrees.
     cluster : bool
-        True if Vollmer's P is the largest of his three indexes.
+        True if Vollmer's P is the largest of the three indices.
     cone, two_circles, limbs
-        None if there are too few poles, or none were found.
+        None if there are too few poles, or if the fit was not successful.
     """
 
     poles: FloatArray
@@ -155,7 +155,7 @@ class PoleShape:
 
     @cached_property
     def two_circles(self) -> TwoCircles | None:
-        """Two great circles of the poles; computed on first use because it takes longest."""
+        """Two great circles through the poles; computed on first use because this is slow."""
         return two_great_circles(self.poles, self.axes, self.cone)
 
     @property
@@ -166,18 +166,18 @@ class PoleShape:
 def describe_shape(
     poles: FloatArray, values: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
 ) -> PoleShape:
-    """Describe the shape of poles with the eigenvalues and axes of their tensor.
+    """Describe the shape of poles, given the eigenvalues and axes of their tensor.
 
     Parameters
     ----------
     poles : (n, 3) ndarray
         Unit vectors.
     values : (3,) ndarray
-        Eigenvalues.
+        Eigenvalues of the orientation tensor.
     axes : (3, 3) ndarray
-        Eigenvectors.
+        Eigenvectors of the orientation tensor as rows.
     overturned : (n,) ndarray of bool, optional
-        None if unknown.
+        Overturned flags; None if unknown.
 
     Returns
     -------
@@ -199,14 +199,14 @@ def describe_shape(
 
 
 def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
-    """Find the few poles that are far from the great circle of the others.
+    """Find a few poles that are far from the great circle of the others.
 
     Returns
     -------
     (n,) ndarray of bool
-        Poles beyond `MIN_OUTLIER_RATIO` times the median scatter of the others and
-        `MIN_OUTLIER_DEG`.
-        All False if there are more than one in `MIN_POLES_PER_OUTLIER`, or fewer than eight others.
+        Poles farther from the circle than `MIN_OUTLIER_RATIO` times the median scatter of the
+        others and than `MIN_OUTLIER_DEG`. All values are False if more than one in
+        `MIN_POLES_PER_OUTLIER` poles is an outlier, or if fewer than eight others remain.
     """
     n, sample = len(poles), poles
     rng = np.random.default_rng(2)
@@ -216,7 +216,7 @@ def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
     normals = np.vstack([np.cross(sample[pairs[:, 0]], sample[pairs[:, 1]]), axes[2]])
     length = np.linalg.norm(normals, axis=1)
     normals = normals[length > 0.1] / length[length > 0.1, None]
-    # Least absolute distances are robust to outliers; the tensor of the others is exact.
+    # Least absolute distances are robust against outliers; the tensor of the others is exact.
     normal = normals[
         int(np.argmin(np.abs(np.arcsin(np.clip(sample @ normals.T, -1, 1))).sum(axis=0)))
     ]
@@ -236,13 +236,13 @@ def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
 
 
 def small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
-    """Fit the best small circle; None for fewer than four poles.
+    """Fit the best small circle to poles, or return None for fewer than four poles.
 
-    A pole has two ends. If the poles lie within an arc, their ends are those in the arc, and the
-    circle is fitted to them. Around the axis of a cone, as in a dome, the ends are those on its
-    side; but a scatter about a great circle also fits two small circles beside it, if each pole may
-    choose its end. The second fit is therefore judged as a mixture of both ends, and is used only
-    if its likelihood is clearly higher.
+    A pole has two ends. If the poles lie within an arc, the circle is fitted to the ends within the
+    arc. Around the axis of a cone, as in a dome, the ends on the side of the axis are used.
+    However, poles scattered about a great circle also fit two small circles beside it if each pole
+    can choose its end. The second fit is therefore evaluated as a mixture of both ends, and is used
+    only if its likelihood is clearly higher.
 
     Parameters
     ----------
@@ -285,7 +285,7 @@ def _fit_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
         design, across = _design(x, axis)
-        # For many poles the normal equations are much faster than lstsq (rcond is squared).
+        # For many poles, the normal equations are much faster than lstsq (rcond is squared).
         step = np.linalg.pinv(design.T @ design, 1e-12, hermitian=True) @ (design.T @ residuals)
         longest = float(np.abs(step).max())
         step *= min(1.0, 0.3 / max(longest, 1e-300))
@@ -299,18 +299,18 @@ def _fit_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
 
 @dataclass(frozen=True, eq=False)
 class _CircleAround:
-    """Small circle of poles by their nearer ends.
+    """Small circle through the nearer ends of poles.
 
     Attributes
     ----------
     axis : (3,) ndarray
     half_angle : float
-        Radians.
+        Half-angle in radians.
     residuals : (n,) ndarray
-        Radians.
+        Residuals in radians.
     offset, sigma : float
-        Distance of the circle from the plane normal to the axis and scatter about it, radians, by
-        maximum likelihood with unknown ends.
+        Maximum-likelihood estimates with unknown ends: distance of the circle from the plane normal
+        to the axis, and scatter about the circle, radians.
     """
 
     axis: FloatArray
@@ -323,10 +323,10 @@ class _CircleAround:
 
 
 def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | None:
-    """Fit the small circle with the least squares among those by the nearer ends of the poles.
+    """Find the least-squares small circle through the nearer ends of the poles.
 
-    Each start alternates between choosing ends and fitting a plane to them; angles are fitted for
-    the best of them.
+    From each start, the selection of ends and the fit of a plane to them alternate; the angles are
+    fitted for the best result only.
     """
     sample = poles[:: max(1, len(poles) // MAX_SEARCHED_POLES)]
     candidates = np.concatenate([START_DIRECTIONS, axes])
@@ -354,7 +354,7 @@ def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | Non
 
 
 def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
-    """Return the second widest gap between directions (n, 3) around an axis."""
+    """Return the second widest gap between directions (n, 3) around an axis, degrees."""
     across = np.linalg.svd(axis[None])[2][1:]
     x, y = (ends @ across.T).T
     turns = np.sort(np.degrees(np.arctan2(y, x)))
@@ -363,7 +363,7 @@ def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
 
 
 def _hemisphere(n: int) -> FloatArray:
-    """Return n directions spread over a hemisphere."""
+    """Return n directions distributed over a hemisphere."""
     number = np.arange(n) + 0.5
     z = number / n
     turn = math.pi * (1.0 + math.sqrt(5.0)) * number
@@ -375,9 +375,9 @@ START_DIRECTIONS = _hemisphere(24)
 
 
 def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
-    """Fit a normal mixture with the means +offset and -offset to elevations (n,), rad.
+    """Fit a normal mixture with the means +offset and -offset to elevations (n,), radians.
 
-    Returns offset, standard deviation and log likelihood (expectation and maximisation).
+    Return the offset, the standard deviation and the log likelihood (expectation maximisation).
     """
     min_sigma = math.radians(MIN_SCATTER_DEG)
     square = float(np.mean(elevations**2))
@@ -397,7 +397,7 @@ def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
 
 
 def _log_likelihood(n: int, sigma: float) -> float:
-    """Return that of n normal residuals, as `_unknown_ends`, less what is common to both."""
+    """Return the log likelihood of n normal residuals, without terms common to all models."""
     return -n * math.log(max(sigma, math.radians(MIN_SCATTER_DEG))) - 0.5 * n
 
 
@@ -410,13 +410,13 @@ def _test_mixture(
     -------
     p : float
     half_width_deg : float
-        95 % half-width of the half-angle.
+        Half-width of the 95 % interval of the half-angle.
     """
     n = len(poles)
     great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
     gain = around.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
     free = n - 3
-    # For normal residuals with known ends this is the ratio of the sums of squares.
+    # For normal residuals with known ends, this is the ratio of the sums of squares.
     p = f_tail(1, free, max(math.expm1(min(2.0 * gain / n, 700.0)), 0.0) * free)
     design, _ = _design(around.poles, around.axis)
     singular = np.linalg.svd(design, compute_uv=False)
@@ -427,9 +427,9 @@ def _test_mixture(
 
 
 def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives (n, 3) of the angles by half-angle and tilts of the axis.
+    """Return the derivatives (n, 3) of the angles with respect to half-angle and axis tilts.
 
-    The directions (2, 3) of the tilts are returned too.
+    The directions (2, 3) of the tilts are also returned.
     """
     across = np.linalg.svd(axis[None])[2][1:]
     flat = x @ across.T
@@ -438,9 +438,9 @@ def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
-    """Return p of the great circle against the small one, and the half-angle's 95 % error.
+    """Return p of the great circle against the small one, and the 95 % half-angle error.
 
-    The error assumes that the poles are on the great circle.
+    The error assumes that the poles lie on the great circle.
     """
     n = len(poles)
     design, _ = _design(flip_into_arc(poles, axes), axes[2])
@@ -470,7 +470,7 @@ MIN_POLES_FOR_TWO = 12
 
 
 def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) -> TwoCircles | None:
-    """Fit two great circles and compare them with the best single one and with the cone.
+    """Fit two great circles and compare them with the best single circle and the cone.
 
     Returns
     -------
@@ -482,7 +482,7 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
     if n < MIN_POLES_FOR_TWO or math.degrees(rms(single)) < MIN_SCATTER_DEG:
         return None
     rng = np.random.default_rng(1)
-    # More poles do not improve the starting values.
+    # More poles do not improve the start values.
     sample = poles if n <= 500 else poles[rng.choice(n, 500, replace=False)]
     pairs = rng.integers(0, len(sample), (N_STARTS, 2))
     normals = np.cross(sample[pairs[:, 0]], sample[pairs[:, 1]])
@@ -492,7 +492,7 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
         return None
     angles = np.abs(np.arcsin(np.clip(sample @ normals.T, -1.0, 1.0)))
     first, second = np.triu_indices(len(normals), 1)
-    # Absolute distances reduce the influence of poles of the other circle.
+    # Absolute distances reduce the influence of the poles of the other circle.
     cost = np.concatenate(
         [
             np.minimum(angles[:, first[k : k + 100]], angles[:, second[k : k + 100]]).sum(axis=0)
@@ -513,7 +513,7 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
 
 
 def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[FloatArray, float]:
-    """Return normals (2, 3) and log likelihood."""
+    """Return the normals (2, 3) of two circles, and the log likelihood."""
     n, share = len(poles), 0.5
     likelihood = -math.inf
     for _ in range(100):
@@ -565,5 +565,5 @@ def _two_circles(
 
 
 def _criterion(n: int, log_likelihood: float, parameters: int) -> float:
-    """Return Schwarz's criterion of one curve, less what is common to all."""
+    """Return Schwarz's criterion of a curve, without terms common to all curves."""
     return -2.0 * log_likelihood + parameters * math.log(n)

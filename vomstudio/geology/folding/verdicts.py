@@ -1,10 +1,10 @@
-"""Verdicts on whether planes of one kind have a common axis, with the supporting numbers.
+"""Verdicts on whether planes of one kind have a common axis, with the supporting values.
 
-The names are those of the textbook's section 4.2 and figure 31, and of other folds: cylindrical,
-conical, homoclinal, two axes, scattered; or undetermined if the planes are not sufficient. A cone
-or two axes are reported if they fit significantly better than the great circle and by some degrees;
-otherwise the simplest shape is. `tests/geology/test_fold_verdicts.py` counts how often each verdict
-is right.
+The names are those of section 4.2 and figure 31 of the textbook and of other folds: cylindrical,
+conical, homoclinal, two axes, scattered; or undetermined if there are not enough planes. A cone or
+two axes are reported only if they fit significantly better than the great circle and differ from it
+by some degrees; otherwise, the simplest shape is reported. `tests/geology/test_fold_verdicts.py`
+counts how often each verdict is correct.
 """
 
 from __future__ import annotations
@@ -15,46 +15,46 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.folding.shapes import MIN_CONE_SEPARATION, Cone, PoleShape, TwoCircles
 
 MAX_CYLINDRICAL_DEG, MAX_NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
-"""Angle from the great circle that contains 90 % of the poles (Ramsay & Huber 1987)."""
+"""Angle from the great circle within which 90 % of the poles lie (Ramsay & Huber 1987)."""
 
 KNOWN_AXIS_DEG = 10.0
 """A 95 % error of beta up to this angle changes lengths by 1.5 % or less."""
 
 WEAK_AXIS_DEG = 20.0
-"""Semi-axis above which beta is too uncertain for projections, and its region, which is drawn for
-small angles, too narrow.
+"""Semi-axis above which beta is too uncertain for projections. Its region, which is drawn for small
+angles, is then too narrow.
 """
 
 MIN_ARC_DEG = 30.0
 """Poles within a shorter arc do not determine their great circle well."""
 
 MIN_PLANES = 5
-"""Fewer planes do not determine the scatter or its shape, only an axis."""
+"""Fewer planes determine an axis, but not the scatter or its shape."""
 
 MIN_PLANES_FOR_YES = 8
-"""Regions of valid axes contain the axis in 93 % of cases from this number on (docs/folds.md)."""
+"""From this number on, regions of valid axes contain the axis in 93 % of cases (docs/folds.md)."""
 
 MAX_ONE_DIP_DEG = 20.0
-"""Maximum RMS angle of poles of one dip from their mean."""
+"""Maximum RMS angle between poles of uniform dip and their mean."""
 
 CONE_SIGNIFICANCE, MIN_CONE_OFFSET_DEG, MIN_CONE_ANGLE_DEG = 0.01, 5.0, 15.0
-"""A cone is reported below this p-value, from this difference to a great circle and from this
-half-angle on.
+"""A cone is reported if its p-value is below this level, and if its difference from a great circle
+and its half-angle are at least these angles.
 """
 
 MAX_CONE_SCATTER, MAX_RING_SCATTER = 0.25, 0.2
-"""Maximum scatter of poles about a cone relative to its half-angle (the poles of a cluster have
-half of it). The second limit excludes uniform scatter and one dip.
+"""Maximum scatter of poles about a cone relative to its half-angle (for a cluster, the ratio is one
+half). The second limit excludes uniform scatter and uniform dip.
 """
 
 MAX_CONE_WIDTH_DEG, MAX_RESOLVABLE_CONE_WIDTH_DEG = 25.0, 60.0
 """Uncertainty of the half-angle above which the verdict is conditional, and above which the poles
-do not distinguish a cone from a cylinder.
+cannot distinguish a cone from a cylinder.
 """
 
 MAX_CONE_DIFFERENCE_DEG = 30.0
-"""The verdict is also conditional if the 95 % interval of the cone's angle extends farther from the
-cylinder: of a dozen planes on a cone of 60 degrees, one in seven was classified as a cylinder.
+"""The verdict is also conditional if the 95 % interval of the cone angle extends farther from the
+cylinder: of cones of 60 degrees with a dozen planes, one in seven was classified as a cylinder.
 """
 
 MIN_TWO_GAIN, MIN_TWO_ANGLE_DEG, MIN_TWO_ARC_DEG, MIN_TWO_SHARE, MIN_TWO_GAIN_DEG = (
@@ -64,7 +64,7 @@ MIN_TWO_GAIN, MIN_TWO_ANGLE_DEG, MIN_TWO_ARC_DEG, MIN_TWO_SHARE, MIN_TWO_GAIN_DE
     0.2,
     2.0,
 )
-"""Minimum gain, angle, arcs, share of the poles and decrease of the RMS for two great circles."""
+"""Minimum gain, angle, arcs, share of the poles and RMS reduction for two great circles."""
 
 UNIFORM_SIGNIFICANCE = 0.01
 
@@ -80,8 +80,8 @@ class FoldVerdict:
         Whether the axis may be used.
     reasons : tuple of Finding
     untested : bool
-        The name is "undetermined" only because a cone cannot be distinguished from a cylinder; the
-        axis is known.
+        True if the name is "undetermined" only because a cone cannot be distinguished from a
+        cylinder, although the axis is known.
     """
 
     name: str
@@ -99,7 +99,7 @@ def assess_fold(
     *,
     two: bool = True,
 ) -> FoldVerdict:
-    """Assess the shape of poles of one kind.
+    """Assess the shape of the poles of planes of one kind.
 
     Parameters
     ----------
@@ -109,11 +109,11 @@ def assess_fold(
     uniform_p : float or None
         p-value of a uniform distribution of the poles.
     waviness_deg : float or None
-        Natural waviness: standard deviation of a pole about the curve, degrees.
+        Natural waviness, the standard deviation of a pole from the curve, degrees.
     min_planes : int
         Number of planes below which the shape is undetermined.
     two : bool
-        True to search for two axes, which takes longest.
+        Whether to search for two axes, which takes the longest.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def assess_fold(
 def _assess_cylinder(
     shape: PoleShape, error95_deg: float | None, near: float, far: float, min_planes: int
 ) -> FoldVerdict:
-    """Assess a shape that does not contradict a cylinder."""
+    """Assess a shape that is compatible with a cylinder."""
     conditions: list[Finding] = []
     is_untested = True
     if error95_deg is None or shape.n < min_planes:
@@ -204,7 +204,7 @@ def _cylindrical_verdict(
 
 
 def uncertain(error95_deg: float) -> Finding:
-    """Report an axis that is valid only under conditions because of its error.
+    """Report an axis whose error makes it valid only under certain conditions.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def uncertain(error95_deg: float) -> Finding:
 
 
 def too_uncertain(error95_deg: float) -> Finding:
-    """Report an axis that is not valid because of its error.
+    """Report an axis whose error makes it invalid.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def too_uncertain(error95_deg: float) -> Finding:
 def _limits(waviness_deg: float | None) -> tuple[float, float]:
     """Return the limits of the angle that contains 90 % of the poles, degrees.
 
-    It is 1.645 standard deviations of normal scatter.
+    For normal scatter, this angle is 1.645 standard deviations.
     """
     if waviness_deg is None:
         return MAX_CYLINDRICAL_DEG, MAX_NEARLY_CYLINDRICAL_DEG
@@ -263,7 +263,7 @@ def _is_conical(cone: Cone, far: float) -> bool:
 def _is_obvious_cone(shape: PoleShape, cone: Cone, far: float) -> bool:
     """Return whether many poles are close to a cone.
 
-    Two limbs of one dip each, near a great circle, lie on many cones.
+    Two limbs of uniform dip, close to a great circle, lie on many cones.
     """
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return False

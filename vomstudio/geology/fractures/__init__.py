@@ -1,1 +1,1 @@
-"""Maps of fracture traces: number, length, connectivity and spacing."""
+"""Analysis of fracture trace maps: number, length, connectivity and spacing."""

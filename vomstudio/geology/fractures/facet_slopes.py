@@ -1,7 +1,7 @@
-"""Kinematic analysis of a slope with the attitude of each of its facets as the face.
+"""Kinematic analysis of a slope in which each facet in turn is the slope face.
 
 Menegoni et al. 2021 (An open-source algorithm for 3D rock slope kinematic analysis, ROKA, Applied
-Sciences 11, 1698) use local faces in the same way.
+Sciences 11, 1698) use local slope faces in the same way.
 """
 
 from __future__ import annotations
@@ -35,23 +35,23 @@ from vomstudio.geology.table_slopes import Face, set_numbers
 
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
 MAX_PARALLEL_SINE = 1e-6
-"""Sine of the angle below which a plane is the face itself."""
+"""Sine of the angle to the face below which a plane is considered to be the face itself."""
 MIN_VERTICAL_DEG = 85.0
-"""A plane at least this steep may belong to an overhanging face."""
+"""Minimum dip of a plane that may belong to an overhanging face."""
 
 
 @dataclass(frozen=True)
 class FacetFace:
-    """Facet as a slope.
+    """Facet that is analysed as a slope face.
 
     Attributes
     ----------
     plane : Plane
         Plane of the facet.
     area_m2 : float or None
-        Area, m2; None if unknown.
+        Area in m2; None if unknown.
     overhangs : bool or None
-        True if the rock is above the facet, which then faces opposite to its dip direction; None if
+        True if the rock lies above the facet, which then faces away from its dip direction; None if
         unknown.
     """
 
@@ -63,9 +63,9 @@ class FacetFace:
 
 @dataclass(frozen=True)
 class CriticalShare:
-    """Number of critical planes or intersections among `of`.
+    """Number of critical planes or intersections out of a total `of`.
 
-    `share` is None if there are none.
+    `share` is None if `of` is 0.
     """
 
     critical: int
@@ -75,9 +75,9 @@ class CriticalShare:
 
 @dataclass(frozen=True)
 class FacetSlope:
-    """Kinematic analysis of one facet.
+    """Kinematic analysis of a single facet.
 
-    `face` is the plane of the facet, or a vertical one with the same direction if the facet
+    `face` is the plane of the facet, or a vertical plane that faces the same way if the facet
     overhangs.
     """
 
@@ -93,18 +93,18 @@ class FacetSlope:
 
 @dataclass(frozen=True, repr=False)
 class FacetSlopes(PrintableResult):
-    """Kinematic analysis of facets.
+    """Kinematic analysis of all facets.
 
     Attributes
     ----------
     n : int
         Number of planes.
     left_out : int
-        Number of lines in their table.
+        Number of rows of the table that were not used.
     skipped : tuple of dict
-        `id` and `reason` of facets that are not a slope.
+        `id` and `reason` of the facets that are not analysed as a slope.
     convention, dropped_lines
-        Of the table of the planes.
+        Convention and dropped lines of the table of planes.
     """
 
     n: int
@@ -119,7 +119,7 @@ class FacetSlopes(PrintableResult):
     warnings: tuple[Finding, ...]
 
     def shares(self, mode: str) -> FloatArray:
-        """Return the critical shares (facets,) of one of MODES, NaN without planes."""
+        """Return the critical shares (facets,) of one of MODES; NaN if there are no planes."""
         shares = [getattr(facet, mode).share for facet in self.facets]
         return np.array([np.nan if share is None else share for share in shares], np.float64)
 
@@ -130,10 +130,10 @@ def facet_slopes(
     options: SlopeOptions,
     progress: Progress | None = None,
 ) -> FacetSlopes:
-    """Compute the shares of planes and of their intersections that are critical at each facet.
+    """Compute the shares of planes and intersections that are critical at each facet.
 
-    The analysis is that of `table_slope`. If the planes are the facets themselves, the own plane of
-    a facet does not count. Facets without a dip direction are skipped.
+    The analysis is that of `table_slope`. If the planes are the facets themselves, the plane of a
+    facet is ignored in its own analysis. Facets without a dip direction are skipped.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def facet_slopes(
     Raises
     ------
     GeometryError
-        If the table has no planes or no facet is a slope.
+        If the table has no planes, or if no facet can be analysed as a slope.
     """
     report = progress or Silent()
     rows = np.flatnonzero(table.is_plane)
@@ -207,9 +207,9 @@ def facet_slopes(
 
 
 def _slope_plane(facet: FacetFace) -> Plane:
-    """Return the attitude of a slope; an overhanging facet counts as vertical.
+    """Return the slope plane of a facet; an overhanging facet is treated as vertical.
 
-    Everything that slides out of a vertical face also slides out of an overhang.
+    Everything that can slide out of a vertical face can also slide out of an overhang.
     """
     plane = facet.plane
     if not facet.overhangs or plane.undefined:
@@ -223,9 +223,10 @@ def _count_critical(
     sets: IntArray | None,
     progress: Progress,
 ) -> tuple[IntArray, IntArray]:
-    """Count critical planes and pairs of planes for each facet.
+    """Count the critical planes and pairs of planes for each facet.
 
-    Planes (facets, 2) are planar and flexural; pairs (facets, 3) are all, wedge and toppling.
+    The columns for planes (facets, 2) are planar sliding and flexural toppling; the columns for
+    pairs (facets, 3) are all pairs, wedge sliding and direct toppling.
     """
     plane_counts = np.zeros((len(slopes), 2), np.int64)
     pair_counts = np.zeros((len(slopes), 3), np.int64)
@@ -236,7 +237,7 @@ def _count_critical(
             planar_sliding(slope, rotated).critical.sum(),
             flexural_toppling(slope, rotated).critical.sum(),
         )
-    # The intersections are the same for all facets, so each is computed once.
+    # The intersections do not depend on the facet, so each is computed only once.
     done = 0
     for lines, is_valid, pairs in intersections(normals[None], sets):
         crossing_lines = lines[0][is_valid[0]]
@@ -248,7 +249,7 @@ def _count_critical(
 
 
 def _is_face(slope: SlopeFace, normal: FloatArray) -> bool:
-    """Return whether an upward normal (3,) is that of the face itself."""
+    """Return whether an upward normal (3,) is that of the slope face itself."""
     return bool(np.linalg.norm(np.cross(normal, slope.plane.normal())) < MAX_PARALLEL_SINE)
 
 
@@ -260,9 +261,9 @@ def _exclude_own_plane(
     plane_counts: IntArray,
     pair_counts: IntArray,
 ) -> None:
-    """Subtract a facet's own plane, in row `own_row`, and its intersections from counts.
+    """Subtract the plane of a facet, in row `own_row`, and its intersections from the counts.
 
-    Nothing slides out of a face on its own plane or along a line in it.
+    Nothing can slide out of a face along its own plane or along a line within it.
     """
     rotated = to_face_frame(slope, normals[own_row][None])
     plane_counts -= np.array(

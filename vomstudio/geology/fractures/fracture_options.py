@@ -1,4 +1,4 @@
-"""Options of the analysis of fracture traces, declared once for every door."""
+"""Options of the analysis of fracture traces, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class FractureOptions(Options):
-    """Area in which traces are counted, and their sets; None for the default.
+    """Area in which traces are counted, and their sets; None selects the default.
 
     Raises
     ------
     UsageError
-        If a value is outside its bounds, or `by` is given with `strikes`.
+        If a value is outside its bounds, or if `by` is combined with `strikes`.
     """
 
     area: str | None = option(

@@ -1,13 +1,14 @@
-"""95 % intervals of fracture densities and spacings, also for clustered traces.
+"""95 % intervals of fracture densities and spacings, including those of clustered traces.
 
-A density is a sum of weights over the traces: 1 each (P20), the length (P21), the number of
-crossings (P10) or Terzaghi's weights. For independent traces the sum is compound Poisson, and the
-interval is the gamma interval of Fay & Feuer (1997, Statistics in Medicine 16, 791-801). For equal
-weights it is the exact Poisson interval of Garwood (1936, Biometrika 28, 437-442).
+A density is a sum of weights over the traces: 1 per trace (P20), the trace length (P21), the number
+of crossings (P10) or Terzaghi's weights. For independent traces, the sum is compound Poisson
+distributed, and the interval is the gamma interval of Fay & Feuer (1997, Statistics in Medicine 16,
+791-801). For equal weights, this is the exact Poisson interval of Garwood (1936, Biometrika 28,
+437-442).
 
-Clustered traces vary more. The dispersion is the ratio of the variance between parts of the area,
-or of the scanline, to the variance of independent traces. The interval is that of fewer traces with
-larger weights by this factor (quasi-likelihood, Wedderburn 1974, Biometrika 61, 439-447).
+Clustered traces vary more. The dispersion is the ratio of the variance between parts of the area or
+scanline to the variance of independent traces. The interval is then that of fewer traces whose
+weights are larger by this factor (quasi-likelihood, Wedderburn 1974, Biometrika 61, 439-447).
 """
 
 from __future__ import annotations
@@ -23,17 +24,17 @@ Interval = tuple[float | None, float | None]
 UNKNOWN: Interval = (None, None)
 
 CELLS_ACROSS = (2, 3)
-"""Cells along each side of the area between which the variance is estimated, coarse and fine."""
+"""Numbers of cells along each side of the area for variance estimates, coarse and fine."""
 
 LINE_PARTS = (4, 8)
-"""The same along a scanline."""
+"""Numbers of parts of a scanline for variance estimates, coarse and fine."""
 
 MIN_FOR_DISPERSION = 5
-"""Fewer traces or gaps do not show whether they are clustered."""
+"""With fewer traces or gaps, clustering cannot be detected."""
 
 STUDENT_FACTOR = (2.306 / 1.960) ** 2
-"""Squared ratio of Student's 95 % quantile with 8 degrees of freedom, because the dispersion is
-estimated from nine cells, to the normal one.
+"""Squared ratio of Student's 95 % quantile with 8 degrees of freedom (because the dispersion is
+estimated from nine cells) to that of the normal distribution.
 """
 
 REGULAR_SIGNIFICANCE = 0.05
@@ -41,21 +42,21 @@ TAIL_PROBABILITY = 0.025
 
 
 def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) -> Interval:
-    """Return the 95 % interval of a sum of weights of traces over an area or length.
+    """Return the 95 % interval of a sum of trace weights per area or length.
 
     Parameters
     ----------
     weights : (n,) ndarray
-        Weights of the traces, 0 or more; one value per trace.
+        Non-negative weights, one per trace.
     size : float
-        Area, m2, or length of the scanline, m.
+        Area in m2, or length of the scanline in metres.
     dispersion : float
-        Variance as a multiple of that of independent traces, 1 or more.
+        Variance as a multiple of that of independent traces, at least 1.
 
     Returns
     -------
     low, high : float
-        `high` is None if no trace has a weight.
+        `high` is None if no trace has a positive weight.
     """
     from scipy.special import gammaincinv
 
@@ -77,12 +78,12 @@ def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) 
 
 
 def empty_interval(size: float) -> Interval:
-    """Return the exact interval of a number per area or length if nothing was counted.
+    """Return the exact interval of a number per area or length if the count is zero.
 
     Parameters
     ----------
     size : float
-        Area or length.
+        Area in m2, or length in metres.
 
     Returns
     -------
@@ -92,7 +93,7 @@ def empty_interval(size: float) -> Interval:
 
 
 def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float:
-    """Return the variance of weights between cells of an area over that of independent traces.
+    """Return the dispersion of trace weights between the cells of an area.
 
     Parameters
     ----------
@@ -105,7 +106,8 @@ def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float
     Returns
     -------
     float
-        Maximum ratio for cells of several sizes, at least 1.
+        Ratio of the variance to that of independent traces, at least 1: the maximum for cells of
+        several sizes.
     """
     import shapely
 
@@ -131,14 +133,14 @@ def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float
 
 
 def line_dispersion(along_m: FloatArray, length_m: float) -> float:
-    """Return the dispersion of the number of crossings along a line.
+    """Return the dispersion of the number of crossings along a scanline.
 
-    It is defined as in `area_dispersion`.
+    See `area_dispersion` for the definition.
 
     Parameters
     ----------
     along_m : (n,) ndarray
-        Positions of the crossings, m.
+        Positions of the crossings along the line, m.
     length_m : float
 
     Returns
@@ -157,7 +159,7 @@ def line_dispersion(along_m: FloatArray, length_m: float) -> float:
 
 
 def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
-    """Return the dispersion of sums (k,) over parts, whose total has this variance."""
+    """Return the dispersion of sums (k,) over parts, given the variance of the total."""
     share = sizes / sizes.sum()
     expected = variance * (1.0 - float(np.sum(share**2)))
     if expected <= 0.0:
@@ -166,12 +168,12 @@ def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
 
 
 def crossings_per_trace(trace: IntArray) -> FloatArray:
-    """Return the number of crossings of each trace that meets the scanlines.
+    """Return the number of crossings of each trace that crosses a scanline.
 
     Parameters
     ----------
     trace : (n,) ndarray of int
-        Trace of each crossing.
+        Trace index of each crossing.
 
     Returns
     -------
@@ -182,16 +184,16 @@ def crossings_per_trace(trace: IntArray) -> FloatArray:
 
 
 def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
-    """Return whether gaps are significantly more even than those of random places.
+    """Return whether gaps are significantly more regular than those of random positions.
 
-    The test is Moran's (1951, Journal of the Royal Statistical Society B 13, 147-150) for
-    exponential gaps, by Bartlett's statistic.
+    The test is that of Moran (1951, Journal of the Royal Statistical Society B 13, 147-150) for
+    exponential gaps, with Bartlett's statistic.
 
     Parameters
     ----------
     gaps : (n,) ndarray
     repeats : float, optional
-        Number of gaps per independent one.
+        Number of gaps per independent gap.
 
     Returns
     -------
@@ -208,7 +210,7 @@ def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
 
 
 def regular_half_width(cv: float, gaps: float) -> float:
-    """Return half the 95 % interval of the logarithm of a mean gap, by Student's t.
+    """Return half the 95 % interval of the logarithm of a mean gap, from Student's t.
 
     Parameters
     ----------

@@ -1,12 +1,13 @@
-"""Distributions of trace lengths, some of which are censored.
+"""Distributions fitted to trace lengths, some of which are censored.
 
-There are two cases. Lengths censored by chance, independently of their value: right-censored data
-with the likelihood of survival analysis (Lawless 2003, Statistical Models and Methods for Lifetime
-Data, 2.2). Traces in a window: long ones are sampled and censored more often. The likelihood is
-that of Laslett (1982), Censoring and edge effects in areal and line transect sampling of rock joint
-traces, Mathematical Geology 14, 125-140: a complete trace contributes its density f, one censored
-at one end its survival S, one censored at both ends the integral of S beyond, and n pieces are a
-Poisson number with the mean density * (area + mean length * width).
+There are two cases. If lengths are censored at random, independently of their value, they are
+right-censored data with the likelihood of survival analysis (Lawless 2003, Statistical Models and
+Methods for Lifetime Data, 2.2). In a sampling window, long traces are sampled and censored more
+often. The likelihood is then that of Laslett (1982), Censoring and edge effects in areal and line
+transect sampling of rock joint traces, Mathematical Geology 14, 125-140: a complete trace
+contributes its density f, a trace censored at one end its survival S, and a trace censored at both
+ends the integral of S beyond its length. The number n of pieces is Poisson distributed with the
+mean density * (area + mean length * width).
 """
 
 from __future__ import annotations
@@ -27,9 +28,10 @@ MIN_LOG = -700.0
 
 @dataclass(frozen=True)
 class Window:
-    """Sampling window: area, m2, and mean width across the traces, m.
+    """Sampling window: area in m2, and mean width across the traces in metres.
 
-    For a window of any shape the width is half the projected length of its edge along the traces.
+    For a window of any shape, the width is half the length of its boundary projected along the
+    traces.
     """
 
     area_m2: float
@@ -38,7 +40,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Parameter:
-    """Value with its 95 % interval from `low` to `high`, None if not estimated."""
+    """Value with its 95 % interval from `low` to `high`; the limits are None if not estimated."""
 
     value: float
     low: float | None
@@ -47,7 +49,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class LengthFit:
-    """Fit of one distribution.
+    """Distribution fitted to trace lengths.
 
     Attributes
     ----------
@@ -55,7 +57,7 @@ class LengthFit:
     mean_m : Parameter or None
         Mean length with its 95 % interval, m; None if infinite.
     aic, delta_aic : float
-        Akaike's criterion (lower is better) and its difference from the best fit.
+        Akaike's criterion (lower is better), and its difference from that of the best fit.
     """
 
     distribution: str
@@ -68,16 +70,16 @@ class LengthFit:
 
 @dataclass(frozen=True)
 class LengthLaw:
-    """Family of distributions of lengths x (n,) with logarithms u (k,) of its parameters.
+    """Family of distributions of lengths x (n,), given logarithms u (k,) of its parameters.
 
     Attributes
     ----------
     log_f, log_s, log_h : callable
-        Logarithms of the density, of the survival S, and of the integral of S beyond x.
+        Logarithms of the density, of the survival S, and of the integral of S from x to infinity.
     log_mean : callable
-        Logarithm of the mean; inf if it does not exist.
+        Logarithm of the mean; inf if the mean does not exist.
     free : int
-        Number of parameters for AIC.
+        Number of free parameters for AIC.
     """
 
     name: str
@@ -167,9 +169,9 @@ def _weibull() -> LengthLaw:
 
 
 def _power_law(minimum: float) -> LengthLaw:
-    """Return Pareto's law: S = (x / minimum)^-exponent.
+    """Return Pareto's law, S = (x / minimum)^-exponent.
 
-    Lengths censored below the minimum do not contribute.
+    Lengths that are censored below the minimum do not contribute.
     """
     log_minimum = math.log(minimum)
 
@@ -202,14 +204,14 @@ def _power_law(minimum: float) -> LengthLaw:
 
 
 def candidate_laws(lengths: FloatArray, cut: IntArray) -> list[LengthLaw]:
-    """Return the four laws; the power law begins at the shortest complete length.
+    """Return the four laws; the power law starts at the shortest complete length.
 
     Parameters
     ----------
     lengths : (n,) ndarray
-        Metres.
+        Lengths in metres.
     cut : (n,) ndarray of int
-        Number of censored ends, 0 to 2.
+        Number of censored ends of each trace, 0 to 2.
 
     Returns
     -------
@@ -220,7 +222,7 @@ def candidate_laws(lengths: FloatArray, cut: IntArray) -> list[LengthLaw]:
 
 
 def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
-    """Return the law of a fit with the logarithms of its parameters.
+    """Return the law of a fit and the logarithms of its parameters.
 
     Parameters
     ----------
@@ -230,7 +232,7 @@ def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
     -------
     law : LengthLaw
     logarithms : ndarray
-        Of the parameters.
+        Logarithms of the fitted parameters.
     """
     minimum = fit.parameters.get("minimum_m")
     laws = [_exponential(), _lognormal(), _weibull()]
@@ -240,23 +242,24 @@ def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
 
 
 def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -> list[LengthFit]:
-    """Fit all laws by maximum likelihood.
+    """Fit all laws to trace lengths by maximum likelihood.
 
     Parameters
     ----------
     lengths : (n,) ndarray
-        Positive lengths, m.
+        Positive lengths in metres.
     cut : (n,) ndarray of int
-        Number of censored ends of each, 0 to 2.
+        Number of censored ends of each trace, 0 to 2.
     window : Window, optional
-        Sampling window of the traces; None for lengths censored independently of their value.
+        Sampling window of the traces. If None, lengths are assumed to be censored independently of
+        their value.
 
     Returns
     -------
     list of LengthFit
-        The best by Akaike's (1974) criterion first; empty for fewer than `MIN_COMPLETE` complete
-        lengths or equal ones. The 95 % intervals of parameters follow from the curvature of the
-        log-likelihood in their logarithms.
+        Fits in order of increasing Akaike (1974) criterion. Empty if there are fewer than
+        `MIN_COMPLETE` complete lengths, or if these are equal. The 95 % intervals of the parameters
+        are derived from the curvature of the log-likelihood with respect to their logarithms.
     """
     complete = lengths[cut == 0]
     if len(complete) < MIN_COMPLETE or np.ptp(complete) <= 1e-9 * complete.max():
@@ -274,23 +277,23 @@ def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -
 def fit_law(
     law: LengthLaw, lengths: FloatArray, cut: IntArray, window: Window | None = None
 ) -> LengthFit | None:
-    """Fit one law to lengths.
+    """Fit one law to trace lengths by maximum likelihood.
 
     Parameters
     ----------
     law : LengthLaw
     lengths : (n,) ndarray
-        Metres.
+        Lengths in metres.
     cut : (n,) ndarray of int
-        Number of censored ends, 0 to 2.
+        Number of censored ends of each trace, 0 to 2.
     window : Window, optional
-        Area in which the traces were mapped.
+        Window in which the traces were mapped.
 
     Returns
     -------
     LengthFit or None
-        None if the likelihood has no maximum, as for a power law in a window with an infinite mean
-        length.
+        None if the likelihood has no maximum, for example for a power law with an infinite mean
+        length in a window.
     """
     from scipy.optimize import minimize
 
@@ -359,7 +362,7 @@ def _gradient(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray:
 
 
 def _covariance(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray | None:
-    """Return the inverse of the observed information; None if it is not a maximum."""
+    """Return the inverse of the observed information, or None if u is not a maximum."""
     k = len(u)
     steps = DIFFERENTIATION_STEP * np.eye(k)
     hessian = np.empty((k, k))

@@ -1,4 +1,4 @@
-"""Figures of a map of fracture traces, for `vomstudio fractures`."""
+"""Figures of a fracture trace map, for `vomstudio fractures`."""
 
 from __future__ import annotations
 
@@ -48,16 +48,16 @@ UNASSIGNED = "unassigned"
 
 @dataclass(frozen=True)
 class SamplingRegion:
-    """Region in which traces are counted.
+    """Region in which the traces are counted.
 
     Attributes
     ----------
     area : shapely polygon or None
     circle : (float, float, float) or None
-        x, y and radius if the area is a circle, m.
+        x, y and radius in metres if the area is a circle.
     scanlines : (k,) ndarray of shapely lines, or None
     warnings : tuple of Finding
-        Problems of the area as drawn.
+        Problems with the area as drawn.
     """
 
     area: Any = None
@@ -68,10 +68,10 @@ class SamplingRegion:
 
 @dataclass(frozen=True)
 class Densities:
-    """P20, P20 by nodes and P21 of traces in an area with their 95 % intervals.
+    """P20, node-based P20 and P21 of the traces in an area, with their 95 % intervals.
 
-    The dispersion is the variance of P21 over that of independent traces. Values are None without
-    an area.
+    The dispersion is the variance of P21 relative to that of independent traces. The values are
+    None if there is no area.
     """
 
     P20_1_per_m2: float | None = None
@@ -85,27 +85,28 @@ class Densities:
 
 @dataclass(frozen=True)
 class TraceLengths:
-    """Lengths of traces.
+    """Statistics of trace lengths.
 
     Attributes
     ----------
     mean_m, mean_95_m
-        Mean of complete traces with its 95 % interval, corrected for the edge of the area (see
-        `windows.mean_by_ends`), m.
+        Mean length of complete traces in metres with its 95 % interval, corrected for the edge of
+        the area (see `windows.mean_by_ends`).
     naive_mean_m : float
-        Mean of the pieces, m.
+        Mean length of the pieces, m.
     censored_share : float
-        Share of the pieces with an end on the edge.
+        Share of the pieces that end at the edge of the area.
     kaplan_meier_mean_m, kaplan_meier_median_m : float or None
-        Of the pieces as randomly censored lengths, the mean up to the longest, m.
+        Estimates for the pieces as randomly censored lengths, with the mean restricted to the
+        longest length, m.
     distribution, parameters, parameters_95
-        Law with the lowest AIC, in an area with the likelihood of a window.
+        Law with the lowest AIC; if there is an area, the likelihood is that of a window.
     fits : tuple of LengthFit
-        All laws.
+        Fits of all laws.
     uncorrected : tuple of LengthFit
-        The same for randomly censored lengths, which overestimates lengths in a window.
+        Fits for randomly censored lengths, which overestimate the lengths in a window.
     reason : Finding or None
-        Reason for not fitting.
+        Reason why no law was fitted.
     """
 
     n: int
@@ -126,11 +127,11 @@ class TraceLengths:
 
 @dataclass(frozen=True)
 class FractureSet:
-    """Set of n pieces.
+    """Figures of a set of n trace pieces.
 
-    `strike_deg` is the mean azimuth by length, 0 to 180 degrees, with its resultant. Densities and
-    their 95 % intervals are as in `Densities`, None without an area; `spacing` is None without a
-    scanline.
+    `strike_deg` is the length-weighted mean azimuth, 0 to 180 degrees, together with its resultant.
+    Densities and their 95 % intervals are those of `Densities`, None if there is no area; `spacing`
+    is None if there is no scanline.
     """
 
     name: str
@@ -147,11 +148,11 @@ class FractureSet:
 
 @dataclass(frozen=True, repr=False)
 class FractureNetwork(PrintableResult):
-    """Figures of a fracture network, see docs/cli.md; None for what cannot be computed.
+    """Figures of a fracture network, see docs/cli.md; None if a figure cannot be computed.
 
-    `P21_unclipped_1_per_m` includes the parts of traces outside the area and is too large. Names
-    with 95 are 95 % intervals. `plane` is that on which three-dimensional traces were analysed,
-    None for a map.
+    `P21_unclipped_1_per_m` includes the parts of traces outside the area and is therefore too
+    large. Names that contain 95 denote 95 % intervals. `plane` is the plane on which
+    three-dimensional traces were analysed, or None for a map.
     """
 
     traces: int
@@ -184,9 +185,9 @@ class FractureNetwork(PrintableResult):
 
 @dataclass(frozen=True, eq=False)
 class MappedNetwork:
-    """Figures with the pieces that they describe, for plots.
+    """Figures of a network, with the trace pieces that they describe, for plots.
 
-    `y_axis` is the meaning of y: North, y of a local frame, or up on a picture of a face.
+    `y_axis` is the meaning of y: north, y of a local frame, or up in a picture of a face.
     """
 
     found: FractureNetwork
@@ -207,22 +208,22 @@ def fracture_network(
     warnings: Sequence[Finding] = (),
     plane: TracePlane | None = None,
 ) -> MappedNetwork:
-    """Compute the figures of fracture traces.
+    """Compute the figures of a network of fracture traces.
 
     Parameters
     ----------
     lines : (n,) ndarray of shapely lines
-        Traces, x East and y North, m.
+        Traces in metres, with x East and y North.
     counted : SamplingRegion, optional
     sets : (n,) sequence of str, optional
-        Set of each trace, "" for none.
+        Set of each trace; "" if it belongs to none.
     snap_m : float
-        Maximum distance of an end from the trace on which it abuts, m.
+        Maximum distance between the end of a trace and the trace that it abuts, m.
     terzaghi_cap : float, optional
         Maximum Terzaghi weight.
     warnings : sequence of Finding
     plane : TracePlane, optional
-        Plane of three-dimensional traces, whose x and y are coordinates on it.
+        Plane of three-dimensional traces; x and y are coordinates on this plane.
 
     Returns
     -------
@@ -231,7 +232,7 @@ def fracture_network(
     Raises
     ------
     GeometryError
-        If the area has no size or no traces near it, or a tolerance is invalid.
+        If the area is empty or contains no traces, or if a tolerance is invalid.
     """
     import shapely
 
@@ -293,7 +294,7 @@ def fracture_network(
 
 
 def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
-    """Report that much of the area may not have been mapped."""
+    """Report that a large part of the area may not have been mapped."""
     share = 0.0 if area is None else share_beyond(lines, area)
     if share <= MAX_SHARE_BEYOND:
         return []
@@ -301,9 +302,9 @@ def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
 
 
 def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
-    """Describe the lengths of traces by their pieces in an area.
+    """Describe the trace lengths of the pieces in an area.
 
-    Without an area nothing is censored.
+    If there is no area, no length is censored.
 
     Parameters
     ----------
@@ -347,7 +348,7 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
 
 
 def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None, float | None]:
-    """Estimate the mean and median of censored lengths by Kaplan & Meier (1958).
+    """Estimate the mean and median of censored lengths (Kaplan & Meier 1958).
 
     Parameters
     ----------
@@ -357,9 +358,10 @@ def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None
     Returns
     -------
     mean : float or None
-        Up to the longest length.
+        Mean restricted to the longest length.
     median : float or None
-        None if more than half is censored before it. Both are None without complete lengths.
+        None if more than half of the lengths are censored before it. Both are None if there are no
+        complete lengths.
     """
     from scipy.stats import CensoredData, ecdf
 
@@ -413,7 +415,7 @@ def _warnings(lines: ObjectArray, pieces: TracePieces, overlaps: int, others: in
 
 
 def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densities:
-    """Return the densities over an area of the pieces of a set.
+    """Return the densities of the pieces of one set in an area.
 
     Parameters
     ----------
@@ -438,7 +440,7 @@ def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densi
         return Densities(0.0, empty, 0.0, empty, 0.0, (0.0, None), 1.0)
     rows = np.unique(pieces.trace[members], return_inverse=True)[1]
     middles = shapely.get_coordinates(shapely.centroid(pieces.lines[members]))
-    # Pieces of one trace count once, at their mean position.
+    # The pieces of a trace are counted once, at their mean position.
     places = np.stack([np.bincount(rows, xy) for xy in middles.T], axis=-1).astype(np.float64)
     places /= np.bincount(rows)[:, None]
 
@@ -457,7 +459,7 @@ def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densi
 
 
 def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntArray]:
-    """Return names in order of appearance, unassigned last, and the set of each trace."""
+    """Return the set names in order of appearance (unassigned last) and the set of each trace."""
     if sets is None:
         return ("all",), np.zeros(n, np.int64)
     named = [name or UNASSIGNED for name in sets]

@@ -1,7 +1,8 @@
-"""Nodes of a map of traces: free ends (I), abutting ends (Y) and crossings (X).
+"""Nodes of a trace map: free ends (I), abutting ends (Y) and crossings (X).
 
-After Sanderson & Nixon (2015), The use of topology in fracture network characterization, Journal of
-Structural Geology 72, 55-66: one branch ends at an I, three meet at a Y, four at an X.
+The classification follows Sanderson & Nixon (2015), The use of topology in fracture network
+characterization, Journal of Structural Geology 72, 55-66: one branch ends at an I node, three meet
+at a Y node, and four at an X node.
 """
 
 from __future__ import annotations
@@ -14,25 +15,27 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.geology.fractures.pieces import TracePieces
 
 MAX_OFFSET_RATIO = 10.0
-"""Maximum distance of an end along its trace from the crossing to which it is snapped, in
-tolerances. Traces with an acute angle cross far from where they are within the tolerance.
+"""Maximum distance along a trace between its end and the crossing to which it is snapped, in
+multiples of the tolerance. Traces at an acute angle cross far from the point where they come within
+the tolerance.
 """
 
 
 @dataclass(frozen=True)
 class SnappedEnd:
-    """End that was moved within the tolerance.
+    """End of a trace that was moved within the tolerance.
 
     Attributes
     ----------
     what : {"gap", "overshoot", "edge"}
-        The end stopped short of a trace, passed one, or stopped short of the edge of the area.
+        Kind of correction: the end stopped short of a trace, overshot a trace, or stopped short of
+        the edge of the area.
     trace, other : int
-        Numbers of the traces; `other` is None at an edge.
+        Indices of the traces; `other` is None at an edge.
     x, y : float
-        The end as drawn, m.
+        Position of the end as drawn, m.
     distance_m : float
-        Its distance from the other trace or edge, m.
+        Distance between the end and the other trace or the edge, m.
     """
 
     what: str
@@ -45,10 +48,10 @@ class SnappedEnd:
 
 @dataclass(frozen=True)
 class NodeCounts:
-    """Numbers of nodes.
+    """Numbers of nodes by type.
 
-    I, Y, X : free ends, abutting ends, crossings. E : ends on the edge of the area. L : two traces
-    meet end to end. other : more than four branches meet.
+    I, Y and X are free ends, abutting ends and crossings. E : ends on the edge of the area. L :
+    points where two traces meet end to end. other : points where more than four branches meet.
     """
 
     I: int  # noqa: E741
@@ -61,7 +64,7 @@ class NodeCounts:
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Nodes of a fracture network.
+    """Nodes of a fracture network and the ends that were snapped.
 
     Attributes
     ----------
@@ -70,7 +73,7 @@ class Nodes:
         Ends that were snapped to another trace.
     points : (k, 2) ndarray
     branches : (k,) ndarray
-        Number of branches that meet at each point.
+        Number of branches that meet at each node.
     overlaps : int
         Number of pairs of pieces that overlap.
     """
@@ -84,7 +87,7 @@ class Nodes:
 
 @dataclass(frozen=True, eq=False)
 class _Touches:
-    """Ends of pieces within the tolerance of another piece: end, other and distance (k,)."""
+    """Ends within the tolerance of another piece: end, other piece and distance (k,)."""
 
     end: IntArray
     other: IntArray
@@ -92,16 +95,16 @@ class _Touches:
 
 
 def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) -> Nodes:
-    """Find the nodes of traces.
+    """Find the nodes of a map of traces.
 
-    A trace that crosses or touches itself has no node there. Crossings and ends on the edge of the
-    area are not nodes either.
+    A trace that crosses or touches itself does not form a node there. Crossings and ends on the
+    edge of the area are not nodes either.
 
     Parameters
     ----------
     pieces : TracePieces
     snap_m : float
-        Tolerance of ends, m; 0 for rounding only.
+        Tolerance for the ends of traces in metres; 0 only allows for rounding.
     area : shapely polygon, optional
 
     Returns
@@ -163,7 +166,7 @@ def _find_touches(
 
 
 def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntArray, int]:
-    """Return the crossings of pieces: places (m, 2), rows (m, 2), number of overlaps."""
+    """Return the crossings of pieces: points (m, 2), piece rows (m, 2) and number of overlaps."""
     import shapely
 
     first, second = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]
@@ -191,7 +194,7 @@ def _group_nodes(
     piece: IntArray,
     tolerance: float,
 ) -> tuple[IntArray, int]:
-    """Return the node of each free end and each crossing, and the number of nodes."""
+    """Return the node of each free end and of each crossing, and the number of nodes."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -201,7 +204,7 @@ def _group_nodes(
         return np.zeros(0, np.int64), 0
     points = np.vstack([ends[free], crossing])
     links = [cKDTree(points).query_pairs(tolerance, output_type="ndarray").reshape(-1, 2)]
-    # An end that passed a trace belongs to the crossing with it.
+    # An end that overshoots a trace belongs to their crossing.
     place_of = np.full(len(ends), -1, np.int64)
     place_of[free] = np.arange(len(free))
     crossings_by_pair: dict[tuple[int, int], list[int]] = {}
@@ -223,7 +226,7 @@ def _group_nodes(
 def _crossings_at_cut_ends(
     crossing: FloatArray, cut_ends: FloatArray, tolerance: float
 ) -> IntArray:
-    """Return rows of crossings where a piece was cut by the edge."""
+    """Return the rows of crossings at which a piece was cut by the edge."""
     from scipy.spatial import cKDTree
 
     if not len(crossing) or not len(cut_ends):
@@ -241,11 +244,11 @@ def _count_branches(
     touches: _Touches,
     edge_crossings: IntArray,
 ) -> tuple[IntArray, BoolArray]:
-    """Return the number (count,) of branches at each node, and whether it lies on the edge."""
+    """Return the number of branches (count,) at each node, and whether the node is on the edge."""
     n_free = len(free)
     end_node = np.full(2 * (int(piece.max(initial=-1)) + 1), -1, np.int64)
     end_node[free] = group[:n_free]
-    # Each piece at each of its nodes once.
+    # Count each piece once at each of its nodes.
     nodes = np.concatenate([group[:n_free], np.repeat(group[n_free:], 2), end_node[touches.end]])
     involved = np.concatenate([piece[free], pair.ravel(), touches.other])
     both = np.unique(np.stack([nodes, involved], axis=1), axis=0)

@@ -12,25 +12,26 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 
 MAX_ROUNDING_M = 1e-4
-"""Points within this distance, m, or this share of the median length of a trace, are the same. GIS
-programs store coordinates on a grid of 0.1 mm by default.
+"""Points are identical if their distance is below this value, in metres, or below this fraction of
+the median trace length. GIS programs store coordinates on a grid of 0.1 mm by default.
 """
 N_CIRCLE_VERTICES = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class TracePieces:
-    """Traces inside an area, not split at nodes.
+    """Pieces of traces inside an area, not split at nodes.
 
     Attributes
     ----------
     lines : (n,) ndarray of shapely lines
     trace : (n,) ndarray of int
-        Row of the trace of each piece.
+        Row of the trace that each piece belongs to.
     cut : (n, 2) ndarray of bool
-        Whether start and end lie on the edge of the area, beyond which the trace is unknown.
+        Whether the start and the end lie on the edge of the area, beyond which the trace is
+        unknown.
     rounding_m : float
-        Points within this distance are the same, m.
+        Distance in metres within which points are identical.
     """
 
     lines: ObjectArray
@@ -47,7 +48,7 @@ class TracePieces:
         return np.asarray(shapely.length(self.lines))
 
     def ends(self) -> FloatArray:
-        """Return x and y (n, 2, 2) of start and end."""
+        """Return x and y (n, 2, 2) of the start and end points."""
         import shapely
 
         points = [shapely.get_point(self.lines, i) for i in (0, -1)]
@@ -55,7 +56,7 @@ class TracePieces:
 
 
 def coordinate_tolerance(lines: ObjectArray) -> float:
-    """Return the distance within which points of a map of traces are the same.
+    """Return the distance within which points of a trace map are considered identical.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def coordinate_tolerance(lines: ObjectArray) -> float:
     Returns
     -------
     float
-        Metres.
+        Distance in metres.
     """
     import shapely
 
@@ -74,12 +75,12 @@ def coordinate_tolerance(lines: ObjectArray) -> float:
 
 
 def circle_area(x: float, y: float, radius: float) -> Any:
-    """Return a polygon with the exact area of a circle; its edge is within 1e-6 radii.
+    """Return a polygon with the exact area of a circle and an edge within 1e-6 radii of it.
 
     Parameters
     ----------
     x, y : float
-        Centre.
+        Coordinates of the centre.
     radius : float
 
     Returns
@@ -89,11 +90,11 @@ def circle_area(x: float, y: float, radius: float) -> Any:
     Raises
     ------
     GeometryError
-        If the radius is not positive, or a number is too large.
+        If the radius is not positive, or if a number is too large.
     """
     import shapely
 
-    # Larger coordinates have no digits left for metres.
+    # Larger coordinates cannot resolve metres.
     if not (np.abs([x, y, radius]) < 1e12).all() or radius <= 0:
         raise GeometryError(
             Finding("fractures.not-a-circle", text=f"{x:g},{y:g},{radius:g}"), field="--circle"
@@ -105,18 +106,18 @@ def circle_area(x: float, y: float, radius: float) -> Any:
 
 
 def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> TracePieces:
-    """Clip traces to an area.
+    """Clip traces to the area in which they are counted.
 
-    A trace that leaves the area and returns becomes two pieces.
+    A trace that leaves the area and re-enters it becomes two pieces.
 
     Parameters
     ----------
     lines : (n,) ndarray of shapely lines
-        Coordinates in m.
+        Coordinates in metres.
     area : shapely polygon, optional
-        None if everything was mapped.
+        If None, everything was mapped.
     edge_m : float
-        Ends within this distance of the edge lie on it, m.
+        Maximum distance of an end from the edge for it to be treated as lying on the edge, m.
 
     Returns
     -------
@@ -146,7 +147,7 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
 
 
 def line_segments(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return the straight segments of lines.
+    """Return the straight segments of lines and the line of each segment.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def line_segments(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]
     -------
     starts, ends : (m, 2) ndarray
     line : (m,) ndarray of int
-        Line of each segment.
+        Index of the line of each segment.
     """
     import shapely
 
@@ -167,12 +168,12 @@ def line_segments(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]
 
 
 def _clip_lines(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
-    """Return the parts of lines inside the area with the row of their line."""
+    """Return the parts of lines inside the area, and the row of the line of each part."""
     import shapely
 
     simple = np.asarray(shapely.is_simple(lines))
     inside = shapely.intersection(lines[simple], area)
-    # Join the ends of a closed trace.
+    # Join the two ends of a closed trace.
     ring = np.asarray(shapely.is_ring(lines[simple]))
     inside[ring] = shapely.line_merge(inside[ring])
     parts, line_row = shapely.get_parts(inside, return_index=True)
@@ -183,9 +184,9 @@ def _clip_lines(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
 
 
 def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
-    """Clip self-crossing lines segment by segment and join what follows without a gap.
+    """Clip self-crossing lines segment by segment and join consecutive segments without a gap.
 
-    Shapely would split these lines at their crossings.
+    Shapely would split such lines where they cross themselves.
     """
     import shapely
 
@@ -194,7 +195,7 @@ def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntAr
     parts, segment_row = shapely.get_parts(shapely.intersection(segments, area), return_index=True)
     is_line = (shapely.get_type_id(parts) == 1) & (shapely.length(parts) > 0)
     parts, segment_row = parts[is_line], segment_row[is_line]
-    # Orient the parts along their segment.
+    # Orient the parts along their segments.
     ends = np.stack([shapely.get_coordinates(shapely.get_point(parts, i)) for i in (0, -1)], 1)
     along = end[segment_row] - start[segment_row]
     position = np.einsum("kej,kj->ke", ends - start[segment_row][:, None], along)

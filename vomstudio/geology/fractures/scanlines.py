@@ -1,4 +1,4 @@
-"""Traces along scanlines: frequency and spacing, corrected for the angle of the line."""
+"""Traces along scanlines: frequency and spacing, corrected for the intersection angle."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ class Crossings:
     Attributes
     ----------
     trace, scanline : (n,) ndarray of int
-        Rows.
+        Row indices.
     along_m : (n,) ndarray
         Distance from the start of the scanline, m.
     angle_deg : (n,) ndarray
-        Acute angle between trace and scanline, degrees.
+        Acute angle between the trace and the scanline, degrees.
     weight : (n,) ndarray
         Terzaghi's weight 1 / sin(angle), limited by the cap.
     lengths_m : (k,) ndarray
         Lengths of the scanlines, m.
     capped : int
-        Number of weights that the cap reduced.
+        Number of weights that were reduced by the cap.
     overlaps : int
         Number of traces that run along a scanline.
     """
@@ -67,21 +67,24 @@ class Spacing:
     Attributes
     ----------
     P10_1_per_m : float
-        Number per length.
+        Number of crossings per length.
     mean_m, std_m : float or None
-        Gaps between neighbours along the line, m; `gaps` is their number.
+        Mean and standard deviation of the gaps between neighbours along the line, m; `gaps` is the
+        number of gaps.
     cv : float or None
-        Ratio of both: near 1 for random places, lower for regular and higher for clustered ones.
+        Ratio of std_m to mean_m: near 1 for random positions, lower for regular and higher for
+        clustered ones.
     true_mean_m : float or None
-        Mean gap perpendicular to the traces, by the sine of each gap's mean angle, m.
+        Mean gap perpendicular to the traces in metres; each gap is multiplied by the sine of its
+        mean angle.
     P21_1_per_m : float
-        Sum of the weights over the length, Terzaghi's (1965) correction, which on a plane estimates
-        the length of traces per area.
+        Sum of the weights divided by the length (Terzaghi's 1965 correction), which estimates the
+        trace length per area of a plane.
     dispersion : float
-        Variance of the number of crossings over that of random ones; below 1 only if the gaps are
-        significantly regular.
+        Variance of the number of crossings relative to that of random crossings; below 1 only if
+        the gaps are significantly regular.
     capped : int
-        Number of weights that the cap reduced.
+        Number of weights that were reduced by the cap.
     """
 
     n: int
@@ -105,7 +108,7 @@ def find_crossings(
 ) -> Crossings:
     """Find the crossings of traces with scanlines.
 
-    Traces that run along a scanline have no crossing and count as overlaps.
+    Traces that run along a scanline do not cross it and are counted as overlaps.
 
     Parameters
     ----------
@@ -114,7 +117,7 @@ def find_crossings(
     scanlines : (k,) ndarray of object
         Shapely lines.
     cap : float, optional
-        Maximum weight; None for no limit.
+        Maximum weight. If None, weights are not limited.
 
     Returns
     -------
@@ -144,7 +147,7 @@ def find_crossings(
     order = np.lexsort((along, line[part]))
     trace, scanline = trace_of_segment[segment][order], line[part][order]
     along, sine = along[order], sine[order]
-    # A vertex of a trace on the line belongs to two of its segments.
+    # A vertex of a trace that lies on the scanline belongs to two segments of the trace.
     is_repeated = np.zeros(len(order), np.bool_)
     for shift in range(1, min(4, len(order))):
         is_repeated[shift:] |= (
@@ -171,7 +174,7 @@ def find_crossings(
 
 
 def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None = None) -> Spacing:
-    """Measure the spacing of the crossings of a set.
+    """Measure the spacing of the crossings of one set.
 
     Parameters
     ----------
@@ -179,7 +182,7 @@ def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None 
     members : (n,) ndarray of bool
         True for crossings of the set.
     cap : float, optional
-        Maximum weight; None for no limit.
+        Maximum weight. If None, weights are not limited.
 
     Returns
     -------
@@ -220,23 +223,24 @@ def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None 
 def _intervals(
     crossings: Crossings, members: BoolArray, gaps: FloatArray, cv: float | None
 ) -> tuple[Interval, Interval, float]:
-    """Return the intervals of the frequency, 1/m, and of the mean gap, m, and the dispersion.
+    """Return the intervals of frequency (1/m) and mean gap (m), and the dispersion.
 
-    The mean gap is 1 over the frequency, and so is its interval, unless the gaps are regular: then
-    both follow from the scatter of the gaps, as in a renewal process (Cox 1962, Renewal theory).
+    The mean gap is the reciprocal of the frequency, and so is its interval, unless the gaps are
+    regular: both intervals then follow from the scatter of the gaps, as in a renewal process (Cox
+    1962, Renewal theory).
     """
     line, along, size = crossings.scanline[members], crossings.along_m[members], crossings.length_m
     n, lines = len(along), len(crossings.lengths_m)
     if not n:
         return empty_interval(size), UNKNOWN, 1.0
     weights = crossings_per_trace(crossings.trace[members])
-    # Parallel scanlines meet the same traces again, which adds no information.
+    # Parallel scanlines cross the same traces again, which does not add information.
     repeats = float(np.sum(weights**2)) / n
     if cv is not None and are_regular(gaps, repeats):
         free = len(gaps) / repeats
         half = regular_half_width(cv, free)
         mean = float(gaps.mean())
-        # Each line begins and ends at a random place between two traces.
+        # Each line starts and ends at a random position between two traces.
         dispersion = cv**2 + lines / (6.0 * n)
         error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(free), free)
         frequency = max(n - error, 0.0) / size, (n + error) / size
@@ -259,7 +263,7 @@ def _scale(interval: Interval, factor: float | None) -> Interval:
 
 
 def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float | None, float]:
-    """Return the axial mean of azimuths.
+    """Return the weighted axial mean of azimuths and its resultant.
 
     Parameters
     ----------
@@ -268,9 +272,9 @@ def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float 
     Returns
     -------
     mean : float or None
-        0 to 180 degrees.
+        Mean in degrees, in [0, 180); None if undefined.
     resultant : float
-        0 to 1.
+        Resultant length, 0 to 1.
     """
     total = float(weights.sum())
     if total <= 0:
@@ -290,12 +294,12 @@ def assign_ranges(azimuth_deg: FloatArray, ranges: Sequence[tuple[float, float]]
     ----------
     azimuth_deg : (n,) ndarray
     ranges : sequence of tuple of float
-        First and last azimuth of each, degrees.
+        First and last azimuth of each range, degrees.
 
     Returns
     -------
     (n,) ndarray of int
-        Number of the range; -1 if none.
+        Index of the range; -1 if no range contains the azimuth.
     """
     rows = np.full(len(azimuth_deg), -1, np.int64)
     for i, (low, high) in enumerate(ranges):

@@ -1,4 +1,4 @@
-"""The plane on which three-dimensional traces are analysed."""
+"""Plane on which three-dimensional traces are analysed."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.view_frame import ViewFrame
 
 MIN_DIP_DEG = 20.0
-"""Lines with a flatter best-fit plane are a map: at 20 degrees it shortens them by 6 %."""
+"""Lines with a flatter best-fit plane are treated as a map, which shortens them by up to 6 %."""
 MIN_CLIMB = 0.2
-"""Height difference along the lines, as a share of their length."""
+"""Minimum height difference along three-dimensional lines, as a fraction of their length."""
 MIN_STEP_RATIO = 2.0
 MIN_FLATNESS = 3.0
 MAX_MAP_DIP_DEG = 80.0
-"""Map positions are projected vertically onto planes up to this dip; steeper ones are edge-on."""
+"""Map positions are projected vertically onto planes up to this dip; steeper planes are edge-on."""
 
 MAX_STRIKE_DIP_DEG = 45.0
-"""Angles of traces are strikes on planes with a lower dip, else they are counted from up."""
+"""Angles of traces are strikes on planes that dip less; otherwise they are counted from up dip."""
 
 MIN_RELATIVE_WIDTH = 1e-6
 LINE_TYPES = (1, 2, 5)
@@ -42,7 +42,7 @@ def map_azimuths_deg(directions: FloatArray) -> FloatArray:
     Returns
     -------
     (n,) ndarray
-        In [0, 180), clockwise from y.
+        Degrees in [0, 180), clockwise from y.
     """
     x, y = directions.T
     return np.asarray(np.degrees(np.arctan2(x, y)) % 180.0)
@@ -55,12 +55,12 @@ def trace_azimuths_deg(directions: FloatArray, plane: TracePlane | None) -> Floa
     ----------
     directions : (n, 2) ndarray
     plane : TracePlane or None
-        None for the map.
+        Plane of the traces. If None, they are on a map.
 
     Returns
     -------
     (n,) ndarray
-        In [0, 180).
+        Degrees in [0, 180).
     """
     return map_azimuths_deg(directions) if plane is None else plane.azimuths_deg(directions)
 
@@ -69,25 +69,25 @@ def trace_azimuths_deg(directions: FloatArray, plane: TracePlane | None) -> Floa
 class TracePlane:
     """Plane on which three-dimensional traces were analysed.
 
-    Coordinates on it are x to the right and y up, seen against its upward normal: `right` is
-    horizontal, toward the dip direction - 90, and `up` is up the dip. On a horizontal plane they
-    are x and y of the map.
+    The coordinates on the plane are x to the right and y up, viewed against the upward normal:
+    `right` is horizontal and points toward the dip direction - 90, and `up` points up dip. On a
+    horizontal plane, they are the x and y of the map.
 
     Parameters
     ----------
     dip_direction_deg, dip_deg : float
-        Attitude of the plane.
+        Attitude of the plane, degrees.
     origin, right, up : tuple of float
-        World coordinates of x = y = 0, and unit vectors in World along x and y.
+        Origin x = y = 0, and unit vectors along x and y, in the World frame.
     scatter_m, max_distance_m : float
-        Root mean square and largest distance of the vertices from the plane.
+        RMS and maximum distance of the vertices from the plane, m.
     shortening_percent : float
-        Shortening of the lines by the projection: traces on a rough face are not straight.
+        Shortening of the lines due to the projection: traces on a rough face are not straight.
     azimuths_from : {"up", "north"}
-        Direction from which angles of traces (`strike_deg`, ranges of strikes, the rose) are
-        counted clockwise. On planes that dip less than `MAX_STRIKE_DIP_DEG` they are the strikes
-        of the traces from north, on steeper ones angles on the plane from up the dip (the rake is
-        this angle - 90).
+        Direction from which the angles of traces (`strike_deg`, ranges of strikes, rose diagram)
+        are counted clockwise. On planes that dip less than `MAX_STRIKE_DIP_DEG`, they are the
+        strikes of the traces from north; on steeper planes, they are angles in the plane from up
+        dip (the rake is this angle - 90).
     """
 
     dip_direction_deg: float
@@ -102,7 +102,7 @@ class TracePlane:
 
     @classmethod
     def through(cls, plane: Plane, lines: Sequence[FloatArray]) -> TracePlane:
-        """Return the plane with this attitude through the centroid of World lines, (k, 3) each."""
+        """Return the plane of a given attitude through the centroid of World lines (k, 3)."""
         points = np.concatenate(lines)
         normal = plane.normal()
         frame = ViewFrame.looking(0.0 - normal)
@@ -113,7 +113,7 @@ class TracePlane:
         if plane.undefined:
             origin = np.array([0.0, 0.0, middle[2]])
         elif plane.vertical:
-            # On a vertical plane y is the height.
+            # On a vertical plane, y is the height.
             origin = np.array([middle[0], middle[1], 0.0])
         length_in_space = sum(float(_lengths(line).sum()) for line in lines)
         across = np.stack([frame.right, up])
@@ -126,7 +126,7 @@ class TracePlane:
             up=_triple(up),
             scatter_m=float(np.sqrt(np.mean(distance**2))),
             max_distance_m=float(np.abs(distance).max()),
-            # Rounding must not make it negative.
+            # Rounding must not make the value negative.
             shortening_percent=max(100.0 * (1.0 - length_on_plane / length_in_space), 0.0)
             if length_in_space > 0
             else 0.0,
@@ -138,9 +138,9 @@ class TracePlane:
         return Plane(self.dip_direction_deg, self.dip_deg).undefined
 
     def azimuths_deg(self, directions: FloatArray) -> FloatArray:
-        """Return the angles (n,) of lines in [0, 180), clockwise as `azimuths_from` states.
+        """Return the angles (n,) of lines in [0, 180), clockwise from `azimuths_from`.
 
-        directions : (n, 2) x and y on the plane
+        directions : (n, 2) components along x and y on the plane
         """
         if self.azimuths_from == "north" and not self.is_horizontal:
             directions = directions @ np.stack([self.right, self.up])[:, :2]
@@ -148,16 +148,16 @@ class TracePlane:
 
     @property
     def name(self) -> str:
-        """Dip direction/dip as text."""
+        """Attitude of the plane as text, dip direction/dip."""
         return format_plane(Plane(self.dip_direction_deg, self.dip_deg))
 
     @property
     def normal(self) -> FloatArray:
-        """(3,) upward unit normal."""
+        """Upward unit normal (3,)."""
         return Plane(self.dip_direction_deg, self.dip_deg).normal()
 
     def finding(self, lines: int) -> Finding:
-        """Return the finding that states the plane and the number of lines on it."""
+        """Return the finding that reports the plane and the number of its lines."""
         return Finding(
             "lines.not-planar",
             plane=self.name,
@@ -170,14 +170,14 @@ class TracePlane:
         )
 
     def coordinates(self, points: FloatArray) -> FloatArray:
-        """Return x and y (n, 2) on the plane of World points (n, 3)."""
-        # Not by matrix products: equal points need bitwise equal coordinates, so that joined and
-        # duplicate lines are recognised.
+        """Return the coordinates x and y (n, 2) on the plane of World points (n, 3)."""
+        # Do not use matrix products: equal points must have bitwise equal coordinates, so that
+        # joined and duplicate lines are recognised.
         x, y, z = (points - np.array(self.origin)).T
         return np.column_stack([x * a + y * b + z * c for a, b, c in (self.right, self.up)])
 
     def project(self, shapes: ObjectArray) -> ObjectArray:
-        """Project World shapes (n,) with heights onto the plane; return shapes of x and y."""
+        """Project World shapes (n,) with heights onto the plane; return their x and y shapes."""
         import shapely
 
         if self.is_horizontal:
@@ -191,25 +191,26 @@ class TracePlane:
     def project_window(
         self, shapes: ObjectArray, option: Literal["area", "scanline"], heights: tuple[float, float]
     ) -> ObjectArray:
-        """Project areas or scanlines (n,) in World onto the plane.
+        """Project areas or scanlines (n,) from the World frame onto the plane.
 
-        Shapes with heights are projected at right angles. Those without, level areas, and level
-        lines beyond the heights of the traces (GIS programs write 0) are taken as places on the
-        map and projected vertically, onto planes that dip 80 degrees or less.
+        Shapes with heights are projected perpendicular to the plane. Shapes without heights, level
+        areas, and level lines outside the height range of the traces (GIS programs write 0) are
+        treated as positions on the map and projected vertically, if the plane dips at most 80
+        degrees.
 
         Parameters
         ----------
         shapes : (n,) ndarray of object
             Shapely geometries.
         option : {"area", "scanline"}
-            Option that the shapes belong to.
+            Option that provided the shapes.
         heights : tuple of float
-            Lowest and highest Z of the traces.
+            Minimum and maximum Z of the traces, m.
 
         Returns
         -------
         (n,) ndarray of object
-            Geometries on the plane.
+            Shapely geometries in coordinates on the plane.
 
         Raises
         ------
@@ -237,12 +238,12 @@ class TracePlane:
         return self.project(placed)
 
     def project_circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
-        """Project a circle in World to the plane.
+        """Project a circle from the World frame onto the plane.
 
         Parameters
         ----------
         circle : sequence of float
-            (X, Y, R), whose centre is projected vertically, or (X, Y, Z, R).
+            (X, Y, R), in which case the centre is projected vertically, or (X, Y, Z, R).
 
         Returns
         -------
@@ -252,7 +253,7 @@ class TracePlane:
         Raises
         ------
         GeometryError
-            As `project_window`.
+            See `project_window`.
         """
         *centre, radius = circle
         if self.is_horizontal:
@@ -263,7 +264,7 @@ class TracePlane:
         return x, y, radius
 
     def _above(self, shape: Any, option: str) -> Any:
-        """Return a shape of the map, moved vertically onto the plane."""
+        """Move a shape of the map vertically onto the plane."""
         import shapely
 
         flat = shapely.force_3d(shapely.force_2d(shape))
@@ -285,7 +286,7 @@ class TracePlane:
 
 
 def best_fit_plane(points: FloatArray) -> Plane:
-    """Fit a plane to World points (n, 3) by least squares of their distances.
+    """Fit a plane to World points (n, 3) by least squares of the distances.
 
     Raises
     ------
@@ -301,28 +302,28 @@ def best_fit_plane(points: FloatArray) -> Plane:
 def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
     """Find the plane of three-dimensional traces.
 
-    Traces are three-dimensional if their heights vary as lengths do, by one of two signs:
+    Traces are three-dimensional if either of two criteria is met:
 
-    - they climb: the largest height difference from the first vertex of a line is, summed over all
-      lines, at least 0.2 of the largest distance from it. Isotropic traces on a plane that dips 20
-      degrees climb 0.22, on a vertical one 0.64; a rough pavement climbs less, however dense or
-      noisy its vertices are.
-    - they lie above each other, as bedding on a cliff: three or more lines whose mean heights
-      scatter at least twice as much as heights along each line do, on a well-defined plane (its
-      extent across is 3 times its scatter) that dips 20 degrees or more.
+    - They climb: the largest height difference from the first vertex of a line, summed over all
+      lines, is at least 0.2 times the largest distance from it. Isotropic traces on a plane that
+      dips 20 degrees climb 0.22, and 0.64 on a vertical plane; a rough pavement climbs less,
+      however dense or noisy its vertices are.
+    - They lie above each other, like bedding on a cliff: there are three or more lines whose mean
+      heights scatter at least twice as much as the heights along each line, on a well-defined plane
+      (its extent across is 3 times its scatter) that dips at least 20 degrees.
 
-    Traces that climb on a plane that dips less than 20 degrees (several walls, or a very rough
-    surface) have no better plane than the map: their plane is horizontal.
+    For traces that climb on a plane that dips less than 20 degrees (several walls, or a very rough
+    surface), no plane is better than the map, so their plane is horizontal.
 
     Parameters
     ----------
     lines : sequence of (k, 3) arrays
-        Vertices of the lines, World, metres.
+        Vertices of the lines in the World frame, m.
 
     Returns
     -------
     TracePlane or None
-        The plane of best fit of all vertices; None if the lines are a map.
+        Best-fit plane of all vertices; None if the lines form a map.
 
     Raises
     ------
@@ -361,7 +362,8 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     Returns
     -------
     vertices : list of (k, 3) arrays
-        One for each part of an open line, or of a closed one if all lines are closed.
+        One array for each part of an open line; closed lines are included only if all lines are
+        closed.
     lacks_heights : (n,) array of bool
     """
     import shapely
@@ -397,7 +399,7 @@ def _rows_with(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
 
 
 def _are_stacked(heights: FloatArray, counts: IntArray, first: IntArray) -> bool:
-    """Return whether heights (n,) differ more between lines than along them.
+    """Return whether heights (n,) vary more between lines than along them.
 
     counts, first : (m,) number of vertices of each line, and row of its first vertex
     """
@@ -409,7 +411,7 @@ def _are_stacked(heights: FloatArray, counts: IntArray, first: IntArray) -> bool
 
 
 def _axes(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return singular values and axes (rows) of centred points (n, 3), largest first."""
+    """Return the singular values and axes (as rows) of centred points (n, 3), largest first."""
     _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     return sizes, axes
 
@@ -423,7 +425,7 @@ def _no_plane() -> GeometryError:
 
 
 def _extent(shape: Any, option: str) -> float:
-    """Return the area inside the rings of a shape with heights, or the length of its lines."""
+    """Return the area within the rings of a shape with heights, or the length of its lines."""
     import shapely
 
     total = 0.0

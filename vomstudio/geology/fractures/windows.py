@@ -1,4 +1,4 @@
-"""Effects of the sampling window on number, length and intensity of traces."""
+"""Effects of the sampling window on the number, length and intensity of traces."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from vomstudio.geology.fractures.pieces import TracePieces, line_segments
 
 N_SIZES, MAX_PLACES = 8, 64
 MAX_SHARE_BEYOND = 0.2
-"""Maximum share of an area beyond the outermost traces without a note."""
+"""Maximum share of an area beyond the outermost traces that is not reported."""
 Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True)
 class IntensityAtSize:
-    """P21 in circles of one radius inside the area.
+    """P21 in circles of one radius within the area.
 
     Attributes
     ----------
     windows : int
         Number of circles.
     independent : float
-        Number of circles that fit into the area without overlap.
+        Number of circles that fit into the area without overlapping.
     P21_1_per_m, std_1_per_m, min_1_per_m, max_1_per_m : float
         Mean, standard deviation, minimum and maximum, 1/m.
     """
@@ -43,11 +43,11 @@ class IntensityAtSize:
 
 @dataclass(frozen=True)
 class CircleEstimates:
-    """Estimates from a circle without any length.
+    """Estimates from a circular window that do not require any length.
 
-    Mauldon, Dunne & Rohrbaugh 2001, Journal of Structural Geology 23, 247-258: n crossings of its
-    rim and m ends inside give the intensity n / 4r, the density m / 2 pi r^2 and the mean length pi
-    r n / 2m, None without ends.
+    According to Mauldon, Dunne & Rohrbaugh 2001, Journal of Structural Geology 23, 247-258, n
+    crossings of the circle and m ends inside it give the intensity n / 4r, the density m / 2 pi r^2
+    and the mean length pi r n / 2m, which is None if there are no ends.
     """
 
     n: int
@@ -58,13 +58,13 @@ class CircleEstimates:
 
 
 def circle_estimates(pieces: TracePieces, radius: float) -> CircleEstimates:
-    """Estimate intensity, density and mean length of the traces in a circle.
+    """Estimate the intensity, density and mean length of traces from a circle.
 
     Parameters
     ----------
     pieces : TracePieces
     radius : float
-        Metres.
+        Radius in metres.
 
     Returns
     -------
@@ -77,25 +77,25 @@ def circle_estimates(pieces: TracePieces, radius: float) -> CircleEstimates:
 
 
 def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
-    """Return the mean length of complete traces from pieces seen in a window.
+    """Return the mean length of complete traces from the pieces observed in a window.
 
-    It is the total length over half the number of ends inside. Neither censoring nor the preference
-    for long traces biases it, because every trace has two ends, each observed with the same
-    probability regardless of its position (Pahl 1981, International Journal of Rock Mechanics 18,
-    221-228; Zhang & Einstein 1998). The 95 % interval is that of a ratio of sums over independent
-    pieces.
+    It is the total length divided by half the number of ends inside the window. Neither censoring
+    nor the preferential sampling of long traces causes a bias, because every trace has two ends,
+    each of which is observed with the same probability regardless of its position (Pahl 1981,
+    International Journal of Rock Mechanics 18, 221-228; Zhang & Einstein 1998). The 95 % interval
+    is that of a ratio of sums over independent pieces.
 
     Parameters
     ----------
     lengths : (n,) ndarray
         Lengths of the pieces, m.
     cut_ends : (n,) ndarray
-        Number of ends of each on the edge.
+        Number of ends of each piece that lie on the edge.
 
     Returns
     -------
     Parameter or None
-        None if no end is inside.
+        None if there is no end inside the window.
     """
     traces = (2.0 - cut_ends) / 2.0
     total = float(traces.sum())
@@ -111,7 +111,7 @@ def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
 
 
 def trace_directions(pieces: TracePieces) -> FloatArray:
-    """Return the directions of pieces from start to end; of the longest part if closed.
+    """Return the directions of pieces from start to end, or of the longest part if closed.
 
     Parameters
     ----------
@@ -134,9 +134,9 @@ def trace_directions(pieces: TracePieces) -> FloatArray:
 
 
 def fit_window(pieces: TracePieces, area: Any) -> Window:
-    """Return the area with its mean width across the traces.
+    """Return the sampling window: the area and its mean width across the traces.
 
-    Each direction has the weight of the ends of such traces inside.
+    Each direction is weighted by the number of ends of its traces inside the area.
 
     Parameters
     ----------
@@ -152,7 +152,8 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
     weights = 2.0 - pieces.cut.sum(axis=1)
     if weights.sum() <= 0:
         weights = np.ones(len(pieces))
-    # Directions in classes of a degree, because edges and traces may be thousands.
+    # Group directions into classes of one degree, because there may be thousands of edges and
+    # traces.
     x, y = trace_directions(pieces).T
     degree = np.round(np.degrees(np.arctan2(y, x))).astype(int) % 180
     share = np.bincount(degree, weights, minlength=180) / weights.sum()
@@ -165,7 +166,7 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
 
 
 def share_beyond(lines: Any, area: Any) -> float:
-    """Return the share of an area outside the convex hull of all traces.
+    """Return the share of an area that is outside the convex hull of all traces.
 
     Parameters
     ----------
@@ -186,8 +187,8 @@ def share_beyond(lines: Any, area: Any) -> float:
 def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, ...]:
     """Compute P21 in circles of increasing size.
 
-    Up to 64 circles of each size on a regular grid, from the smallest that contains a few traces to
-    the largest that fits.
+    For each size, up to 64 circles are placed on a regular grid, from the smallest size that
+    contains a few traces to the largest that fits into the area.
 
     Parameters
     ----------
@@ -197,7 +198,7 @@ def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, 
     Returns
     -------
     tuple of IntensityAtSize
-        Empty if no circle fits or there are no traces.
+        Empty if no circle fits into the area, or if there are no traces.
     """
     import shapely
 
@@ -236,7 +237,7 @@ def _tolerance(area: Any) -> float:
 
 
 def _circle_centres(area: Any, radius: float) -> FloatArray:
-    """Return centres (k, 2) of circles that fit into the area, at most 64."""
+    """Return the centres (k, 2) of up to 64 circles that fit into the area."""
     import shapely
 
     feasible = area.buffer(-radius)
@@ -266,7 +267,7 @@ def _circle_centres(area: Any, radius: float) -> FloatArray:
 def _length_in_circle(
     start: FloatArray, end: FloatArray, centre: FloatArray, radius: float
 ) -> FloatArray:
-    """Return the length (k,) of segments inside circles, pair by pair."""
+    """Return the lengths (k,) of segments inside circles, pair by pair."""
     along = end - start
     length = np.hypot(*along.T)
     unit = along / np.maximum(length, 1e-300)[:, None]

@@ -1,1 +1,1 @@
-"""Sets of orientations as samples of a population: distributions, tests and weights."""
+"""Sets of orientations as samples of populations: distributions, tests and weights."""

@@ -1,16 +1,17 @@
 """Distributions of a set of orientations: concentration, confidence and goodness of fit.
 
-The tests of uniformity are Bingham's for axes and Rayleigh's for directions, corrected for small
-samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). Model-free confidence of
-the tensor's axes is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis & Embleton 1987,
-6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 = 1 / (2 n (Si - Sj) (ki - kj)), as
-Tanaka (1999) corrected the common factor. All are joint 95 % ellipses of direction cosines
-(Anderson 1963, Annals of Mathematical Statistics 34, 122-148), with F(2, n - 2) in place of
-chi-square (model-free F(2, m - 2) for the first axis and F(2, m - 3) for the others, where m is the
-effective number of weighted axes, and residuals of the jackknife: simulated coverage of clusters
-and girdles is 93 to 98 %). If two eigenvalues may be equal, the axes may be any two of a plane and
-have no region: by the test of rotational symmetry (Fisher, Lewis & Embleton 1987, 6.3.1) and by
-their ratio (F), which is more powerful for few axes of a narrow girdle.
+Uniformity is tested by Bingham's test for axes and Rayleigh's test for directions, corrected for
+small samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). The model-free
+confidence regions of the axes of the tensor follow Prentice (1984, Biometrika 71, 361-365; Fisher,
+Lewis & Embleton 1987, 6.3.1). The model-based regions follow Bingham (1974), sigma_ij^2 = 1 / (2 n
+(Si - Sj) (ki - kj)), with the common factor corrected by Tanaka (1999). All regions are joint 95 %
+ellipses of direction cosines (Anderson 1963, Annals of Mathematical Statistics 34, 122-148), with
+F(2, n - 2) in place of chi-square. The model-free regions use F(2, m - 2) for the first axis and
+F(2, m - 3) for the others, where m is the effective number of weighted axes, and jackknife
+residuals; the simulated coverage for clusters and girdles is 93 to 98 %. If two eigenvalues may be
+equal, the axes may be any two directions of a plane and have no region. This is decided by the test
+of rotational symmetry (Fisher, Lewis & Embleton 1987, 6.3.1) and by the ratio of the eigenvalues
+(F), which is more powerful for a few axes of a narrow girdle.
 """
 
 from __future__ import annotations
@@ -38,22 +39,23 @@ from vomstudio.geology.statistics import effective_number
 MAX_LEVERAGE = 0.9
 
 DIFFERENCE_SIGNIFICANCE, RATIO_SIGNIFICANCE = 0.05, 0.005
-"""Significance levels of distinct eigenvalues, by their difference and by their ratio, whose test
-assumes normal deviations.
+"""Significance levels for distinct eigenvalues, by their difference and by their ratio; the test of
+the ratio assumes normal deviations.
 """
 
 MIN_DIRECTIONS_FOR_KENT = 12
-"""Fewer directions are rarely significantly elongated, and those that are lie in a line by chance:
-the region of their mean would be too narrow across it, with a coverage of only two thirds.
+"""Fewer directions are rarely significantly elongated, and if they are, they lie in a line by
+chance: the region of their mean would be too narrow across the line, with a coverage of only two
+thirds.
 """
 
 ELONGATION_SIGNIFICANCE = 0.05
-"""Significance level of an elongated cluster, for which Kent's distribution is reported."""
+"""Significance level of the elongation of a cluster at which Kent's distribution is reported."""
 
 
 @dataclass(frozen=True)
 class LineFigures:
-    """Axis: trend in [0, 360), plunge downward, degrees."""
+    """Axis in degrees: trend in [0, 360) and plunge (positive downward)."""
 
     trend_deg: float
     plunge_deg: float
@@ -61,9 +63,9 @@ class LineFigures:
 
 @dataclass(frozen=True)
 class AxisConfidence:
-    """Semi-axes of the joint 95 % region of an axis, degrees.
+    """Joint 95 % confidence region of an axis.
 
-    It also contains the direction of the larger one.
+    It consists of the semi-axes in degrees and the direction of the larger semi-axis.
     """
 
     max_deg: float
@@ -73,17 +75,17 @@ class AxisConfidence:
 
 @dataclass(frozen=True)
 class BinghamFigures:
-    """Bingham's distribution.
+    """Fitted Bingham distribution.
 
     Attributes
     ----------
     k1, k2 : float
-        Concentrations k1 <= k2 <= 0 along the tensor's third and second axis; that of the first
-        is 0.
+        Concentrations k1 <= k2 <= 0 along the third and second axis of the tensor; the
+        concentration along the first axis is 0.
     confidence95 : tuple
         Model-based 95 % regions of the three axes; None for a weighted set.
     fit_p : float or None
-        p-value of the model; None if not tested.
+        p-value of the goodness of fit; None if not tested.
     """
 
     k1: float
@@ -94,21 +96,21 @@ class BinghamFigures:
 
 @dataclass(frozen=True)
 class KentFigures:
-    """Kent's distribution of an elongated cluster.
+    """Kent distribution fitted to an elongated cluster.
 
     Attributes
     ----------
     trend_deg, plunge_deg : float
-        Mean, degrees.
+        Mean direction, degrees.
     kappa, beta : float
     major : LineFigures
         Direction of the elongation.
     max_confidence95_deg, min_confidence95_deg : float
-        Semi-axes of the joint 95 % ellipse of the mean, the larger along `major`, degrees.
+        Semi-axes of the joint 95 % ellipse of the mean in degrees; the larger one is along `major`.
     elongated_p : float
-        p-value of a round cluster.
+        p-value for the hypothesis of a round cluster.
     fit_p : float or None
-        p-value of the model; None if not tested.
+        p-value of the goodness of fit; None if not tested.
     """
 
     trend_deg: float
@@ -124,9 +126,9 @@ class KentFigures:
 
 @dataclass(frozen=True)
 class UniformityFigures:
-    """Test of uniformity: "Bingham" for axes, "Rayleigh" for directions.
+    """Result of a test of uniformity: "Bingham" for axes, "Rayleigh" for directions.
 
-    p is None for fewer than 5 vectors.
+    p is None if there are fewer than 5 vectors.
     """
 
     test: str
@@ -136,7 +138,7 @@ class UniformityFigures:
 
 
 def line_figures(vector: FloatArray) -> LineFigures:
-    """Return trend and plunge of a vector as an axis.
+    """Return the trend and plunge of a vector treated as an axis.
 
     Parameters
     ----------
@@ -151,7 +153,7 @@ def line_figures(vector: FloatArray) -> LineFigures:
 
 
 def f95(bottom: float) -> float:
-    """Return the 95 % quantile of F with (2, bottom) degrees of freedom in closed form.
+    """Return the 95 % quantile of F(2, bottom) in closed form.
 
     Parameters
     ----------
@@ -171,7 +173,7 @@ def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
     ----------
     v : (n, 3) ndarray
     directed : bool
-        Whether the vectors are directions, not axes.
+        Whether the vectors are directed rather than axial.
 
     Returns
     -------
@@ -193,22 +195,22 @@ def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
 def axes_confidence(
     v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
-    """Compute the model-free 95 % regions of the tensor's axes.
+    """Compute the model-free 95 % regions of the axes of the orientation tensor.
 
     Parameters
     ----------
     v : (n, 3) ndarray
         Unit vectors.
     values : (3,) ndarray
-        Eigenvalues of the tensor.
+        Eigenvalues of the orientation tensor.
     axes : (3, 3) ndarray
-        Eigenvectors of the tensor.
+        Eigenvectors of the orientation tensor as rows.
     weights : (n,) ndarray, optional
 
     Returns
     -------
     tuple of AxisConfidence or None
-        None for fewer than 5 vectors, or if the eigenvalue may be equal to another one.
+        None if there are fewer than 5 vectors, or if the eigenvalue may be equal to another one.
     """
     n = len(v)
     w = np.ones(n) if weights is None else weights / weights.mean()
@@ -220,7 +222,7 @@ def axes_confidence(
             return None
         differences = np.array([values[i] - values[j], values[i] - values[k]])
         influence = along[:, [i]] * along[:, [j, k]] / differences * w[:, None]
-        # Jackknife residuals, because vectors with a large leverage have smaller residuals
+        # Use jackknife residuals, because vectors with a large leverage have smaller residuals
         # (MacKinnon & White 1985, Journal of Econometrics 29, 305).
         leverage = w[:, None] * (along[:, [i]] ** 2 - along[:, [j, k]] ** 2) / differences / n
         influence = influence / (1.0 - np.clip(leverage, -MAX_LEVERAGE, MAX_LEVERAGE))
@@ -233,7 +235,7 @@ def axes_confidence(
 def _are_distinct(
     values: FloatArray, along: FloatArray, i: int, j: int, weights: FloatArray
 ) -> bool:
-    """Return whether the eigenvalues i and j differ significantly."""
+    """Return whether eigenvalues i and j differ significantly."""
     large, small = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
     if large - small < 1e-12:
         return False
@@ -248,10 +250,10 @@ def _are_distinct(
 
 
 def _confidence(covariance: FloatArray, across: FloatArray, free: float) -> AxisConfidence | None:
-    """Return the region of a covariance (2, 2), radians squared, along two axes (2, 3)."""
+    """Return the region of a covariance (2, 2) along two axes (2, 3), radians squared."""
     squares, directions = np.linalg.eigh(covariance)
     sines = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(free))
-    # The quadratic form is one of direction cosines (Anderson 1963), that is of sines: if it
+    # The quadratic form applies to direction cosines (Anderson 1963), that is, to sines: if it
     # exceeds 1, the axis is undetermined in that direction.
     small, large = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
     return AxisConfidence(large, small, line_figures(directions[:, 1] @ across))
@@ -260,13 +262,13 @@ def _confidence(covariance: FloatArray, across: FloatArray, free: float) -> Axis
 def fit_bingham(
     v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[BinghamFigures | None, Finding | None]:
-    """Fit Bingham's distribution to axes (n, 3) with their tensor.
+    """Fit a Bingham distribution to axes (n, 3) with a given orientation tensor.
 
     Returns
     -------
     figures : BinghamFigures or None
     finding : Finding or None
-        Reason if it was not fitted.
+        Reason if the distribution was not fitted.
     """
     n = len(v)
     if n < 4:
@@ -303,7 +305,7 @@ def _bingham_confidence(
 
 
 def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | None:
-    """Return the p-value of Fisher's distribution for directions.
+    """Return the p-value of Fisher's distribution for a set of directions.
 
     Parameters
     ----------
@@ -317,7 +319,7 @@ def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | No
     Returns
     -------
     float or None
-        None for few directions, and for identical or weakly clustered ones.
+        None if there are too few directions, or if they are identical or weakly clustered.
     """
     if kappa is None or kappa < 5.0 or len(v) < MIN_FOR_FIT:
         return None
@@ -327,21 +329,21 @@ def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | No
 def fit_kent(
     v: FloatArray, directed: bool, weights: FloatArray | None = None
 ) -> tuple[KentFigures | None, Finding | None]:
-    """Fit Kent's distribution to a cluster of directions.
+    """Fit a Kent distribution to a cluster of directions.
 
     Parameters
     ----------
     v : (n, 3) ndarray
-        Unit vectors; axes must be flipped to one side.
+        Unit vectors; axes must be flipped into one hemisphere.
     directed : bool
-        Whether the vectors are directions, not axes.
+        Whether the vectors are directed rather than axial.
     weights : (n,) ndarray, optional
 
     Returns
     -------
     figures : KentFigures or None
     finding : Finding or None
-        Reason if it was not fitted.
+        Reason if the distribution was not fitted.
     """
     n = len(v)
     if n < MIN_DIRECTIONS_FOR_KENT:
@@ -357,7 +359,7 @@ def fit_kent(
     p = _elongated_p(n, 1.0 / (1.0 - resultant), float(squares[0] - squares[1]))
     if p >= ELONGATION_SIGNIFICANCE:
         return None, Finding("kent.round", p=p)
-    # Kent's (1982) region of the mean, in the form of Hotelling.
+    # Kent's (1982) confidence region of the mean, in Hotelling's form.
     sines = np.sqrt(squares * 2.0 * f95(n - 2.0) / (n - 2.0)) / resultant
     largest, smallest = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
     mean = Line.from_vector(model.axes[0], directed=directed)
@@ -375,10 +377,10 @@ def fit_kent(
 
 
 def _elongated_p(n: int, kappa: float, square_difference: float) -> float:
-    """Return the p-value of Kent's (1982) test of a round cluster.
+    """Return the p-value of Kent's (1982) test for a round cluster.
 
-    n (kappa/2)^2 I(1/2) / I(5/2) (kappa) d^2 is chi-square with 2 degrees of freedom, where d is
-    the difference of the mean squares along and across the cluster.
+    n (kappa/2)^2 I(1/2) / I(5/2) (kappa) d^2 follows a chi-square distribution with 2 degrees of
+    freedom, where d is the difference between the mean squares along and across the cluster.
     """
     # I(5/2) / I(1/2) in closed form.
     ratio = 1.0 / (1.0 + 3.0 / kappa**2 - 3.0 / (kappa * math.tanh(kappa)))
@@ -386,7 +388,7 @@ def _elongated_p(n: int, kappa: float, square_difference: float) -> float:
 
 
 def _frame_about(mean: FloatArray) -> FloatArray:
-    """Return the mean and two directions perpendicular to it as rows (3, 3)."""
+    """Return the mean and two directions perpendicular to it as the rows of a matrix (3, 3)."""
     first = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
     first /= np.linalg.norm(first)
     return np.array([mean, first, np.cross(mean, first)])

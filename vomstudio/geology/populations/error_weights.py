@@ -1,10 +1,10 @@
-"""Weights of orientations by their own errors.
+"""Weights of orientations according to their individual errors.
 
-Planes with smaller errors have larger weights, within limits: planes of one set differ by nature,
-too, and the most accurate one does not represent all. The weight of a plane is 1 / (s^2 + w^2) with
-its own standard deviation s and that of the natural scatter w, which is estimated as the one that
-explains what the errors do not (Paule & Mandel 1982, Journal of Research of the National Bureau of
-Standards 87, 377-385).
+Planes with smaller errors have larger weights, but within limits: planes of one set also differ by
+nature, and the most accurate plane does not represent all of them. The weight of a plane is 1 /
+(s^2 + w^2), where s is its standard deviation and w that of the natural scatter. The latter is
+estimated as the scatter that the errors do not explain (Paule & Mandel 1982, Journal of Research of
+the National Bureau of Standards 87, 377-385).
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ JOINT_QUANTILE95 = 2.447746830680816
 
 @dataclass(frozen=True)
 class WeightFigures:
-    """Weights of a set.
+    """Summary of the weights of a set.
 
     Attributes
     ----------
     by : {"error"}
     column : str
-        Column of the errors.
+        Table column that contains the errors.
     natural_scatter_deg : float
-        Standard deviation that the errors do not explain, degrees.
+        Standard deviation of the scatter that the errors do not explain, degrees.
     effective_n : float
-        Equivalent number of equal weights.
+        Effective number of orientations, as if they had equal weights.
     without_error : int
-        Number of rows that took the median error because they have none.
+        Number of rows without an error, to which the median error was assigned.
     """
 
     by: str
@@ -50,19 +50,19 @@ class WeightFigures:
 
 @dataclass(frozen=True, eq=False)
 class OrientationErrors:
-    """Joint 95 % error (n,) of each row, degrees, NaN if unknown, with its column."""
+    """Joint 95 % error (n,) of each row in degrees (NaN if unknown), and its table column."""
 
     error95_deg: FloatArray
     column: str
 
 
 def read_errors(table: OrientationRows) -> OrientationErrors:
-    """Read the errors of a table's rows.
+    """Read the errors of the rows of a table.
 
     Raises
     ------
     UsageError
-        If the table has no column of errors, or an empty one.
+        If the table has no error column, or if this column is empty.
     """
     for column in ERROR_COLUMNS:
         try:
@@ -88,7 +88,7 @@ def _number(cell: str) -> float:
 
 
 def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArray, WeightFigures]:
-    """Return weights of unit vectors by their errors, and the figures of the weights.
+    """Compute weights of unit vectors from their errors.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
     Returns
     -------
     weights : (n,) ndarray
-        Their mean is 1.
+        Weights, scaled to a mean of 1.
     figures : WeightFigures
     """
     is_known = np.isfinite(errors.error95_deg)
@@ -127,9 +127,9 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
 
 
 def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """Return squared angles from the mean of a cluster, or from the great circle.
+    """Return the squared angles from the mean of a cluster, or from the great circle.
 
-    The second value is their degrees of freedom.
+    The second value is the number of degrees of freedom.
     """
     values, axes = orientation_tensor(v, weights)
     point, girdle, _ = vollmer(values)
@@ -141,7 +141,7 @@ def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _natural_variance(squares: FloatArray, free: float, variance: FloatArray) -> float:
-    """Return the variance at which the weighted squares equal their degrees of freedom."""
+    """Return the variance for which the weighted squares equal their degrees of freedom."""
     if free <= 0.0:
         return 0.0
 

@@ -1,9 +1,9 @@
-"""Tail probabilities of common distributions by closed forms and a continued fraction.
+"""Tail probabilities of common distributions in closed form or as continued fractions.
 
-Importing scipy.special takes longer than a command on a small table. Chi-square with whole degrees
-of freedom has a closed form (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5). F and Student's t are
-incomplete beta functions (26.5.8, with Lentz's evaluation of the continued fraction; Press and
-others 2007, Numerical recipes, 6.4).
+Importing scipy.special takes longer than running a command on a small table. Chi-square with an
+integer number of degrees of freedom has a closed form (Abramowitz & Stegun 1964, 26.4.4 and
+26.4.5). F and Student's t are incomplete beta functions (26.5.8, with Lentz's evaluation of the
+continued fraction; Press and others 2007, Numerical recipes, 6.4).
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ MIN_VALUE = 1e-300
 
 
 def chi2_tail(free: int, square: float) -> float:
-    """Return the probability of a larger chi-square.
+    """Return the upper tail probability of a chi-square value.
 
     Parameters
     ----------
     free : int
         Degrees of freedom.
     square : float
-        Chi-square.
+        Value of chi-square.
 
     Returns
     -------
@@ -48,14 +48,14 @@ def chi2_tail(free: int, square: float) -> float:
 
 
 def f_tail(top: float, bottom: float, ratio: float) -> float:
-    """Return the probability of a larger F.
+    """Return the upper tail probability of an F value.
 
     Parameters
     ----------
     top, bottom : float
         Degrees of freedom.
     ratio : float
-        F.
+        Value of F.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""All statistics of one set of orientations."""
+"""Statistics of a single set of orientations."""
 
 from __future__ import annotations
 
@@ -52,17 +52,17 @@ from vomstudio.geology.statistics import (
 
 @dataclass(frozen=True)
 class FisherFigures:
-    """Fisher's mean direction and statistics, as in `Fisher`.
+    """Fisher's mean direction and statistics. See `Fisher`.
 
     Attributes
     ----------
     registration_error_deg : float or None
-        Larger half-angle of the 95 % region of the mean by the registrations, degrees; None if
+        Larger half-angle of the 95 % region of the mean due to the registrations, degrees; None if
         unknown. It does not decrease with n.
     total95_deg : float or None
-        Total of alpha95 and the registration as far as known, degrees.
+        Total of alpha95 and the registration error (if known), degrees.
     fit_p : float or None
-        p-value of Fisher's distribution; None if not tested.
+        p-value of the fit of Fisher's distribution; None if not tested.
     """
 
     trend_deg: float
@@ -77,9 +77,9 @@ class FisherFigures:
 
 @dataclass(frozen=True)
 class TensorFigures:
-    """Eigenvalues S1 >= S2 >= S3 of the orientation tensor, sum 1, and their axes.
+    """Eigenvalues S1 >= S2 >= S3 of the orientation tensor, whose sum is 1, and their axes.
 
-    `confidence95` is the model-free region of each axis, None if undefined.
+    `confidence95` contains the model-free region of each axis, None if undefined.
     """
 
     eigenvalues: tuple[float, float, float]
@@ -89,7 +89,7 @@ class TensorFigures:
 
 @dataclass(frozen=True)
 class WoodcockFigures:
-    """Shape K, None if S2 = S3, and strength C, None if infinite."""
+    """Woodcock's shape K (None if S2 = S3) and strength C (None if infinite)."""
 
     K: float | None
     C: float | None
@@ -97,7 +97,7 @@ class WoodcockFigures:
 
 @dataclass(frozen=True)
 class VollmerFigures:
-    """Point, girdle and random index, sum 1."""
+    """Vollmer's point, girdle and random indices, whose sum is 1."""
 
     P: float
     G: float
@@ -106,7 +106,7 @@ class VollmerFigures:
 
 @dataclass(frozen=True, repr=False)
 class SetStatistics(PrintableResult):
-    """Statistics of one set of orientations.
+    """Statistics of a single set of orientations.
 
     Attributes
     ----------
@@ -117,11 +117,11 @@ class SetStatistics(PrintableResult):
     fisher : FisherFigures or None
         None if a mean would be misleading.
     fisher_reason : Finding or None
-        Reason for that, or for missing figures.
+        Reason why `fisher`, or some of its figures, are missing.
     bingham_reason, kent_reason : Finding or None
-        Reasons for missing distributions.
+        Reasons why these distributions are missing.
     weights : WeightFigures or None
-        None for equal weights.
+        None if all weights are equal.
     """
 
     n: int
@@ -147,7 +147,7 @@ def mean_regions(
     turns: Turns | None,
     weights: FloatArray | None = None,
 ) -> tuple[ConfidenceRegion | None, ConfidenceRegion | None]:
-    """Compute the 95 % regions of a Fisher mean by registration and in total.
+    """Compute the 95 % regions of a Fisher mean, due to the registrations and in total.
 
     Parameters
     ----------
@@ -155,13 +155,14 @@ def mean_regions(
     fisher_mean : Fisher
     directed : bool
     turns : Turns or None
-        Errors of the registrations.
+        Errors of the registrations of the vectors.
     weights : (n,) ndarray, optional
 
     Returns
     -------
     registration, total : ConfidenceRegion or None
-        None if unknown. Without an error of registration the total is that of the mean.
+        None if unknown. If no registration error is known, the total is the region of the mean
+        alone.
     """
     mean = fisher_mean.mean.vector()
     own_cone = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
@@ -170,7 +171,7 @@ def mean_regions(
     v = unit_vectors(vectors)
     signs = np.ones(len(v))
     if not directed:
-        # Flip axes as `fisher` does.
+        # Flip axes in the same way as `fisher`.
         signs = np.where(v @ orientation_tensor(v, weights)[1][0] < 0.0, -1.0, 1.0)
     if weights is not None:
         signs = signs * weights
@@ -187,19 +188,19 @@ def set_statistics(
     turns: Turns | None = None,
     errors: OrientationErrors | None = None,
 ) -> SetStatistics:
-    """Compute the statistics of one set.
+    """Compute the statistics of a set of orientations.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
-        Poles of planes or lines.
+        Poles of planes, or lines.
     of : {"poles", "lines"}
     directed : bool
-        True if lines have a head and a tail.
+        True if the lines are directed.
     turns : Turns, optional
-        Errors of the registrations.
+        Errors of the registrations of the vectors.
     errors : OrientationErrors, optional
-        Errors for weights.
+        Individual errors from which weights are computed.
 
     Returns
     -------
@@ -246,7 +247,7 @@ def set_statistics(
 def _fisher_figures(
     v: FloatArray, of: str, directed: bool, turns: Turns | None, weights: FloatArray | None
 ) -> tuple[FisherFigures | None, Finding | None]:
-    """Return Fisher's statistics, and the reason for missing ones."""
+    """Return Fisher's statistics, and the reason for missing values."""
     reason = no_fisher_reason(v, directed)
     if reason is not None:
         return None, reason

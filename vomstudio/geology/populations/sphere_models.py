@@ -1,16 +1,17 @@
-"""Bingham's and Kent's distributions: maximum likelihood estimates and goodness of fit.
+"""Bingham and Kent distributions: maximum-likelihood estimates and goodness of fit.
 
-Bingham's distribution (1974, Annals of Statistics 2, 1201-1225) is one of axes with the density
-exp(k1 (x.v3)^2 + k2 (x.v2)^2), k1 <= k2 <= 0, about the axes v1, v2, v3 of the orientation tensor:
-a cluster, a girdle (k2 near 0) or an intermediate shape. Kent's (1982, Journal of the Royal
-Statistical Society B 44, 71-80) is one of directions in one elongated cluster:
+Bingham's distribution (1974, Annals of Statistics 2, 1201-1225) describes axes by the density
+exp(k1 (x.v3)^2 + k2 (x.v2)^2), k1 <= k2 <= 0, where v1, v2, v3 are the axes of the orientation
+tensor: a cluster, a girdle (k2 near 0) or an intermediate shape. Kent's distribution (1982, Journal
+of the Royal Statistical Society B 44, 71-80) describes directions in one elongated cluster by
 exp(kappa x.g1 + beta ((x.g2)^2 - (x.g3)^2)), 2 beta < kappa. Constants and moments are sums over
-Gauss-Legendre nodes that follow the density, accurate from uniform scatter to clusters of a
-thousandth of a degree.
+Gauss-Legendre nodes that are adapted to the density; they are accurate from uniform scatter to
+clusters of a thousandth of a degree.
 
-Goodness of fit is the smooth test (Neyman 1937; for directions Boulerice & Ducharme 1997, Journal
-of Multivariate Analysis 60, 154-175): the harmonics or moments of the next degrees beyond those of
-the fit are compared with their values under the fitted model, as chi-square.
+The goodness of fit is assessed by the smooth test (Neyman 1937; for directions Boulerice & Ducharme
+1997, Journal of Multivariate Analysis 60, 154-175): the harmonics or moments of the next higher
+degrees than those of the fit are compared with their expectations under the fitted model, with a
+chi-square statistic.
 """
 
 from __future__ import annotations
@@ -26,17 +27,17 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.populations.probabilities import chi2_tail
 
 RANGE_SIGMA = 7.0
-"""Range of the nodes in standard deviations to each side."""
+"""Range of the nodes to each side, in standard deviations."""
 N_NODES = 64
 MAX_BROAD_CONCENTRATION = 30.0
-"""Concentration up to which the nodes cover the whole sphere."""
+"""Maximum concentration for which the nodes cover the whole sphere."""
 MIN_FOR_FIT = 20
 """Minimum number of vectors for the chi-square approximation of the smooth test."""
 
 
 @dataclass(frozen=True, eq=False)
 class QuadratureNodes:
-    """Points on the sphere (m, 3) in the frame of the model, with their probabilities."""
+    """Points on the sphere (m, 3) in the frame of the model, and their probabilities."""
 
     places: FloatArray
     shares: FloatArray
@@ -49,7 +50,7 @@ class QuadratureNodes:
 
 @dataclass(frozen=True)
 class Bingham:
-    """Concentrations k1 <= k2 <= 0 along the third and second axis of the tensor."""
+    """Concentrations k1 <= k2 <= 0 along the third and second axes of the tensor."""
 
     k1: float
     k2: float
@@ -58,7 +59,7 @@ class Bingham:
 
 @dataclass(frozen=True)
 class Kent:
-    """Kent's distribution; the rows of `axes` are mean, major and minor axis."""
+    """Kent distribution; the rows of `axes` are the mean, the major and the minor axis."""
 
     kappa: float
     beta: float
@@ -67,7 +68,7 @@ class Kent:
 
 
 def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
-    """Return nodes in the frame of the axes, on the hemisphere with first > 0.
+    """Return nodes in the frame of the axes, on the hemisphere around the first axis.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
 
 
 def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
-    """Estimate Bingham's distribution by maximum likelihood.
+    """Estimate a Bingham distribution by maximum likelihood.
 
     Parameters
     ----------
@@ -105,14 +106,14 @@ def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
     Returns
     -------
     Bingham or None
-        None if S3 is 0, for which the concentration is infinite.
+        None if S3 is 0, so that the concentration is infinite.
     """
     values = np.asarray(eigenvalues, dtype=np.float64)
     _, s2, s3 = (float(s) for s in values / values.sum())
     if s3 < 1e-12:
         return None
     target = np.array([s3, s2])
-    # In logarithms of (a - b) and b, both of which stay positive; a and b are -k1 and -k2.
+    # Solve for the logarithms of (a - b) and b, which remain positive; a and b are -k1 and -k2.
     guess = 0.5 / np.maximum(target, 1e-12) - 1.5
     a, b = max(float(guess[0]), 1e-3), max(float(guess[1]), 0.0)
     for _ in range(200):
@@ -120,7 +121,7 @@ def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
         squares = np.stack([nodes.places[:, 2] ** 2, nodes.places[:, 1] ** 2], axis=-1)
         mean = nodes.mean(squares)
         spread = nodes.mean(squares[:, :, None] * squares[:, None, :]) - np.outer(mean, mean)
-        # d mean / d(-a, -b) = spread: Newton's step, limited to valid values.
+        # d mean / d(-a, -b) = spread: take a Newton step, limited to valid values.
         step = np.linalg.solve(spread + 1e-300 * np.eye(2), mean - target)
         if b <= 0.0 and b + step[1] <= 0.0:
             step = np.array([(mean[0] - target[0]) / spread[0, 0], 0.0])
@@ -149,11 +150,11 @@ def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
     Returns
     -------
     QuadratureNodes
-        Frame: mean, major, minor axis.
+        Nodes in the frame of the mean, major and minor axis.
     """
     major = 1.0 / math.sqrt(kappa - 2.0 * beta)
     minor = 1.0 / math.sqrt(kappa + 2.0 * beta)
-    # A flat top along the major axis (2 beta near kappa) falls off by its fourth power only.
+    # A flat top along the major axis (2 beta near kappa) decays only with the fourth power.
     major = min(major, 1.6 * kappa**-0.25)
     p, wp = _legendre(-2.0, 2.0, major)
     q, wq = _legendre(-2.0, 2.0, minor)
@@ -170,9 +171,9 @@ def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
 
 
 def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
-    """Estimate Kent's distribution by maximum likelihood along the axes of the moments.
+    """Estimate a Kent distribution by maximum likelihood along the axes of the moments.
 
-    See section 4 of his paper.
+    See section 4 of Kent (1982).
 
     Parameters
     ----------
@@ -182,7 +183,8 @@ def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
     Returns
     -------
     Kent or None
-        None if the directions are not a cluster (kappa below 5) or scatter in one direction only.
+        None if the directions do not form a cluster (kappa below 5) or scatter in one direction
+        only.
     """
     x = np.asarray(directions, dtype=np.float64)
     mean = x.mean(axis=0)
@@ -212,7 +214,7 @@ def kent_concentrations(resultant: float, square_difference: float) -> tuple[flo
     resultant : float
         Mean resultant length.
     square_difference : float
-        Difference of the mean squares along the major and the minor axis.
+        Difference between the mean squares along the major and the minor axis.
     """
     shortfall = 1.0 - resultant
     small, large = (
@@ -246,7 +248,7 @@ def _is_valid_kent(kappa: float, beta: float) -> bool:
 
 
 def _width(concentration: float) -> float:
-    """Return the standard deviation of exp(-concentration x^2); infinite for the whole sphere."""
+    """Return the standard deviation of exp(-concentration x^2); infinite for a uniform density."""
     return (
         1.0 / math.sqrt(2.0 * concentration)
         if concentration > MAX_BROAD_CONCENTRATION
@@ -260,7 +262,7 @@ def _gauss() -> tuple[FloatArray, FloatArray]:
 
 
 def _legendre(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatArray]:
-    """Return nodes and weights over the range, or over the part about 0 within `RANGE_SIGMA`."""
+    """Return nodes and weights over the range, limited to `RANGE_SIGMA` about 0."""
     if math.isfinite(sigma):
         low, high = max(low, -RANGE_SIGMA * sigma), min(high, RANGE_SIGMA * sigma)
     nodes, weights = _gauss()
@@ -287,14 +289,15 @@ def smooth_test(
     score_nodes: FloatArray,
     shares: FloatArray,
 ) -> float:
-    """Compute the p-value of the smooth test.
+    """Compute the p-value of the smooth goodness-of-fit test.
 
     Parameters
     ----------
     data : (n, k) ndarray
         Additional functions of the data.
     score_data : (n, j) ndarray
-        Scores of the data: derivatives of the log density by the parameters of the fit.
+        Scores of the data, the derivatives of the log density with respect to the fitted
+        parameters.
     nodes : (m, k) ndarray
         Additional functions at the nodes of the fitted model.
     score_nodes : (m, j) ndarray
@@ -336,7 +339,7 @@ def _rows(cross: FloatArray, matrix: FloatArray) -> FloatArray:
 
 
 def bingham_p(model: Bingham, x: FloatArray) -> float:
-    """Return the p-value of Bingham's model by fourth harmonics.
+    """Return the p-value of a Bingham model, based on fourth-order harmonics.
 
     Parameters
     ----------
@@ -355,7 +358,7 @@ def bingham_p(model: Bingham, x: FloatArray) -> float:
 
 
 def kent_p(model: Kent, x: FloatArray) -> float:
-    """Return the p-value of Kent's model by skewness and kurtosis.
+    """Return the p-value of a Kent model, based on skewness and kurtosis.
 
     Parameters
     ----------
@@ -378,15 +381,15 @@ def kent_p(model: Kent, x: FloatArray) -> float:
 
 
 def fisher_model_p(kappa: float, x: FloatArray) -> float:
-    """Return the p-value of Fisher's model.
+    """Return the p-value of a Fisher model.
 
-    Elongated or skewed clusters, and those with another decrease, fail it.
+    The test rejects elongated or skewed clusters and those with a different radial decay.
 
     Parameters
     ----------
     kappa : float
     x : (n, 3) ndarray
-        Directions with the mean as first coordinate.
+        Directions in a frame whose first axis is the mean.
 
     Returns
     -------
@@ -426,9 +429,9 @@ def _kent_scores(x: FloatArray) -> FloatArray:
 
 
 def _tangent(x: FloatArray, n_fitted_moments: int) -> FloatArray:
-    """Return functions of the coordinates across the mean beyond those of the fit.
+    """Return functions of the coordinates across the mean that are not part of the fit.
 
-    They are of second degree after one moment, else of third and fourth.
+    They are of degree two if one moment was fitted, otherwise of degrees three and four.
     """
     b, c = x[:, 1], x[:, 2]
     square = b * b + c * c

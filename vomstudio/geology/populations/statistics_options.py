@@ -1,4 +1,4 @@
-"""Options of the statistics of sets, declared once for every door."""
+"""Options of the statistics of sets, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class StatisticsOptions(Options):
-    """Grouping, averaging and weights of orientations.
+    """Options for grouping, averaging and weighting orientations.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Mean plane of a table or of one of its sets."""
+"""Mean plane of a table, or of one of its sets."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from vomstudio.geology.statistics import axial_mean
 
 
 def mean_plane(table: OrientationRows, set_name: str | None = None) -> Plane:
-    """Compute the mean plane of a table's planes by the orientation tensor of their poles.
+    """Compute the mean plane of a table from the orientation tensor of the poles.
 
     Raises
     ------
     UsageError
-        If the set is not in the table.
+        If the table does not contain the set.
     GeometryError
-        If there are no planes, or they have no mean.
+        If there are no planes, or if they have no mean.
     """
     is_selected = np.asarray(table.is_plane, bool)
     if set_name is not None:

@@ -37,7 +37,7 @@ def table_statistics(
     Raises
     ------
     UsageError
-        If a column is missing, or the table has no errors for weights.
+        If a column is missing, or if the table has no errors from which to compute weights.
     """
     options = StatisticsOptions() if options is None else options
     warnings = list(table.warnings)
@@ -63,9 +63,10 @@ def table_statistics(
 def _sets(
     table: OrientationRows, column: str | None, warnings: list[Finding]
 ) -> dict[str, IntArray]:
-    """Return the rows of each set, in order of appearance.
+    """Return the rows of each set, in order of appearance of the sets.
 
-    A set with planes and lines is split, because poles and lines cannot be averaged together.
+    A set that contains both planes and lines is split, because poles and lines cannot be averaged
+    together.
     """
     names = ["all"] * len(table) if column is None else table.column(column)
     if column is not None and not all(names):

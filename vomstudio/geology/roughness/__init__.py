@@ -1,1 +1,1 @@
-"""Roughness of a surface and deviations from its plane."""
+"""Roughness of a surface, and deviations from its plane."""

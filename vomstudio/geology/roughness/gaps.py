@@ -1,10 +1,10 @@
-"""Variance that a map of heights lacks between its points.
+"""Variance that is missing from a height map between its points.
 
-A surface interpolated between points is smoother than the rock. The missing variance follows from
-points that are held out: their distance from the surface through the others (cross-validation, as
-in geostatistics). Second differences of the map lack 1 + 4 + 1 = six times this variance at all
-distances longer than the gaps, so that they grow too fast and the exponent is too large without a
-correction.
+A surface that is interpolated between points is smoother than the rock. The missing variance is
+estimated from held-out points, by their distances from the surface through the other points
+(cross-validation, as in geostatistics). At all distances longer than the gaps, the second
+differences of the map lack 1 + 4 + 1 = six times this variance. Without a correction, they
+therefore increase too fast with distance, and the exponent is too large.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ HOLDOUT_STEP = 10
 MAX_POINTS = 100_000
 MIN_POINTS = 200
 NOISE_VARIANCE_RATIO = 1.5
-"""Variance of noise in such a distance: that of the point and that of the means around it."""
+"""Ratio of the variance of such a distance to that of noise (point, and means around it)."""
 
 
 def missing_variance(flat: FloatArray, heights: FloatArray, noise: float) -> float:
-    """Estimate the variance of heights that a surface interpolated between points lacks.
+    """Estimate the height variance that is missing from a surface interpolated between points.
 
     Parameters
     ----------
     flat : (n, 2) ndarray
         Positions in the plane, m.
     heights : (n,) ndarray
-        Heights over the plane, m.
+        Heights above the plane, m.
     noise : float
-        Standard deviation of the model's noise, m.
+        Standard deviation of the noise of the model, m.
 
     Returns
     -------
     float
-        Variance, m2; 0 for too few points.
+        Variance in m2; 0 if there are too few points.
     """
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import QhullError
 
     if len(flat) > MAX_POINTS:
-        # A part of the surface with the full density of points.
+        # Use a part of the surface at the full point density.
         squared_distances = ((flat - np.median(flat, axis=0)) ** 2).sum(axis=1)
         nearest = np.argpartition(squared_distances, MAX_POINTS)[:MAX_POINTS]
         flat, heights = flat[nearest], heights[nearest]
@@ -59,6 +59,6 @@ def missing_variance(flat: FloatArray, heights: FloatArray, noise: float) -> flo
     residuals = (heights[is_held_out] - interpolated)[np.isfinite(interpolated)]
     if len(residuals) < MIN_POINTS:
         return 0.0
-    # Exclude outliers at the border or at a step.
+    # Exclude outliers at the boundary or at a step.
     is_used = np.abs(residuals) <= 6.0 * float(np.median(np.abs(residuals)))
     return max(float(np.mean(residuals[is_used] ** 2)) - NOISE_VARIANCE_RATIO * noise**2, 0.0)

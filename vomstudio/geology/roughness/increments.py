@@ -1,13 +1,14 @@
-"""Surface roughness by second differences: growth with distance, smoothest direction.
+"""Surface roughness from second differences: increase with distance, smoothest direction.
 
-z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane does not matter. For a
-self-affine surface its mean square grows as |h|^(2 H) with the Hurst exponent H (Kent & Wood 1997,
-Journal of the Royal Statistical Society B 59, 679-699; on surfaces and by direction Chan & Wood
-2000, Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61, 3-37). Fault surfaces have H of
-about 0.6 along slip and 0.8 across (Candela et al. 2012, Journal of Geophysical Research 117,
-B08409), and are smoothest along it (Renard et al. 2006, Geophysical Research Letters 33, L04305).
+z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane is irrelevant. For a
+self-affine surface, its mean square increases as |h|^(2 H) with the Hurst exponent H (Kent & Wood
+1997, Journal of the Royal Statistical Society B 59, 679-699; for surfaces and by direction Chan &
+Wood 2000, Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61, 3-37). Fault surfaces have
+an H of about 0.6 along slip and 0.8 across it (Candela et al. 2012, Journal of Geophysical Research
+117, B08409), and are smoothest along slip (Renard et al. 2006, Geophysical Research Letters 33,
+L04305).
 
-Errors are those of the jackknife over sixteen parts of the surface. Wavelengths above a quarter of
+Errors are jackknife errors over sixteen parts of the surface. Wavelengths longer than a quarter of
 the surface are not resolved.
 """
 
@@ -22,45 +23,45 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 DIRECTIONS = 18
 PARTS_PER_SIDE = 4
 MAX_LAG_DIVISOR = 10.0
-"""Ratio of the surface to the longest lag; both differences of this lag are in one part, or
-nearly.
+"""Ratio of the surface size to the longest lag, at which both differences are in the same part of
+the surface, or nearly so.
 """
 MIN_RANGE = 3.0
-"""Minimum ratio of the longest to the shortest lag for an exponent."""
+"""Minimum ratio of the longest to the shortest lag for fitting an exponent."""
 N_LAGS = 8
 MIN_COUNT = 50
 MIN_NOISE_RATIO = 4.0
 """Minimum ratio of the mean square of second differences to that of noise. Above it, noise changes
-the growth by less than a quarter.
+the increase with distance by less than a quarter.
 """
 NOISE_FACTOR = 6.0
-"""A second difference of noise has 1 + 4 + 1 = six times its variance."""
+"""The variance of a second difference of noise is 1 + 4 + 1 = six times that of the noise."""
 PART_CORRELATION_FACTOR = 1.44
-"""Factor of the variance among parts, because adjacent parts are correlated; simulated on self-
-affine surfaces with H from 0.3 to 0.9 for a coverage of 95 %.
+"""Factor for the variance among parts, because adjacent parts are correlated; from simulations of
+self-affine surfaces with H from 0.3 to 0.9, for a coverage of 95 %.
 """
 MAX_BEND = 0.2
-"""Own choice: a surface whose growth bends more has a characteristic length, as grooves and waves
-have, and no exponent. None of 160 self-affine surfaces bent by more than 0.06.
+"""Own choice: if the slope bends by more than this, the surface has a characteristic length, like
+grooves and waves, and no single exponent. None of 160 self-affine surfaces had a bend above 0.06.
 """
 SIGNIFICANCE = 0.01
-"""Level at which a direction is reported, wrongly on one isotropic surface in a hundred."""
+"""Significance level for a direction; one isotropic surface in a hundred is misclassified."""
 
 
 @dataclass(frozen=True, eq=False)
 class Variations:
-    """Mean squares of second differences.
+    """Mean squares of second differences by direction and distance.
 
     Attributes
     ----------
     angles_deg : (d,) ndarray
-        Directions from the columns toward the rows, degrees.
+        Directions in degrees, from the columns toward the rows.
     lags : (k,) ndarray
         Distances in ascending order, m.
     sums, counts : (d, k, parts) ndarray
-        Sums of the squares, m2, and their number in each part of the surface.
+        Sums of the squares in m2, and numbers of squares, in each part of the surface.
     lengths, directions_deg : (d, k) ndarray
-        Distances, m, and directions, degrees, that the cells allow.
+        Actual distances (m) and directions (degrees) that the cells allow.
     """
 
     angles_deg: FloatArray
@@ -71,7 +72,7 @@ class Variations:
     directions_deg: FloatArray
 
     def mean_squares(self) -> FloatArray:
-        """Return the mean squares (d, k) over the whole surface, NaN if there are too few."""
+        """Return the mean squares (d, k) over the whole surface; NaN if there are too few."""
         counts = self.counts.sum(axis=2)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(counts >= MIN_COUNT, self.sums.sum(axis=2) / counts, np.nan)
@@ -79,10 +80,11 @@ class Variations:
 
 @dataclass(frozen=True)
 class Exponent:
-    """Hurst exponent with its 95 % error over distances from `from_m` to `to_m`.
+    """Hurst exponent with its 95 % error, for distances from `from_m` to `to_m`.
 
-    `short` and `long` are the exponents of the shorter and longer half of the distances. `bend` is
-    their difference beyond its 95 % error; half of it is contained in `error95`.
+    `short` and `long` are the exponents for the shorter and the longer half of the distances.
+    `bend` is the part of their difference that exceeds its 95 % error; half of it is included in
+    `error95`.
     """
 
     H: float
@@ -95,13 +97,13 @@ class Exponent:
 
     @property
     def straight(self) -> bool:
-        """Whether one exponent describes all distances."""
+        """Whether a single exponent describes all distances."""
         return self.bend <= MAX_BEND
 
 
 @dataclass(frozen=True)
 class DirectionExponent:
-    """Hurst exponent along a direction, measured from the columns toward the rows."""
+    """Hurst exponent along a direction, which is measured from the columns toward the rows."""
 
     angle_deg: float
     H: float
@@ -115,11 +117,11 @@ class SmoothestDirection:
     Attributes
     ----------
     angle_deg, error95_deg : float
-        From the columns toward the rows, [0, 180) degrees, with its error.
+        Direction from the columns toward the rows in [0, 180) degrees, and its 95 % error.
     ratio : float
-        Root mean square of second differences across this direction over that along it.
+        Ratio of the RMS second differences across this direction to those along it.
     p : float
-        p-value of isotropy.
+        p-value for the hypothesis of isotropy.
     """
 
     angle_deg: float
@@ -133,21 +135,21 @@ class SmoothestDirection:
 
 
 def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Variations | None:
-    """Measure second differences of a raster of heights in DIRECTIONS directions.
+    """Measure the second differences of a height raster in DIRECTIONS directions.
 
     Parameters
     ----------
     heights : (rows, columns) ndarray
-        Heights, m; NaN where unknown.
+        Heights in metres; NaN if unknown.
     cell : float
-        Side of a cell, m.
+        Side length of a cell, m.
     shortest : float
         Shortest distance, m.
 
     Returns
     -------
     Variations or None
-        None if the surface is too small for MIN_RANGE.
+        None if the surface is too small for a range of MIN_RANGE.
     """
     rows, columns = _span(heights)
     longest = min(rows, columns) * cell / MAX_LAG_DIVISOR
@@ -176,21 +178,21 @@ def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Var
 def fit_exponent(
     variations: Variations, noise: float, missing_variance: float = 0.0
 ) -> Exponent | None:
-    """Fit the Hurst exponent of all directions over distances not dominated by noise.
+    """Fit the Hurst exponent over all directions and all distances not dominated by noise.
 
     Parameters
     ----------
     variations : Variations
     noise : float
-        Standard deviation of the model's noise, m.
+        Standard deviation of the noise of the model, m.
     missing_variance : float
-        Variance that the raster lacks between its points (`gaps.missing_variance`), m2. It is
-        added; half the effect of this correction is contained in the error.
+        Variance that is missing from the raster between its points (`gaps.missing_variance`), m2.
+        It is added; half the effect of this correction is included in the error.
 
     Returns
     -------
     Exponent or None
-        None if these distances cover less than MIN_RANGE.
+        None if these distances cover a range smaller than MIN_RANGE.
     """
     all_directions = np.arange(len(variations.angles_deg))
     return _fit_exponent(variations, noise, all_directions, NOISE_FACTOR * missing_variance)
@@ -199,7 +201,7 @@ def fit_exponent(
 def fit_directional_exponents(
     variations: Variations, noise: float, missing_variance: float = 0.0
 ) -> list[DirectionExponent]:
-    """Fit the Hurst exponent of each direction that allows one.
+    """Fit the Hurst exponent along each direction in which this is possible.
 
     Parameters
     ----------
@@ -207,7 +209,7 @@ def fit_directional_exponents(
     noise : float
         Standard deviation of the noise, m.
     missing_variance : float, optional
-        Variance that the model does not contain, m2.
+        Variance that is missing from the model, m2.
 
     Returns
     -------
@@ -222,12 +224,12 @@ def fit_directional_exponents(
 
 
 def find_smoothest_direction(variations: Variations, noise: float) -> SmoothestDirection | None:
-    """Find the direction with the smallest second differences, by their second harmonic.
+    """Find the direction with the smallest second differences from their second harmonic.
 
     Returns
     -------
     SmoothestDirection or None
-        None if noise dominates too many parts of the surface.
+        None if noise dominates in too many parts of the surface.
     """
     is_resolved = _is_resolved(variations, noise)
     if not is_resolved.any():
@@ -259,7 +261,7 @@ def find_smoothest_direction(variations: Variations, noise: float) -> SmoothestD
 
 
 def resolved_range(variations: Variations, noise: float) -> tuple[float, float] | None:
-    """Return the range of distances that noise does not dominate.
+    """Return the range of distances at which noise does not dominate.
 
     Parameters
     ----------
@@ -270,7 +272,7 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
     Returns
     -------
     tuple of float or None
-        Metres.
+        Shortest and longest distance, m; None if there is no such range.
     """
     resolved = np.flatnonzero(_is_resolved(variations, noise))
     return (
@@ -281,11 +283,12 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
 
 
 def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArray) -> FloatArray:
-    """Return relative cosine and sine terms (2, k, n) of twice the direction.
+    """Return the relative cosine and sine terms (2, k, n) of twice the direction.
 
-    The mean squares are (d, k, n).
+    The mean squares have the shape (d, k, n).
 
-    By least squares, because cells do not allow regular steps of direction and length.
+    The terms are fitted by least squares, because cells do not allow regular steps of direction and
+    length.
     """
     lag_rows = np.flatnonzero(is_resolved)
     growth = 2.0 * _mean_exponent(variations, lag_rows)
@@ -313,9 +316,9 @@ def _mean_exponent(variations: Variations, lag_rows: IntArray) -> float:
 
 
 def _roughness_ratio(variations: Variations, is_resolved: BoolArray, rough_deg: float) -> float:
-    """Return the root ratio of mean squares across and along the smoothest direction.
+    """Return the root of the ratio of mean squares across and along the smoothest direction.
 
-    By the second harmonic of their logarithms.
+    The ratio is derived from the second harmonic of their logarithms.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(variations.mean_squares()[:, is_resolved])
@@ -326,7 +329,7 @@ def _roughness_ratio(variations: Variations, is_resolved: BoolArray, rough_deg: 
 def _fit_exponent(
     variations: Variations, noise: float, directions: IntArray, missing_variance: float
 ) -> Exponent | None:
-    """Fit the exponent; `missing_variance` is that of mean squares of second differences, m2."""
+    """Fit the exponent; `missing_variance` is that of the mean squared second differences, m2."""
     is_resolved = _is_resolved(variations, noise)
     sums = variations.sums[directions][:, is_resolved].sum(axis=0)
     counts = variations.counts[directions][:, is_resolved].sum(axis=0)
@@ -364,7 +367,7 @@ def _fit_exponent(
 
 
 def _split_exponents(lengths: FloatArray, squares: FloatArray) -> tuple[float, float, float]:
-    """Return exponents over all distances, over the shorter half and over the longer half."""
+    """Return the exponents over all distances, and over their shorter and longer halves."""
     half = len(lengths) // 2
     parts = (
         (lengths, squares),
@@ -385,7 +388,7 @@ def _error95(jackknife: FloatArray) -> float:
 
 
 def _slope(lengths: FloatArray, squares: FloatArray) -> float:
-    """Return the slope of logarithms.
+    """Return the slope of the logarithms of squares and lengths.
 
     The weights are the numbers (size / h)^2 of independent differences.
     """
@@ -396,11 +399,11 @@ def _slope(lengths: FloatArray, squares: FloatArray) -> float:
 
 
 def _is_resolved(variations: Variations, noise: float) -> BoolArray:
-    """Return for each distance (k,) whether its mean square is above that of noise."""
+    """Return for each distance (k,) whether its mean square exceeds that of noise."""
     with np.errstate(invalid="ignore"):
         squares = np.nanmean(variations.mean_squares(), axis=0)
         is_above = np.asarray(squares > MIN_NOISE_RATIO * NOISE_FACTOR * noise**2)
-    # All distances beyond the last noisy one are resolved.
+    # All distances longer than the last noisy one are resolved.
     noisy_rows = np.flatnonzero(~is_above)
     return np.arange(len(is_above)) > (noisy_rows[-1] if len(noisy_rows) else -1)
 
@@ -408,7 +411,7 @@ def _is_resolved(variations: Variations, noise: float) -> BoolArray:
 def _second_differences(
     heights: FloatArray, part: IntArray, column_step: int, row_step: int
 ) -> tuple[FloatArray, IntArray]:
-    """Return squares (n,) and the part of the surface that contains the middle of each."""
+    """Return squares (n,) and the part of the surface that contains the middle of each one."""
     rows, columns = heights.shape
     column_margin = abs(column_step)
     if 2 * row_step >= rows or 2 * column_margin >= columns:
@@ -427,13 +430,13 @@ def _second_differences(
 
 
 def _parts(shape: tuple[int, ...]) -> IntArray:
-    """Return the part (rows, columns) of each cell."""
+    """Return the index of the part of the surface (rows, columns) for each cell."""
     row, column = (np.arange(size) * PARTS_PER_SIDE // size for size in shape)
     return np.asarray(row[:, None] * PARTS_PER_SIDE + column[None, :])
 
 
 def _span(heights: FloatArray) -> tuple[int, int]:
-    """Return the rows and columns of the bounding rectangle of known heights."""
+    """Return the numbers of rows and columns of the bounding rectangle of known heights."""
     is_known = np.isfinite(heights)
     rows, columns = np.flatnonzero(is_known.any(axis=1)), np.flatnonzero(is_known.any(axis=0))
     if not len(rows):
@@ -442,7 +445,7 @@ def _span(heights: FloatArray) -> tuple[int, int]:
 
 
 def _hotelling_p(mean: FloatArray, spread: FloatArray, n: int) -> float:
-    """Return the p-value of a mean of n pairs by Hotelling's T2."""
+    """Return the p-value of the mean of n pairs from Hotelling's T2."""
     from scipy.special import fdtrc
 
     values = np.linalg.eigvalsh(spread)

@@ -1,14 +1,16 @@
-"""Planar part of a surface: the largest part that lies in one plane.
+"""Planar part of a surface, the largest part that lies in one plane.
 
 A plane is fitted robustly (iteratively reweighted least squares: first absolute deviations, then
-Tukey's biweight; Holland & Welsch 1977, Communications in Statistics A6, 813-827). Pieces larger
-than single cells that deviate by more than its scatter and the model's noise do not belong to it.
+Tukey's biweight; Holland & Welsch 1977, Communications in Statistics A6, 813-827). Areas larger
+than single cells whose deviation exceeds the scatter about the plane and the noise of the model do
+not belong to it.
 
 If a third of the surface or more bends away, such a plane is a compromise that fits neither part.
-So planes are also grown from parts of the surface, each over everything within its own scatter. On
-a surface that is one plane, however rough, or a smoothly bent one, they grow over the whole (on all
-of 200 self-affine surfaces with H from 0.3 to 0.9). If one stops at much less scatter than the
-whole has, the surface is broken, and the largest such part is used.
+Therefore planes are also grown from parts of the surface, each over all cells within its own
+scatter. On a surface that is a single plane, however rough, or smoothly bent, they grow over the
+whole surface (for all of 200 self-affine surfaces with H from 0.3 to 0.9). If a plane stops growing
+at a scatter well below that of the whole surface, the surface is broken, and the largest such part
+is used.
 """
 
 from __future__ import annotations
@@ -20,16 +22,16 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 MAX_DEVIATION_SIGMA = 4.0
-"""Deviations above this number of robust standard deviations are not roughness of the surface."""
+"""Deviations of more robust standard deviations than this are not roughness of the surface."""
 MIN_TRIM_SHARE = 0.03
-"""Minimum deviating share of the surface for a trim."""
+"""Minimum deviating share of the surface for it to be trimmed."""
 _BIWEIGHT = 4.685
 MAX_ITERATIONS = 30
 MAD_FACTOR = 1.4826
 MAX_CELLS = 40_000
 MAX_BROKEN_RATIO = 0.7
-"""Maximum ratio of the scatter of a part to that of the whole about a plane and about a paraboloid
-at which the surface is broken.
+"""Maximum ratio of the scatter of a part to that of the whole surface, about a plane and about a
+paraboloid, for the surface to be considered broken.
 """
 MIN_PART_SHARE = 0.25
 SEEDS_PER_SIDE, _SEED_SIZE, MAX_GROWN_CELLS = 4, 1.0 / 3.0, 6_000
@@ -42,17 +44,17 @@ class PlanarPart:
     Attributes
     ----------
     holds : (rows, columns) ndarray of bool
-        True for cells in the plane.
+        True for cells that lie in the plane.
     departs : float
-        Share of the known cells that deviate.
+        Share of the known cells that deviate from the plane.
     limit : float
         Maximum deviation, m.
     plane : (3,) ndarray
-        Robust plane, height = a + b column + c row.
+        Coefficients of the robust plane, height = a + b column + c row.
     other : (3,) ndarray or None
-        Largest other plane of a broken surface.
+        Largest other plane if the surface is broken.
     other_share : float
-        Share of the known cells in it.
+        Share of the known cells that lie in the other plane.
     """
 
     holds: BoolArray
@@ -64,7 +66,7 @@ class PlanarPart:
 
     @property
     def trims(self) -> bool:
-        """Whether the deviating share is large enough for a trim."""
+        """Whether the deviating share is large enough for the surface to be trimmed."""
         return self.departs >= MIN_TRIM_SHARE
 
 
@@ -74,9 +76,9 @@ def find_planar_part(heights: FloatArray, noise: float) -> PlanarPart:
     Parameters
     ----------
     heights : (rows, columns) ndarray
-        Heights over any plane near the surface, m; NaN where unknown.
+        Heights in metres above any plane near the surface; NaN if unknown.
     noise : float
-        Standard deviation of the model's noise, m.
+        Standard deviation of the noise of the model, m.
 
     Returns
     -------
@@ -98,13 +100,13 @@ def find_planar_part(heights: FloatArray, noise: float) -> PlanarPart:
         + (plane[2] * np.arange(heights.shape[0])[:, None])
     )
     deviates = is_known & ~(np.abs(heights - surface) <= limit)
-    # Single cells are stones and outliers; unknown cells belong to neither side.
+    # Single cells are stones or outliers; unknown cells belong to neither side.
     deviates = ndimage.binary_opening(deviates, np.ones((3, 3), bool))
     pieces, count = ndimage.label(is_known & ~deviates, np.ones((3, 3), int))
     is_planar = is_known & ~deviates
     if count > 1:
         sizes = np.bincount(pieces.ravel())[1:]
-        # Islands beyond a gap in the data belong to the plane, those beyond a deviation do not.
+        # Islands beyond a data gap belong to the plane; islands beyond a deviation do not.
         near_deviation = ndimage.binary_dilation(deviates, np.ones((3, 3), bool), iterations=2)
         for number in range(1, count + 1):
             is_piece = pieces == number
@@ -131,9 +133,10 @@ def _planar_parts(
     noise: float,
     scatter: float,
 ) -> list[tuple[FloatArray, float, BoolArray]]:
-    """Return plane, scatter and cells of the two largest parts of a broken surface.
+    """Return the planes, scatters and cells of the two largest parts of a broken surface.
 
-    `scatter` is that about the plane of all cells; the list is empty if the surface is not broken.
+    `scatter` is the scatter about the plane of all cells; the list is empty if the surface is not
+    broken.
     """
     step = max(1, round(float(np.sqrt(len(values) / MAX_GROWN_CELLS))))
     is_sampled = (row % step == 0) & (column % step == 0)
@@ -158,7 +161,7 @@ def _planar_parts(
                 parts.append(part)
     if not parts:
         return []
-    # A plane grown across the break has more scatter than a part on one side of it.
+    # A plane that has grown across the break has a larger scatter than a part on one side of it.
     limit = 2.0 * min(part[1] for part in parts)
     parts = sorted((part for part in parts if part[1] <= limit), key=lambda part: -part[2].sum())
     others = [part for part in parts if (part[2] & parts[0][2]).sum() < 0.3 * part[2].sum()]
@@ -168,7 +171,7 @@ def _planar_parts(
 def _grow_plane(
     columns: FloatArray, z: FloatArray, inside: BoolArray, noise: float
 ) -> tuple[FloatArray, float, BoolArray] | None:
-    """Grow the plane of some cells over all cells within its scatter."""
+    """Extend the plane of some cells to all cells within its scatter."""
     plane: FloatArray = np.zeros(3)
     scatter = 0.0
     for _ in range(MAX_ITERATIONS // 2):
@@ -176,7 +179,7 @@ def _grow_plane(
             return None
         plane = np.asarray(np.linalg.lstsq(columns[inside], z[inside], rcond=None)[0])
         residuals = z - columns @ plane
-        # Exact values scatter by rounding.
+        # Exact values scatter due to rounding.
         scatter = max(_scatter(residuals[inside]), noise, 1e-9 * float(np.abs(z).max()))
         is_inside = np.abs(residuals) <= MAX_DEVIATION_SIGMA * scatter
         if np.array_equal(is_inside, inside):
@@ -190,7 +193,7 @@ def _scatter(residuals: FloatArray) -> float:
 
 
 def _robust_plane(row: IntArray, column: IntArray, values: FloatArray) -> tuple[FloatArray, float]:
-    """Return coefficients (3,) of 1, column and row, and the robust scatter about the plane."""
+    """Return the coefficients (3,) of 1, column and row, and the robust scatter about the plane."""
     step = max(1, len(values) // MAX_CELLS)
     columns = np.stack([np.ones(len(values)), column, row], axis=1)
     sample, z = columns[::step], values[::step]

@@ -1,13 +1,13 @@
-"""Sets among poles: a mixture of clusters on the sphere and a uniform background.
+"""Sets of poles, modelled as a mixture of clusters on the sphere and a uniform background.
 
-Each cluster is a Bingham (1974) distribution, which may be elongated and has equal densities for a
-pole and its opposite, so that sets of steep planes, whose poles lie on both sides of the net, need
-no special case. The background is uniform. Expectation and maximisation fit the mixture, one
-cluster after the other: a new one starts where unassigned poles are densest, or as half of an
-existing one. Their number minimises BIC with a penalty on overlap, a quarter of that of the
-integrated completed likelihood (Biernacki, Celeux & Govaert 2000, IEEE Transactions PAMI 22,
-719-725): the full penalty joins wide sets that are forty degrees apart, and a quarter does not
-split sets that deviate from a Bingham distribution. The result is deterministic.
+Each cluster is a Bingham (1974) distribution, which may be elongated. Its density is the same for a
+pole and its opposite, so sets of steep planes, whose poles lie on both sides of the net, need no
+special treatment. The background is uniform. The mixture is fitted by expectation maximisation, one
+cluster after another: a new cluster starts where unassigned poles are densest, or as half of an
+existing cluster. The number of clusters minimises BIC plus a penalty on overlap, a quarter of the
+penalty of the integrated completed likelihood (Biernacki, Celeux & Govaert 2000, IEEE Transactions
+PAMI 22, 719-725): the full penalty merges wide sets that are forty degrees apart, whereas a quarter
+does not split sets that deviate from a Bingham distribution. The result is deterministic.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 MIN_MEMBERS, MIN_CERTAIN_MEMBERS = 3, 5
-"""Minimum number of members of a proposed set; below the second number it must also be
-significantly clustered.
+"""Minimum number of members of a proposed set. A set with fewer members than the second number must
+also be significantly clustered.
 """
 MAX_RANDOM_GROUPS, ANGULAR_RESOLUTION_DEG = 0.05, 2.0
-"""Expected number of random groups of this size and width, and the angle below which differences of
-planes are measurement errors.
+"""Maximum expected number of random groups of the same size and width, and the angle below which
+differences between planes are measurement errors.
 """
 MUTUAL_PROBABILITY = {3: 0.5865, 4: 0.2745}
-"""Probability that the poles of a random group that are within an angle of one of them are within
-it of each other, by number: 1 - 3 sqrt(3) / 4 pi, and by simulation.
+"""Probability that poles of a random group that are all within an angle of one of them are also
+within this angle of each other, by group size: 1 - 3 sqrt(3) / 4 pi, and from simulations.
 """
 MIN_CONCENTRATION, MAX_CONCENTRATION = 4.0, 5000.0
-"""Concentrations: a spread of 20 degrees is the maximum of a set, one of 0.6 the accuracy of
-planes.
+"""Limits of the concentration: the maximum scatter of a set is 20 degrees, and a scatter of 0.6
+degrees corresponds to the accuracy of planes.
 """
 SEED_CONCENTRATION = 25.0
 MAX_ITERATIONS, LIKELIHOOD_TOLERANCE = 200, 1e-6
@@ -43,8 +43,8 @@ MAX_COMPARED, MAX_SEARCHED = 2000, 3000
 N_STARTS = 3
 OVERLAP_WEIGHT = 0.25
 PARAMETERS_PER_CLUSTER, ELONGATION_PARAMETERS = 4, 2
-"""Parameters of a round cluster (two of the axis, spread and weight), and additional ones of an
-elongated cluster.
+"""Number of parameters of a round cluster (two for the axis, scatter and weight), and of additional
+parameters of an elongated cluster.
 """
 
 
@@ -55,17 +55,17 @@ class Mixture:
     Attributes
     ----------
     axes : (k, 3, 3) ndarray
-        Rows: mean axis, direction of the wider spread and that of the narrower one.
+        The rows are the mean axis and the directions of larger and smaller scatter.
     concentrations : (k, 2) ndarray
-        Concentrations along these two.
+        Concentrations along the two directions of scatter.
     weights : (k + 1,) ndarray
-        Weights, the last that of the background.
+        Weights of the clusters, followed by the weight of the background.
     posterior : (n, k + 1) ndarray
         Membership probabilities of each pole.
     log_likelihood : float
-        Relative to the background.
+        Log-likelihood relative to the background.
     icl : float
-        Criterion of the number of clusters; lower is better.
+        Criterion for the number of clusters; lower is better.
     """
 
     axes: FloatArray
@@ -80,22 +80,23 @@ class Mixture:
         return len(self.axes)
 
     def assigned(self) -> IntArray:
-        """Return the most probable cluster (n,) of each pole, -1 for the background."""
+        """Return the most probable cluster (n,) of each pole; -1 for the background."""
         best = np.argmax(self.posterior, axis=1)
         return np.where(best == self.k, -1, best)
 
 
 def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
-    """Compute the 95 % cone of each cluster's mean axis.
+    """Compute the 95 % confidence cone of the mean axis of each cluster.
 
-    Poles that may belong to another cluster or the background contribute less information, and less
-    the farther they are from the axis (Louis 1982, J. R. Statist. Soc. B 44, 226). The scatter of
-    assigned poles alone, which lacks its tails, would be too optimistic.
+    Poles that may belong to another cluster or to the background contribute less information, and
+    their contribution decreases with the distance from the axis (Louis 1982, J. R. Statist. Soc. B
+    44, 226). The scatter of the assigned poles alone lacks the tails of the distribution and would
+    be too optimistic.
 
     Returns
     -------
     (k,) ndarray
-        Half-angles, degrees; NaN if undetermined.
+        Half-angles in degrees; NaN if undetermined.
     """
     from scipy.stats import f
 
@@ -117,9 +118,9 @@ def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
         if size <= 2.0 or values[0] <= 0.05 * np.diag(information).min():
             continue
         sigma, ratio = 1.0 / math.sqrt(values[0]), math.sqrt(values[0] / values[1])
-        # 95 % of a normal distribution in two dimensions, one of which may be narrow.
+        # Quantile of a two-dimensional normal distribution, one dimension of which may be narrow.
         quantile = 1.96 + (math.sqrt(-2.0 * math.log(0.05)) - 1.96) * ratio
-        # Certain members have two degrees of freedom each, uncertain ones empirically one.
+        # Certain members contribute two degrees of freedom each, uncertain members empirically one.
         correction = math.sqrt(float(f.ppf(0.95, 2, size - 1.0)) / -math.log(0.05))
         result[j] = math.degrees(math.asin(min(1.0, quantile * correction * sigma)))
     return result
@@ -136,13 +137,13 @@ def propose_clusters(
         Unit vectors.
     max_clusters : int
     exactly : bool
-        True for exactly `max_clusters`, or as many as are distinct if these are fewer.
+        If True, fit exactly `max_clusters` clusters, or fewer if fewer are distinct.
 
     Returns
     -------
     mixture : Mixture
     criteria : list of float
-        Criterion of each tested number of clusters.
+        Criterion for each tested number of clusters.
     """
     sample = poles
     if len(poles) > MAX_SEARCHED:
@@ -170,7 +171,7 @@ def propose_clusters(
 
 
 def clusters_from_seeds(poles: FloatArray, seeds: FloatArray) -> Mixture:
-    """Fit the mixture with one cluster per seed, in their order.
+    """Fit the mixture with one cluster per seed, in the order of the seeds.
 
     Parameters
     ----------
@@ -200,7 +201,7 @@ def _frame(axis: FloatArray) -> FloatArray:
 def _starts_with_another(
     poles: FloatArray, mixture: Mixture
 ) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Yield starting values with another cluster, from the background or from a wide cluster."""
+    """Yield start values with one more cluster, from the background or from a wide cluster."""
     half = 0.5 * mixture.weights[-1]
     for axis in _dense_places(poles, mixture.posterior):
         yield (
@@ -224,7 +225,7 @@ def _starts_with_another(
 
 
 def _dense_places(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
-    """Return up to three distant poles at the maximum density of unassigned poles."""
+    """Return up to three separate poles where the density of unassigned poles is highest."""
     step = max(1, -(-len(poles) // MAX_COMPARED))
     sample, unassigned = poles[::step], posterior[::step, -1]
     density = np.exp(SEED_CONCENTRATION * ((sample @ sample.T) ** 2 - 1.0)) @ unassigned
@@ -240,7 +241,7 @@ def _dense_places(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
 def _maximize(
     poles: FloatArray, axes: FloatArray, concentrations: FloatArray, weights: FloatArray
 ) -> Mixture:
-    """Maximize the likelihood; clusters without significant elongation become round."""
+    """Maximize the likelihood; clusters without significant elongation are made round."""
     is_round_start = np.zeros(len(axes), np.bool_)
     mixture = _run_em(poles, axes, concentrations, weights, is_round_start)
     round_ = _is_round(poles, mixture)
@@ -250,7 +251,7 @@ def _maximize(
 
 
 def _is_round(poles: FloatArray, mixture: Mixture) -> BoolArray:
-    """Return for each cluster (k,) whether its elongation gains less than it costs."""
+    """Return for each cluster (k,) whether its elongation is not worth its parameters."""
     result = np.zeros(mixture.k, np.bool_)
     for j in range(mixture.k):
         offsets, membership = poles @ mixture.axes[j, 1:].T, mixture.posterior[:, j]
@@ -274,7 +275,7 @@ def _run_em(
     weights: FloatArray,
     round_: BoolArray,
 ) -> Mixture:
-    """Run expectation and maximisation until convergence; `round_` (k,) marks round clusters."""
+    """Run expectation maximisation until convergence; `round_` (k,) marks round clusters."""
     n, previous = len(poles), -math.inf
     axes, concentrations = axes.copy(), concentrations.copy()
     for _ in range(MAX_ITERATIONS):
@@ -291,7 +292,7 @@ def _run_em(
             break
         previous = likelihood
         size = posterior.sum(axis=0)
-        # Keep the background for outliers.
+        # Preserve the background for outliers.
         size[-1] = max(float(size[-1]), 0.5)
         size[:-1] = np.maximum(size[:-1], 1e-9)
         weights = size / size.sum()
@@ -312,9 +313,10 @@ def _run_em(
 def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
     """Return the log density (n,) of Bingham's distribution relative to the background.
 
-    exp(-k1 a^2 - k2 b^2) / N at poles with components a, b (n, 2) across the mean axis. N is the
-    root of the product of Watson's, D(sqrt k) / sqrt k with Dawson's integral D: exact for k1 = k2
-    and in the limit of narrow clusters.
+    The density is exp(-k1 a^2 - k2 b^2) / N for poles with components a, b (n, 2) perpendicular to
+    the mean axis. N is the square root of the product of the normalizing constants of Watson's
+    distribution, D(sqrt k) / sqrt k, where D is Dawson's integral: exact for k1 = k2 and in the
+    limit of narrow clusters.
     """
     from scipy.special import dawsn
 
@@ -324,11 +326,11 @@ def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
 
 @functools.cache
 def _spreads() -> tuple[FloatArray, FloatArray]:
-    """Return the variances of Watson's distribution in one direction, and log concentrations.
+    """Tabulate the one-dimensional variances and log concentrations of Watson's distribution.
 
-    The variances ascend.
+    The variances are in ascending order.
 
-    Half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k).
+    A variance is half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k).
     """
     from scipy.special import dawsn
 
@@ -338,15 +340,15 @@ def _spreads() -> tuple[FloatArray, FloatArray]:
 
 
 def _concentration(variance: FloatArray) -> FloatArray:
-    """Return the maximum likelihood concentration of Watson's distribution from variances."""
+    """Return the maximum-likelihood concentrations of Watson's distribution for variances."""
     return np.asarray(np.exp(np.interp(variance, *_spreads())))
 
 
 def expected_random_groups(n: int, members: FloatArray) -> float:
-    """Return the expected number of random groups as close as the members of a set.
+    """Return the expected number of random groups that are as close as the members of a set.
 
-    Groups are k poles with pairwise angles up to the widest angle between the members. The share of
-    uniform poles within an angle of a pole is 1 - cos(angle).
+    A group consists of k poles whose pairwise angles do not exceed the widest angle between the
+    members. The share of uniform poles within an angle of a given pole is 1 - cos(angle).
 
     Parameters
     ----------
@@ -365,7 +367,7 @@ def expected_random_groups(n: int, members: FloatArray) -> float:
 
 
 def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:
-    """Return whether the small clusters, taken together, are closer than random poles."""
+    """Return whether the small clusters together are closer than random poles."""
     assigned = mixture.assigned()
     sizes = np.bincount(assigned[assigned >= 0], minlength=mixture.k)
     small_clusters = [poles[assigned == j] for j in np.flatnonzero(sizes < MIN_CERTAIN_MEMBERS)]

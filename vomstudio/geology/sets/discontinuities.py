@@ -1,11 +1,11 @@
-"""Discontinuities of a set: its parallel planes, with spacing, persistence and area.
+"""Discontinuities of a set, that is, its parallel planes: spacing, persistence and area.
 
-Pieces of one set whose positions along its mean normal differ by more than their scatter are
-different discontinuities; the others are pieces of one. Riquelme, Abellan, Tomas & Jaboyedoff
-(2014, Computers & Geosciences 68, 38-52) join clusters of points in this way, with the same
-threshold of 1.5. Spacing is that of Riquelme, Abellan & Tomas (2015, Engineering Geology 195,
-185-195), for persistent and non-persistent planes; persistence that of Riquelme, Tomas, Cano,
-Pastor & Abellan (2018, Rock Mechanics and Rock Engineering 51, 3005-3028).
+Pieces of one set whose positions along the mean normal of the set differ by more than their scatter
+belong to different discontinuities; other pieces belong to the same one. Riquelme, Abellan, Tomas &
+Jaboyedoff (2014, Computers & Geosciences 68, 38-52) join clusters of points in this way, with the
+same threshold of 1.5. Spacing follows Riquelme, Abellan & Tomas (2015, Engineering Geology 195,
+185-195) for persistent and non-persistent planes; persistence follows Riquelme, Tomas, Cano, Pastor
+& Abellan (2018, Rock Mechanics and Rock Engineering 51, 3005-3028).
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.geometry.vectors import strike_and_dip_lines
 
 MAX_JOINED_SCATTER = 1.5
-"""Positions along the normal within this multiple of the sum of both scatters are one discontinuity
-(Riquelme et al. 2014).
+"""Maximum distance along the normal between pieces of one discontinuity, as a multiple of the sum
+of their scatters (Riquelme et al. 2014).
 """
 MAX_FACE_THICKNESS = 0.2
-"""Maximum ratio of the third to the second spread of all positions for an outcrop of one face."""
+"""Maximum ratio of the third to the second spread of all positions for a single outcrop face."""
 MIN_PLACES = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Planes as m pieces of surface. World frame, m.
+    """Planes as m pieces of surface, in the World frame, m.
 
     Attributes
     ----------
     places : (m, 3) ndarray
-        Their middles, NaN if unknown.
+        Midpoints of the pieces; NaN if unknown.
     scatters : (m, 3, 3) ndarray
-        Covariance of the points of each, NaN if unknown.
+        Covariances of the points of the pieces; NaN if unknown.
     areas : (m,) ndarray
-        Areas, m2, NaN if unknown.
+        Areas in m2; NaN if unknown.
     rings : tuple of (k, 3) ndarray
-        Vertices of the borders, empty if unknown.
+        Vertices of the boundaries; empty if unknown.
     """
 
     places: FloatArray
@@ -52,7 +52,7 @@ class Pieces:
 
     @property
     def are_more_than_places(self) -> bool:
-        """Whether any scatter or border is known, so that pieces can be joined."""
+        """Whether any scatter or boundary is known, so that pieces can be joined."""
         return bool(np.isfinite(self.scatters).any()) or any(len(ring) for ring in self.rings)
 
     def rows(self, rows: IntArray) -> Pieces:
@@ -66,24 +66,24 @@ class Pieces:
 
 @dataclass(frozen=True)
 class Discontinuity:
-    """One discontinuity of a set; the outcrop shows a lower limit of persistence and areas.
+    """Discontinuity of a set; the outcrop only shows minimum values of persistence and area.
 
     Attributes
     ----------
     id : str
-        Name of the set and number along the normal.
+        Name of the set and number in order along the normal.
     n : int
         Number of pieces.
     offset_m : float
-        Position along the set's upward normal from the middle of its planes, m.
+        Position along the upward normal of the set, relative to the middle of its planes, m.
     persistence_dip_m, persistence_strike_m : float or None
-        Length along the dip and the strike of the set, m.
+        Lengths along the dip and the strike of the set, m.
     persistence_max_m : float or None
         Longest chord, m.
     hull_m2 : float or None
-        Convex hull of all pieces in the plane of the set, m2.
+        Area of the convex hull of all pieces in the plane of the set, m2.
     area_m2 : float or None
-        Area of the pieces, m2; None if borders or areas are unknown.
+        Total area of the pieces, m2; None if boundaries or areas are unknown.
     """
 
     id: str
@@ -99,29 +99,30 @@ class Discontinuity:
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Arrangement of the planes of a set; None if positions, borders or areas are unknown.
+    """Arrangement of the planes of a set; values are None if their inputs are unknown.
 
     Attributes
     ----------
     discontinuities : int
         Number of discontinuities.
     spacing_m, spacing_cv : float
-        Mean gap along the normal for persistent planes, m, and standard deviation of the gaps
-        over it.
+        Mean gap along the normal for persistent planes, m, and the standard deviation of the gaps
+        divided by this mean.
     spacing_ending_m : float
-        Mean gap to the nearest piece of another plane, for non-persistent planes, m.
+        Mean gap to the nearest piece of another plane for non-persistent planes, m.
     persistence_dip_m, persistence_strike_m, persistence_max_m : float
-        Means, m.
+        Mean values of the discontinuities, m.
     area_m2 : float
-        Area of all pieces, m2.
+        Total area of all pieces, m2.
     p32_1_per_m, p32_low95_1_per_m, p32_high95_1_per_m : float
-        Area per volume for persistent planes with its 95 % interval for random positions. The upper
-        limit separates pieces joined only by their tilt. No interval if only positions are known
-        and several picks, each counted as a plane, may be of one.
+        Area per volume for persistent planes, with the 95 % interval for random positions. The
+        upper limit separates pieces that are joined only because of their tilt. There is no
+        interval if only positions are known and several picks, each counted as a plane, may belong
+        to the same plane.
     p32_exposed_1_per_m : float
-        Area of the pieces per volume that they span, a lower limit.
+        Area of the pieces divided by the volume that they span, a lower limit.
     rests_on : {"one face", "several faces"}
-        Distribution of all planes on the outcrop.
+        Number of outcrop faces over which all planes are distributed.
     """
 
     discontinuities: int | None = None
@@ -141,11 +142,11 @@ class Arrangement:
 
 @dataclass(frozen=True)
 class ScanlineSpacing:
-    """Spacing of n planes of a set along a straight line; None for fewer than two.
+    """Spacing of n planes of a set along a straight line; None if there are fewer than two.
 
-    `apparent_m` is the mean gap along the line, `true_m` that along the normal of the set (apparent
-    times the cosine of the angle between both: Priest & Hudson 1976, International Journal of Rock
-    Mechanics 13, 135-148).
+    `apparent_m` is the mean gap along the line, `true_m` the mean gap along the normal of the set
+    (the apparent gap times the cosine of the angle between line and normal: Priest & Hudson 1976,
+    International Journal of Rock Mechanics 13, 135-148).
     """
 
     n: int
@@ -156,22 +157,22 @@ class ScanlineSpacing:
 def split_by_position(
     offsets: FloatArray, scatters: FloatArray, max_scatter: float = MAX_JOINED_SCATTER
 ) -> IntArray:
-    """Assign the pieces of a set to discontinuities by their position along the normal.
+    """Assign the pieces of a set to discontinuities by their positions along the normal.
 
-    A piece joins the discontinuity with the largest scatter within `max_scatter` times the sum of
-    both scatters. The largest pieces come first, so that chains of small pieces do not join
-    distinct planes.
+    A piece joins the discontinuity with the largest scatter that is closer than `max_scatter` times
+    the sum of both scatters. The largest pieces are processed first, so that chains of small pieces
+    do not join distinct planes.
 
     Parameters
     ----------
     offsets, scatters : (m,) ndarray
-        Positions and standard deviations of the points about them, m.
+        Positions of the pieces and standard deviations of their points, m.
     max_scatter : float
 
     Returns
     -------
     (m,) ndarray of int
-        Discontinuity of each piece, from 0.
+        Index of the discontinuity of each piece, from 0.
     """
     label = np.full(len(offsets), -1, np.int64)
     leaders: list[int] = []
@@ -180,7 +181,7 @@ def split_by_position(
         is_near = np.abs(offsets[leader_rows] - offsets[i]) <= max_scatter * (
             scatters[leader_rows] + scatters[i]
         )
-        # Positions that differ by rounding only are equal.
+        # Treat positions that differ only by rounding as equal.
         is_near |= np.abs(offsets[leader_rows] - offsets[i]) <= 1e-9 * (
             1.0 + abs(float(offsets[i]))
         )
@@ -195,7 +196,7 @@ def split_by_position(
 def arrange_planes(
     name: str, normal: FloatArray, poles: FloatArray, pieces: Pieces, faces: str | None
 ) -> tuple[Arrangement, tuple[Discontinuity, ...], IntArray]:
-    """Arrange the m planes of one set in space.
+    """Group the m planes of one set into discontinuities and compute their arrangement.
 
     Parameters
     ----------
@@ -203,7 +204,7 @@ def arrange_planes(
     normal : (3,) ndarray
         Normal of the set.
     poles : (m, 3) ndarray
-        Poles of the planes in either direction.
+        Poles of the planes, pointing up or down.
     pieces : Pieces
     faces : str or None
         Result of `describe_faces`.
@@ -212,9 +213,9 @@ def arrange_planes(
     -------
     arrangement : Arrangement
     discontinuities : tuple of Discontinuity
-        In upward order.
+        Discontinuities in upward order.
     number : (m,) ndarray of int
-        Discontinuity of each plane, -1 without a position.
+        Discontinuity of each plane; -1 if its position is unknown.
     """
     upward = normal if normal[2] >= 0 else -normal
     located = np.flatnonzero(np.isfinite(pieces.places).all(axis=1))
@@ -233,7 +234,7 @@ def arrange_planes(
         float(np.average(offsets[rows], weights=_weights(members.areas[rows]))) for rows in groups
     ]
     discontinuities, shapes = [], []
-    # The mean position of several pieces may be beyond that of a neighbour.
+    # The mean position of several pieces can lie beyond that of a neighbour.
     for k, group in enumerate(np.argsort(group_offsets, kind="stable").tolist()):
         number[located[groups[group]]] = k
         discontinuity, shape = _discontinuity(
@@ -250,7 +251,7 @@ def arrange_planes(
 
 
 def _thickness(scatters: FloatArray) -> FloatArray:
-    """Return the standard deviation (m,) of the points of each piece about its plane."""
+    """Return the standard deviations (m,) of the points of the pieces about their planes."""
     is_known = np.isfinite(scatters).all(axis=(1, 2))
     thickness = np.zeros(len(scatters))
     thickness[is_known] = np.sqrt(np.maximum(np.linalg.eigvalsh(scatters[is_known])[:, 0], 0.0))
@@ -260,10 +261,10 @@ def _thickness(scatters: FloatArray) -> FloatArray:
 def _may_be_fewer(
     offsets: FloatArray, places: FloatArray, normal: FloatArray, poles: FloatArray
 ) -> bool:
-    """Return whether some picks with known positions only may be of one plane.
+    """Return whether some picks with known positions only may belong to the same plane.
 
-    These are neighbours along the normal whose gap may be due to their tilt and lateral distance,
-    95 %.
+    These are neighbours along the normal whose gap may be caused by their tilt and lateral distance
+    (95 %).
     """
     mean_tilt = np.sqrt(np.mean(np.maximum(1.0 - (poles @ normal) ** 2, 0.0)) / 2.0)
     order = np.argsort(offsets, kind="stable")
@@ -274,7 +275,7 @@ def _may_be_fewer(
 
 
 def describe_faces(pieces: Pieces) -> str | None:
-    """Return whether all planes together are on one face or on several; None for too few.
+    """Return whether all planes lie on one face or on several; None if there are too few.
 
     Parameters
     ----------
@@ -296,16 +297,16 @@ def describe_faces(pieces: Pieces) -> str | None:
 def measure_scanline_spacing(
     normal: FloatArray, poles: FloatArray, places: FloatArray, line: FloatArray
 ) -> ScanlineSpacing:
-    """Measure the spacing of persistent planes along a line.
+    """Measure the spacing of persistent planes along a scanline.
 
     Parameters
     ----------
     normal : (3,) ndarray
         Mean normal of the set.
     poles, places : (m, 3) ndarray
-        Poles of the planes, and a point of each.
+        Poles of the planes, and one point on each plane.
     line : (2, 3) ndarray
-        Ends of the line.
+        End points of the line.
 
     Returns
     -------
@@ -336,9 +337,9 @@ def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _discontinuity(
     id_: str, set_: str, offset: float, members: Pieces, axes: FloatArray, middle: FloatArray
 ) -> tuple[Discontinuity, Any]:
-    """Return a discontinuity and its pieces in the plane of the set; None without borders.
+    """Return a discontinuity and its pieces in the plane of the set; None without boundaries.
 
-    `axes` (2, 3) are strike and dip of the set; the pieces are a shapely geometry.
+    `axes` (2, 3) are the strike and dip directions of the set; the pieces are a shapely geometry.
     """
     import shapely
 
@@ -374,7 +375,7 @@ def _discontinuity(
 
 
 def _longest_chord(corners: FloatArray) -> float:
-    """Return the longest chord of the vertices (k, 2) of a convex hull."""
+    """Return the longest chord between the vertices (k, 2) of a convex hull."""
     from scipy.spatial.distance import pdist
 
     return float(pdist(corners).max(initial=0.0))
@@ -387,10 +388,10 @@ def _summarize(
     faces: str | None,
     n_separate: int,
 ) -> Arrangement:
-    """Summarize discontinuities in upward order.
+    """Summarize the discontinuities, given in upward order.
 
-    `cosines` (m,) are those of the planes with the normal of the set. `n_separate` is the number of
-    discontinuities if inclined pieces are joined only by their thickness.
+    `cosines` (m,) are the cosines between the normals of the planes and of the set. `n_separate` is
+    the number of discontinuities if inclined pieces are joined only on account of their thickness.
     """
     import shapely
 
@@ -406,7 +407,7 @@ def _summarize(
         leaning = float(np.mean(1.0 / np.maximum(np.abs(cosines), 0.1)))
         p32 = leaning / mean
         low = leaning * _rate95(len(gaps), float(gaps.sum()))[0]
-        # Inclined pieces overlap others along the normal, which may be separate planes.
+        # Inclined pieces overlap others along the normal, although they may be separate planes.
         high = leaning * _rate95(max(len(gaps), n_separate - 1), float(gaps.sum()))[1]
         if area is not None and all(shape is not None for shape in shapes):
             ending = _ending_gap(offsets, shapes)
@@ -431,10 +432,10 @@ def _summarize(
 
 
 def _rate95(n: int, length: float) -> tuple[float, float]:
-    """Return the 95 % interval of the rate of random positions by n gaps of this total length.
+    """Return the 95 % interval of the rate of random positions, from n gaps of a total length.
 
-    The sum of gaps is a gamma variable (Cox & Lewis 1966, The Statistical Analysis of Series of
-    Events).
+    The sum of the gaps follows a gamma distribution (Cox & Lewis 1966, The Statistical Analysis of
+    Series of Events).
     """
     from scipy.special import gammaincinv
 
@@ -445,7 +446,8 @@ def _rate95(n: int, length: float) -> tuple[float, float]:
 def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
     """Return the mean distance along the normal to the nearest pieces above.
 
-    Riquelme et al. 2015, non-persistent. `offsets` and `shapes` are in upward order.
+    This is the non-persistent spacing of Riquelme et al. 2015. `offsets` and `shapes` are in upward
+    order.
     """
     import shapely
 

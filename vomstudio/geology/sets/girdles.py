@@ -1,4 +1,4 @@
-"""Neighbouring sets without a gap: parts of one girdle, such as the poles of a bent bed."""
+"""Neighbouring sets that are parts of one girdle, such as the poles of a folded bed."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from vomstudio.geology.statistics import orientation_tensor
 
 SIGNIFICANCE = 0.05
 MIN_POLES_BETWEEN = 12
-"""Minimum number of poles between two means; fewer do not distinguish a girdle from two
+"""Minimum number of poles between two means; fewer poles cannot distinguish a girdle from two
 clusters.
 """
 MIN_ELONGATION = 3.0
-"""Minimum ratio of the spread of both sets along the great circle to that across it."""
+"""Minimum ratio of the spread of both sets along the great circle to the spread across it."""
 
 
 def pairs_without_gap(
     poles: FloatArray, group: npt.ArrayLike, means: FloatArray
 ) -> Sequence[tuple[int, int]]:
-    """Find pairs of sets between which poles are as dense as about their means.
+    """Find pairs of sets that are not separated by a gap in the density of poles.
 
-    A uniform distribution along the great circle through both means has equal numbers in each third
-    of the distance. Two clusters leave the middle third emptier, with a p-value below 5 % for a
-    uniform distribution (binomial).
+    For a uniform distribution along the great circle through both means, each third of the distance
+    contains equal numbers of poles. Between two clusters the middle third contains fewer, with a
+    binomial p-value below 5 % for a uniform distribution.
 
     Parameters
     ----------
     poles : (n, 3) ndarray
     group : (n,) array_like of int
-        Set of each pole, -1 for none.
+        Set of each pole; -1 if it belongs to none.
     means : (k, 3) ndarray
 
     Returns

@@ -1,4 +1,4 @@
-"""Sets proposed among the planes of a table, for `vomstudio sets`."""
+"""Automatic proposal of sets among the planes of a table, for `vomstudio sets`."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ class ProposedSet:
     Attributes
     ----------
     dip_direction_deg, dip_deg : float
-        Fisher mean after flipping into one hemisphere, degrees.
+        Fisher mean of the planes after flipping them into one hemisphere, degrees.
     kappa : float or None
-        None for identical planes.
+        Fisher concentration; None for identical planes.
     cone95_deg : float or None
-        Half-angle of the 95 % cone of the mean, degrees; None for one plane.
+        Half-angle of the 95 % confidence cone of the mean, degrees; None for a single plane.
     spacing_m, spacing_cv : float or None
-        Mean gap along the mean normal, m, and standard deviation of the gaps over it; None without
-        positions.
+        Mean gap along the mean normal, m, and the standard deviation of the gaps divided by this
+        mean; None if positions are unknown.
     """
 
     name: str
@@ -73,16 +73,16 @@ class ProposedSet:
 
 @dataclass(frozen=True)
 class SetFit:
-    """Goodness of fit of two distributions of a set.
+    """Goodness of fit of two distributions to a set.
 
     Attributes
     ----------
     better : {"fisher", "kent"} or None
-        Better distribution; None if neither could be fitted, for `reason`.
+        Distribution that fits better; None if neither could be fitted, as explained by `reason`.
     fisher_p, kent_p : float or None
-        p-values of the distributions; None for too few planes.
+        p-values of the distributions; None if there are too few planes.
     beta_over_kappa, elongated_p : float or None
-        Parameter of Kent's distribution, and p-value of a round set.
+        Shape parameter of Kent's distribution, and p-value for the hypothesis of a round set.
     """
 
     better: str | None
@@ -95,7 +95,7 @@ class SetFit:
 
 @dataclass(frozen=True)
 class DescribedSet(Arrangement, ProposedSet):
-    """Set with the arrangement of its planes; the spacing is that of its discontinuities."""
+    """Set with the arrangement of its planes; the spacing is that of the discontinuities."""
 
     fit: SetFit | None = None
     scanline: ScanlineSpacing | None = None
@@ -103,22 +103,22 @@ class DescribedSet(Arrangement, ProposedSet):
 
 @dataclass(frozen=True, repr=False)
 class SetProposal(PrintableResult):
-    """Proposed sets of n planes.
+    """Sets proposed for n planes.
 
     Attributes
     ----------
     unassigned : int
-        Number of planes in no set.
+        Number of planes that belong to no set.
     criteria : tuple of float
-        Criterion for 0, 1, 2 ... sets, lower is better; empty with seeds.
+        Criterion for 0, 1, 2, ... sets, where lower is better; empty if seeds were given.
     assignment, probability : (n,) tuple
-        Set of each used row, "" for none, and its probability.
+        Set of each used row ("" if none), and the probability of the assignment.
     rows : (n,) tuple of int
-        Rows of the table.
+        Indices of the used rows in the table.
     discontinuities : tuple of Discontinuity
-        Of all sets with known positions.
+        Discontinuities of all sets with known positions.
     discontinuity : (n,) tuple of str
-        Id of the discontinuity of each row, "" for none; empty if only positions are known.
+        Id of the discontinuity of each used row ("" if none); empty if only positions are known.
     """
 
     n: int
@@ -142,16 +142,16 @@ def propose_sets(
     pieces: Pieces | None = None,
     progress: Progress | None = None,
 ) -> SetProposal:
-    """Propose sets among the planes of a table; lines are left out.
+    """Propose sets among the planes of a table; lines are ignored.
 
-    Sets are named S1, S2... by their size, or in the order of the seeds.
+    Sets are named S1, S2, ... by decreasing size, or in the order of the seeds.
 
     Parameters
     ----------
     table : OrientationRows
     options : SetOptions, optional
     pieces : Pieces, optional
-        Places of all rows of the table.
+        Positions and shapes for all rows of the table.
     progress : Progress, optional
 
     Returns
@@ -163,8 +163,8 @@ def propose_sets(
     GeometryError
         If the table has no planes.
     UsageError
-        For more sets than planes, seeds that are not planes or alike, and a scanline without
-        places.
+        If there are more sets than planes, if seeds are invalid or nearly identical, or if a
+        scanline is given without positions.
     """
     options = SetOptions() if options is None else options
     scanline = parse_scanline(options.scanline)
@@ -197,7 +197,7 @@ def propose_sets(
 def sets_from_means(
     means: FloatArray, poles: Sequence[FloatArray], group: npt.ArrayLike
 ) -> SetProposal:
-    """Return the sets S1, S2 ... of known means, without the empty ones.
+    """Return the sets S1, S2, ... with given means; empty sets are omitted.
 
     Parameters
     ----------
@@ -205,12 +205,12 @@ def sets_from_means(
         Poles of the sets.
     poles : (n, 3) sequence of ndarray
     group : (n,) array_like of int
-        Set of each plane, -1 for none.
+        Set of each plane; -1 if it belongs to none.
 
     Returns
     -------
     SetProposal
-        Kappa and cone are those of the planes.
+        Kappa and the confidence cone are computed from the planes.
     """
     groups = np.asarray(group, np.int64)
     all_ = np.asarray(poles, np.float64).reshape(-1, 3)
@@ -245,7 +245,7 @@ def describe_proposal(
     scanline: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> SetProposal:
-    """Add the fit of distributions and the arrangement of planes to a proposal.
+    """Add fitted distributions and the arrangement of the planes to a proposal.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def describe_proposal(
     poles : (n, 3) ndarray
     pieces : Pieces or None
     scanline : (2, 3) ndarray, optional
-        Ends, m; only with pieces.
+        End points in metres; only used together with pieces.
     progress : Progress, optional
 
     Returns
@@ -303,7 +303,7 @@ def describe_proposal(
 
 
 def fit_set(poles: FloatArray) -> SetFit:
-    """Fit Fisher's (1953) and Kent's (1982) distribution to a set of poles.
+    """Fit the distributions of Fisher (1953) and Kent (1982) to a set of poles.
 
     Parameters
     ----------
@@ -340,11 +340,11 @@ def propose_sets_of_poles(
     Parameters
     ----------
     poles : ndarray of float, shape (n, 3)
-        Unit vectors, either end up; n > 0.
+        Unit vectors pointing up or down; n > 0.
     options : SetOptions, optional
-        A warning reports fewer distinct sets than `exactly`.
+        If there are fewer distinct sets than `exactly`, a warning is reported.
     places : ndarray of float, shape (n, 3), optional
-        Places of the planes, World, m.
+        Points on the planes in the World frame, m.
 
     Returns
     -------
@@ -353,7 +353,7 @@ def propose_sets_of_poles(
     Raises
     ------
     UsageError
-        For more sets than planes, and for seeds that are not planes or alike.
+        If there are more sets than planes, or if seeds are invalid or nearly identical.
     """
     options = SetOptions() if options is None else options
     exactly, seeds = options.exactly, parse_seeds(options.seeds)
@@ -420,7 +420,7 @@ def _girdle_findings(
 
 
 def parse_seeds(text: str | None) -> tuple[Plane, ...]:
-    """Parse planes such as 120/45,300/80.
+    """Parse a list of planes such as 120/45,300/80.
 
     Parameters
     ----------
@@ -433,7 +433,7 @@ def parse_seeds(text: str | None) -> tuple[Plane, ...]:
     Raises
     ------
     UsageError
-        If the text is not such a list.
+        If the text is not a valid list of planes.
     """
     planes = []
     for word in [] if text is None else text.split(","):
@@ -490,18 +490,19 @@ def _describe_set(
 def spacing_along(
     normal: FloatArray, places: FloatArray | None
 ) -> tuple[float | None, float | None]:
-    """Return the mean gap of persistent planes along a normal.
+    """Return the mean gap and relative deviation of persistent planes along a normal.
 
     Parameters
     ----------
     normal : (3,) ndarray
     places : (n, 3) ndarray or None
-        A point of each plane; NaN if unknown.
+        One point on each plane; NaN if unknown.
 
     Returns
     -------
     gap, deviation : float or None
-        Mean and relative deviation of the gaps; None if fewer than two places are known.
+        Mean of the gaps in metres and their relative standard deviation; None if fewer than two
+        points are known.
     """
     if places is None:
         return None, None

@@ -10,7 +10,7 @@ from vomstudio.core.findings import Finding
 
 
 def parse_scanline(text: str | None) -> FloatArray | None:
-    """Parse the ends of a scanline, "x,y,z,x,y,z".
+    """Parse the end points of a scanline, "x,y,z,x,y,z".
 
     Parameters
     ----------
@@ -19,12 +19,12 @@ def parse_scanline(text: str | None) -> FloatArray | None:
     Returns
     -------
     (2, 3) ndarray or None
-        Metres; None for None.
+        End points in metres; None if the text is None.
 
     Raises
     ------
     UsageError
-        If the text is not such a line.
+        If the text is not a valid scanline.
     """
     if text is None:
         return None
