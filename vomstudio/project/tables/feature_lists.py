@@ -1,6 +1,6 @@
 """Tables of features without an orientation (stations, contact lines, lithologies).
 
-There is one table per kind, with the geometry as well-known text.
+There is one table per kind, in which the geometry is stored as well-known text.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ WKT = "wkt"
 def listed_tables(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> dict[str, str]:
-    """Return the CSV text of each such kind that has features, by layer name, in World."""
+    """Return the CSV text of each such kind with features, by layer name, in World coordinates."""
     features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
     measured = measurements.of(records, [f.id for f in features])
     subjects_by_kind: dict[Kind, list[Subject]] = {}
