@@ -27,7 +27,7 @@ UNKNOWN: Units = ("unknown", "unknown", "unknown")
 MAX_DEGREES = 400.0
 """Maximum coordinate in degrees or gons."""
 _UNIT_TOLERANCE = 2e-7
-"""Relative tolerance; the US survey foot is stated with seven digits, and both feet differ by 2e-6."""
+"""Relative tolerance: the US survey foot has seven digits in files, and the feet differ by 2e-6."""
 _UNIT_NAMES = {
     "m": to_translate("metres"),
     "ft": to_translate("feet"),
