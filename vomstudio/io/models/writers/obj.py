@@ -58,7 +58,7 @@ def write(out: WriteRequest) -> list[Finding]:
 
 
 def _material_names(mesh: Mesh) -> list[str]:
-    """Return unique names without line breaks."""
+    """Return unique names that contain no line breaks."""
     result: list[str] = []
     for i, material in enumerate(mesh.materials):
         name = " ".join(material.name.split()) or "untextured"
