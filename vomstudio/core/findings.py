@@ -1,4 +1,4 @@
-"""Findings: messages that an operation returns with its result, with stable codes and values.
+"""Findings: messages with stable codes and values, returned by operations.
 
 A finding is created where a problem is detected and contains no sentence. Its text is produced
 where it is displayed (window, terminal, report, table) from the catalogue in

@@ -252,7 +252,7 @@ def _list_reader(count: int | None, inside: Reader) -> Reader:
 
 
 def _rows_reader(count: int | None, width: int | None) -> Reader:
-    """Return the reader for rows of numbers, such as vertices, which make up most of a journal."""
+    """Return the reader for rows of numbers (vertices), which make up most of a journal."""
 
     def read(value: Any) -> tuple[tuple[float, ...], ...]:
         if not isinstance(value, list | tuple) or (count is not None and len(value) != count):

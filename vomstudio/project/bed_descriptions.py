@@ -1,4 +1,4 @@
-"""Pure functions for the descriptions of the beds of a log, which are stored with its line."""
+"""Pure functions for the descriptions of the beds of a log, stored with its line."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def registration_errors(
 def thickness_error(
     step: FloatArray, normal: FloatArray, model: Model | None, plane_model: Model | None
 ) -> float | None:
-    """Return the 95 % error of a thickness due to registrations, in metres, or None if unknown.
+    """Return the 95 % error of a thickness due to registrations in metres, or None.
 
     Parameters
     ----------

@@ -180,7 +180,7 @@ def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple
 
 
 def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, Any]]) -> Edit:
-    """Store resolution and outcrop normal of picks and patches, measured with the current rule.
+    """Store resolution and outcrop normal of features, measured with the current rule.
 
     Parameters
     ----------
@@ -345,7 +345,7 @@ def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
 
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
-    """Delete features. Features that depend on one of them are kept and report what is missing."""
+    """Delete features. Features that depend on them are kept and report what is missing."""
     features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))

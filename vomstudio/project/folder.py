@@ -97,7 +97,7 @@ class ProjectFolder:
         self._lock = lock
 
     def _write_dependencies(self) -> None:
-        """Write the dependencies of a row: the lock, if not yet acquired, and the referenced files.
+        """Write the dependencies of a row: the lock, unless acquired, and referenced files.
 
         Raises VomError.
         """

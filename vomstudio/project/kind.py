@@ -1,4 +1,4 @@
-"""Declaration of a kind of feature, so that other code does not depend on individual kinds.
+"""Declaration of a kind of feature, which keeps other code independent of kinds.
 
 Each kind is defined by one module in `project/kinds`. `kind_of` returns the kind of a feature; its
 capabilities are read from its fields and never from the class of a record.

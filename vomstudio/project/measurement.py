@@ -187,7 +187,7 @@ class NearestPick:
 
 @dataclass(frozen=True, eq=False)
 class MeasurementContext:
-    """Inputs of a measurement. `known` contains the measurements of dependencies by feature ID."""
+    """Inputs of a measurement. `known` contains measurements of dependencies by feature ID."""
 
     records: Records
     thresholds: Thresholds

@@ -50,7 +50,7 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
 
 
 def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray | None:
-    """Return the covariance of the upward normal of a fitted plane, as used in its total error.
+    """Return the covariance of a fitted plane's upward normal, as used in its total error.
 
     Parameters
     ----------

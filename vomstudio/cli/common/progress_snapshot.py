@@ -8,7 +8,7 @@ from vomstudio.cli.common.output import for_terminal
 from vomstudio.core.words import tr
 
 MAX_COUNT = 9999
-"""Maximum number of steps shown as a count; larger totals (bytes, points) are shown as a share."""
+"""Maximum number of steps shown as a count; larger totals are shown as a share."""
 MIN_STEPS_FOR_ESTIMATE = 3
 MIN_TIME_FOR_ESTIMATE_S = 2.0
 

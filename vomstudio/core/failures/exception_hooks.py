@@ -103,7 +103,7 @@ def _print(error: BaseException) -> None:
 
 
 def _release_frames(error: BaseException) -> None:
-    """Release the last error, which Python stores together with the local variables of its frames.
+    """Release the last error, which Python stores with the local variables of its frames.
 
     Otherwise a painter would stay open, so that every later paint would fail, and the models of a
     closed project would stay in memory.

@@ -246,7 +246,7 @@ _BYTE_ORDER_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 def recognise_kind(head: bytes) -> FileKind | None:
-    """Return the kind of a file from its first bytes, or None for text tables and unknown kinds.
+    """Return the kind of a file from its first bytes, or None for tables and unknown kinds.
 
     Parameters
     ----------

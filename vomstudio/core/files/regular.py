@@ -63,7 +63,7 @@ def require_regular(path: str | Path) -> None:
 
 
 def require_regular_siblings(path: str | Path) -> None:
-    """Raise InputError if a device, pipe or socket has a name that starts with that of the file.
+    """Raise InputError if a device, pipe or socket has a name that starts like the file.
 
     Use this check for libraries that also open files next to the given one and would block on such
     a file.

@@ -204,7 +204,7 @@ def _format(value: Any) -> str:
 
 @functools.cache
 def _palette() -> AnyArray:
-    """Return the RGB values (255, 3) of colour numbers from 1: 24 hues in ten shades, and greys."""
+    """Return the RGB values (255, 3) of colours from 1: 24 hues in ten shades, and greys."""
     first = [
         (255, 0, 0),
         (255, 255, 0),

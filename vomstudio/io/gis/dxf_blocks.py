@@ -39,7 +39,7 @@ def count_block_entities(path: Path) -> float:
 
 
 class _Drawing:
-    """Entities by the block that contains them; entities outside blocks have the block name ""."""
+    """Entities by the block that contains them; the block name is "" outside blocks."""
 
     def __init__(self, pieces: Iterator[DxfPiece]) -> None:
         self._entities: Counter[bytes] = Counter()

@@ -374,7 +374,7 @@ def _transform_matrix(style: dict[str, str]) -> FloatArray:
 def _viewport(
     element: Any, matrix: FloatArray, outer: tuple[float, float]
 ) -> tuple[FloatArray, tuple[float, float]]:
-    """Return the matrix to the units of an inner viewport, and the viewport size in these units."""
+    """Return the matrix to the units of an inner viewport, and its size in these units."""
     x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), outer)
     w, h = w or outer[0], h or outer[1]
     step = np.eye(3)

@@ -194,7 +194,7 @@ def _symbol(
 
 
 def _disc(centre: FloatArray, values: Mapping[str, Any]) -> FloatArray:
-    """Return the faces (n, 4, 3) of a disc as wide as the feature, or none if it has no extent."""
+    """Return the faces (n, 4, 3) of a disc as wide as the feature; none without an extent."""
     normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
     radius = float(values["extent_m"]) / 2
     if not (np.isfinite(normal).all() and np.isfinite(radius) and radius > 0):

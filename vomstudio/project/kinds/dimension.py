@@ -60,7 +60,7 @@ GROUP = KindGroup("dimensions", _("Measurements"), "ruler")
 
 @dataclass(frozen=True)
 class Dimension(Logged):
-    """Measured dimension. `plane_id` is the feature whose plane a thickness is perpendicular to."""
+    """Measured dimension. A thickness is perpendicular to the plane of feature `plane_id`."""
 
     id: str
     name: str

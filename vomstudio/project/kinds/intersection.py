@@ -182,7 +182,7 @@ def _normal_of(measured: Measurement) -> FloatArray:
 def _ends(
     direction: FloatArray, means: list[UncertainPlane], measured: list[list[Measurement]]
 ) -> FloatArray:
-    """Return the ends (2, 3) of the intersection, which is as long as the longest of the planes.
+    """Return the ends (2, 3) of the intersection, which is as long as the longest plane.
 
     The line passes through the intersection of the planes through the centres of the groups or, if
     that is far away, midway between the groups.

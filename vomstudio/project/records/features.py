@@ -130,5 +130,5 @@ def get(records: Mapping[str, Any], id_: str | None, cls: type[R]) -> R | None:
 
 
 def get_feature(records: Mapping[str, Any], id_: str | None) -> Feature | None:
-    """Return the feature with an ID, or None if there is no such record or it is not a feature."""
+    """Return the feature with an ID, or None if there is no such feature."""
     return get(records, id_, Feature)

@@ -27,7 +27,7 @@ WKT = "wkt"
 def listed_tables(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> dict[str, str]:
-    """Return the CSV text of each such kind with features, by layer name, in World coordinates."""
+    """Return the CSV text of each such kind that has features, by layer name, in World."""
     features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
     measured = measurements.of(records, [f.id for f in features])
     subjects_by_kind: dict[Kind, list[Subject]] = {}

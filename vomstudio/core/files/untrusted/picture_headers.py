@@ -326,7 +326,7 @@ def _tiff_size(directory: _Directory) -> PictureSize:
 
 
 def _check_tags(file: BinaryIO) -> None:
-    """Raise HeaderError if the tags exceed the size of the file or there are too many directories.
+    """Raise HeaderError if the tags exceed the file size or there are too many directories.
 
     Several tags may refer to the same bytes, and each of them is read completely.
     """

@@ -153,7 +153,7 @@ def _binary_lenses(path: Path) -> Lenses:
 
 # --- images -----------------------------------------------------------------------------------
 def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
-    """Yield the images; each has a line with the pose and a possibly empty line with its points."""
+    """Yield the images; each has a line with the pose and one, maybe empty, with points."""
     is_pose_line = True
     for number, line in _lines(path):
         if not is_pose_line:

@@ -95,7 +95,7 @@ def find_own_cameras(model: str | Path, *, search_parents: bool = True) -> Path 
 
 
 def _has_lenses_only(path: Path) -> bool:
-    """Return whether a file contains only lenses, which OpenDroneMap also calls `cameras.json`."""
+    """Return whether a file contains only lenses, like the `cameras.json` of OpenDroneMap."""
     if not is_regular(path):
         return False
     with open_regular(path) as stream:
