@@ -304,7 +304,7 @@ class ToWorld:
 
     @cached_property
     def turn(self) -> FloatArray:
-        """Rotation matrix (3, 3); a row vector is multiplied by it from the left."""
+        """Rotation matrix (3, 3); a direction as a row vector times it is in the World frame."""
         rotation: FloatArray = (self.rows[:3, :3] / self.scale).T
         return rotation
 

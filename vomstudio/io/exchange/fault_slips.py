@@ -1,11 +1,11 @@
 """Fault slips for FaultKin and Win-Tensor.
 
 - FaultKin (R. W. Allmendinger, R. A. Marrett, T. Cladouhos): tab-separated text with a header
-line: strike and dip of the fault by the right-hand rule, trend and plunge of the striae, and the
-sense of slip as two letters, T (thrust) or N (normal) and R (right-lateral) or L (left-lateral).
+  line: strike and dip of the fault by the right-hand rule, trend and plunge of the striae, and the
+  sense of slip as two letters, T (thrust) or N (normal) and R (right-lateral) or L (left-lateral).
 - Win-Tensor (D. Delvaux): tab-separated columns of its data sheet, into which they are pasted:
-format 11 (fault with striae), dip and dip direction, plunge and azimuth of the striae, sense N,
-I, S, D or X (unknown), confidence C, P, S or X.
+  format 11 (fault with striae), dip and dip direction, plunge and azimuth of the striae, sense N,
+  I, S, D or X (unknown), confidence C, P, S or X.
 """
 
 from __future__ import annotations

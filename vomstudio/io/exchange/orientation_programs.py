@@ -1,13 +1,13 @@
 """Planes and lines for Stereonet, Orient and GeMS.
 
 - Stereonet (R. W. Allmendinger, N. Cardozo): tab-separated text with two named columns, planes by
-the right-hand rule, one kind of data per file.
+  the right-hand rule, one kind of data per file.
 - Orient (F. W. Vollmer): tab-separated text whose header defines the columns (Orient user manual,
   appendix "Data File Format"): Station, X, Y, Z, the angles of a plane and of a line, Type, Domain,
   Comment.
 - GeMS (U.S. Geological Survey 2020, Techniques and Methods 11-B10): fields of the feature class
-OrientationPoints, in order, followed by the coordinates. As in the standard, -9 stands for
-unknown numbers and # for unknown words.
+  OrientationPoints, in order, followed by the coordinates. As in the standard, -9 stands for
+  unknown numbers and # for unknown words.
 """
 
 from __future__ import annotations

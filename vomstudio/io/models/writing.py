@@ -66,7 +66,7 @@ def write_model(
     axes: Axes = WORLD,
     registration: Registration | None = None,
 ) -> list[Finding]:
-    """Write a model in the World frame in the format given by the suffix of `path`.
+    """Write a model in World in the format of the path's suffix, completely or not at all.
 
     Parameters
     ----------

@@ -2,11 +2,11 @@
 
 Two exact shortcuts are used; all other tokens are passed to Python's float():
 - Clinger 1990 (*PLDI*, "How to read floating point numbers accurately"): a mantissa of at most
-2**53 and a power of ten of at most 22 are both exact doubles, so one multiplication or division
-rounds only once;
+  2**53 and a power of ten of at most 22 are both exact doubles, so one multiplication or division
+  rounds only once;
 - mantissas of up to 18 digits divided by at most 10**22: the quotient is computed in double-double
-(Dekker 1971, *Numerische Mathematik* 18, 224) and used only if all values within its error bound
-round to the same double.
+  (Dekker 1971, *Numerische Mathematik* 18, 224) and used only if all values within its error bound
+  round to the same double.
 """
 
 from __future__ import annotations
