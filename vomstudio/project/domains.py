@@ -21,7 +21,7 @@ MAX_SHARE_ON_OTHER_SIDE = 0.1
 """Share of points on the other side above which a feature crosses the plane."""
 _DIRECTIONS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 MIN_VERTICAL_DIP_DEG = 89.0
-"""Minimum dip of a fault that is considered vertical and has no hanging wall."""
+"""Dip above which a fault is considered vertical and has no hanging wall."""
 
 
 def domain_of(record: Record) -> str | None:

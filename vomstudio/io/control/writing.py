@@ -39,7 +39,7 @@ def write_control(
     Returns
     -------
     Path or None
-        New path of an existing table with different content, which is kept as a backup.
+        Path of the backup if an existing table had different content.
 
     Raises
     ------

@@ -50,7 +50,7 @@ METHODS = (
 
 
 MAX_LENGTH_TO_EXTENT = 4.0
-"""Empirical limit; for a trace once around an outcrop the ratio is pi."""
+"""Limit chosen without a published source; a trace once around an outcrop has a ratio of pi."""
 
 
 @dataclass(frozen=True)

@@ -40,12 +40,12 @@ class FitOptions(Options):
 
 @dataclass(frozen=True)
 class FitTogether(Options):
-    """Options for fitting several traces together and drawing the result, for the command.
+    """Options of the command for fitting several traces together and drawing the result.
 
     Raises
     ------
     UsageError
-        If traces are on one plane and parallel planes are not requested.
+        If `same` is given without `parallel`.
     """
 
     parallel: bool = option(

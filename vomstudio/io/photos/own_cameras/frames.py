@@ -68,7 +68,7 @@ def not_looking_finding(path: Path) -> Finding:
 
 
 def share_looking(views: Sequence[View], bounds: FloatArray) -> float:
-    """Return the share of cameras whose axis hits the enlarged box (2, 3) in valid range."""
+    """Return the share of cameras whose axis hits the enlarged box (2, 3) at valid distance."""
     if not len(views):
         return 0.0
     size = bounds[1] - bounds[0]
