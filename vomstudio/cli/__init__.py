@@ -1,4 +1,4 @@
-"""Command line interface, one module per command."""
+"""Command-line interface, with one module per command."""
 
 from vomstudio.cli.common.entry import main
 from vomstudio.cli.common.first_word import COMMANDS, is_for_window

@@ -1,4 +1,4 @@
-"""`vomstudio check`: check a set of photos before the reconstruction."""
+"""`vomstudio check`: check a set of photos before reconstruction."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``check``."""
+    """Add the ``check`` command."""
     parser = add_command(
         subparsers, "check", run, help_=tr("Check a set of photos before or after it is aligned")
     )
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``compare``."""
+    """Add the ``compare`` command."""
     parser = add_command(
         subparsers, "compare", run, help_=tr("Signed distances of a model from a benchmark")
     )
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def _agreement(args: argparse.Namespace) -> Agreement:
 
 
 def _agreement_text(comparison: Agreement) -> str:
-    """Return a table of the planes measured on both models, and how many agree."""
+    """Return a table of the planes measured on both models, and the number that agree."""
     rows = [
         [
             one.first,
@@ -200,7 +200,7 @@ def _written(
 
 
 def _result_text(comparison: Comparison) -> str:
-    """Return accuracy, precision and the share of significant distances."""
+    """Return accuracy, precision and the share of significant distances as text."""
     rows = [
         [what, name, text_tables.figures(value)]
         for what, name, value in (

@@ -1,4 +1,4 @@
-"""`vomstudio convert`: a model or cloud from one format to another."""
+"""`vomstudio convert`: conversion of a mesh or point cloud to another format."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``convert``."""
+    """Add the ``convert`` command."""
     parser = add_command(
         subparsers, "convert", run, help_=tr("Write a model or cloud in another format")
     )
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.core.findings import unique_findings
@@ -60,7 +60,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(target, force=args.force, inputs=[args.input])
     options = frame_options(args)
     if options.up == "z":
-        # It reverses the rotation of a format that is Y-up by definition (`_transform_to_metres`).
+        # This reverses the rotation of a format that is Y-up by definition
+        # (`_transform_to_metres`).
         options = replace(options, up=None)
     progress = report_reading(args, args.input)
     loaded = read_model(Path(args.input), progress, options)
@@ -90,7 +91,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         axes=_axes(loaded, crs, args.unit, registration),
         registration=registration,
     )
-    # The frame may have reported an error of the registration, too.
+    # The frame may also have reported an error of the registration.
     warnings = list(unique_findings(warnings))
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
@@ -104,7 +105,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _axes(
     loaded: LoadedModel, crs: str | None, unit: str | None, registration: Registration | None
 ) -> Axes:
-    """Return what is known of x, y and z by CRS, registration, cameras or options."""
+    """Return the properties of x, y and z known from CRS, registration, cameras or options."""
     from vomstudio.geometry.units import Axes
     from vomstudio.io.photos.cameras_file import has_known_scale
 
@@ -115,9 +116,9 @@ def _axes(
 
 
 def _transform_to_metres(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:
-    """Return the model with z up and in metres.
+    """Return the model in metres with z up.
 
-    For a Y-up format, "z" reverses the rotation by its reader.
+    For a Y-up format, "z" reverses the rotation that its reader has applied.
     """
     import numpy as np
 
@@ -127,7 +128,7 @@ def _transform_to_metres(loaded: LoadedModel, up: str | None, scale: float) -> M
     change = _change(loaded, up, scale)
     if np.array_equal(change, np.eye(4)):
         return data
-    # About a point of the model, so that large coordinates lose no digits.
+    # Rotate about a point of the model so that large coordinates do not lose digits.
     about, matrix = _pivot(loaded), change[:3, :3]
     if isinstance(data, Mesh):
         return replace(data, vertices=(data.vertices - about) @ matrix.T + about)
@@ -140,7 +141,7 @@ def _transform_to_metres(loaded: LoadedModel, up: str | None, scale: float) -> M
 
 
 def _change(loaded: LoadedModel, up: str | None, scale: float) -> FloatArray:
-    """Return the (4, 4) similarity from the coordinates that were read to those of the output."""
+    """Return the similarity (4, 4) from the coordinates as read to those of the output."""
     import numpy as np
 
     about, turn = _pivot(loaded), np.eye(3)

@@ -1,4 +1,4 @@
-"""`vomstudio dem`: heights of a model over a plane, as a raster."""
+"""`vomstudio dem`: heights of a model above a plane, as a raster."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``dem``."""
+    """Add the ``dem`` command."""
     parser = add_command(
         subparsers, "dem", run, help_=tr("Elevation model over a plane of reference, as GeoTIFF")
     )
@@ -36,12 +36,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
     InputError
-        If the model is not suitable.
+        If the model is not suitable for a raster.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""`vomstudio demo`: the complete workflow on the embedded sample outcrop, with its truth."""
+"""`vomstudio demo`: complete workflow on the sample outcrop, with its true values."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
 
 DEFAULT_FOLDER = "vomstudio-demo"
 MARK = ".vomstudio-demo"
-"""Marks a folder that this command created."""
+"""Name of the file that marks a folder created by this command."""
 PROJECT = "sample.vom"
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``demo``."""
+    """Add the ``demo`` command."""
     parser = add_command(
         subparsers,
         "demo",
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import write_bytes
 
@@ -128,7 +128,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, Any]:
-    """Reconstruct a model from the sample's photos, beside the original outcrop."""
+    """Reconstruct a model from the photos of the sample, next to the original outcrop."""
     import numpy as np
 
     from vomstudio.io.models.opening import read_model
@@ -182,7 +182,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
 
 
 class _Watch:
-    """Reports the numbered steps of the demo and records how long each takes, in seconds."""
+    """Reporter of the numbered steps of the demo, which records their durations in seconds."""
 
     def __init__(self, progress: Reporter, count: int) -> None:
         self.seconds: dict[str, float] = {}
@@ -198,7 +198,7 @@ class _Watch:
 
 
 def _prepare(folder: Path) -> None:
-    """Create the folder, or remove the project of an earlier demo from it."""
+    """Create the folder, or remove the project of a previous demo from it."""
     from vomstudio.core.files.atomic import write_bytes
     from vomstudio.core.files.containment import make_folder, require_inside
     from vomstudio.core.files.lock import ProjectLock
@@ -222,7 +222,7 @@ def _prepare(folder: Path) -> None:
 
 
 def _project(folder: Path, picks: SamplePicks) -> list[Path]:
-    """Create a project as in the window, with its table and GIS layers."""
+    """Create a project in the same way as in the window, with its table and GIS layers."""
     from vomstudio.core.identifiers import new_id
     from vomstudio.geometry.frames import Frame
     from vomstudio.geometry.mesh import Mesh
@@ -261,9 +261,9 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
 
 
 def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePicks) -> None:
-    """Add the picks as the tools would: beds and fault as traces, joints as patches.
+    """Add the picks as the tools would: beds and fault as traces, and joints as patches.
 
-    Joints were picked all over their faces.
+    Joints were picked over their whole faces.
     """
     from vomstudio.core.identifiers import new_id
     from vomstudio.geometry.streaming.surfaces import create_surface
@@ -302,7 +302,7 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
 
 
 def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> Patch:
-    """Create a patch of the faces at the picked points, with the plane of the points."""
+    """Create a patch from the faces at the picked points, with the plane of the points."""
     from scipy.spatial import cKDTree
 
     from vomstudio.core.identifiers import new_id
@@ -351,7 +351,7 @@ def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
 
 
 def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
-    """Write an orthophoto along beta by the command `ortho`."""
+    """Write an orthophoto along the fold axis (beta) with the command `ortho`."""
     from vomstudio.cli import ortho
     from vomstudio.project.sample import sample_model
 

@@ -1,4 +1,4 @@
-"""`vomstudio displacement`: displacements of a fault by pairs of points on both sides."""
+"""`vomstudio displacement`: displacements of a fault from point pairs on both sides."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.geology.faults.displacement_options import DisplacementOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``displacement``."""
+    """Add the ``displacement`` command."""
     parser = add_command(
         subparsers,
         "displacement",
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.faults.displacement_pairs import displacements
     from vomstudio.io.gate.point_tables import read_pairs

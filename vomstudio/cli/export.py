@@ -1,4 +1,4 @@
-"""`vomstudio export`: write a project's features for other programs."""
+"""`vomstudio export`: export of a project's features for other programs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_NAMED = 5
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``export``."""
+    """Add the ``export`` command."""
     parser = add_command(
         subparsers, "export", run, help_=tr("Write a project's features for other programs")
     )
@@ -36,7 +36,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.project.exports.export import export_project
 
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _left_out(skipped: Sequence[Mapping[str, Any]]) -> list[Finding]:
-    """Return a finding for each feature, or one for many with the same reason."""
+    """Return one finding per feature, or a single one for many with the same reason."""
     names: dict[Finding, list[str]] = {}
     for item in skipped:
         names.setdefault(item["reason"], []).append(item["name"])

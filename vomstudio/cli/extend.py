@@ -1,4 +1,4 @@
-"""`vomstudio extend`: a plane extended through a model, with its position error."""
+"""`vomstudio extend`: extension of a plane through a model, with its position error."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``extend``."""
+    """Add the ``extend`` command."""
     parser = add_command(
         subparsers,
         "extend",
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _belief(
     options: ExtendOptions, points: str | None, model: WorldModel
 ) -> tuple[PlaneEstimate, tuple[Finding, ...]]:
-    """Return the plane with its error, in World."""
+    """Return the plane with its error in the World frame."""
     from vomstudio.geology.beds.extended import (
         plane_estimate_from_attitude,
         plane_estimate_from_fit,
@@ -127,7 +127,7 @@ def _belief(
 
 
 def _result_text(extension: ExtendedPlane, unit: str) -> str:
-    """Return the planes that meet the model, with the errors of their position."""
+    """Describe the planes that intersect the model, with the errors of their position."""
     rows = [
         [
             str(bed.bed),

@@ -1,4 +1,4 @@
-"""`vomstudio facets`: planar parts of an outcrop's face."""
+"""`vomstudio facets`: planar parts of an outcrop face."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``facets``."""
+    """Add the ``facets`` command."""
     parser = add_command(
         subparsers, "facets", run, help_=tr("Find the facets of an outcrop and fit their planes")
     )
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _result_text(facet_table: FacetTable) -> str:
-    """Return the largest facets and the share of the outcrop that all of them cover."""
+    """Describe the largest facets and the share of the outcrop that all facets cover."""
     heads = [tr("facet"), tr("plane"), tr("area"), tr("n"), tr("quality")]
     units = ["", tr("dip direction/dip ± 95 %"), "m2", "", ""]
     rows = [

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``fit``."""
+    """Add the ``fit`` command."""
     parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
     parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     add_options(parser, FitOptions)
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------

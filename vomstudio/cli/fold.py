@@ -1,4 +1,4 @@
-"""`vomstudio fold`: pi-plane and fold axis, or the axis common to several sets."""
+"""`vomstudio fold`: pi-plane and fold axis, or the common axis of several sets."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``fold``."""
+    """Add the ``fold`` command."""
     parser = add_command(
         subparsers, "fold", run, help_=tr("Pi-plane, fold axis beta and its verdict")
     )
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.table_folds import table_fold
     from vomstudio.io.text.orientation_reading import read_orientations
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the error by the registration, if known."""
+    """Return the error due to the registration, if known."""
     if beta["registration_error_deg"] is None:
         return []
     text = tr("{error:.1f} deg (95 %)", error=beta["registration_error_deg"])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``fractures``."""
+    """Add the ``fractures`` command."""
     parser = add_command(
         subparsers,
         "fractures",
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures

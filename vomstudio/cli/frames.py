@@ -12,7 +12,7 @@ from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``frames``."""
+    """Add the ``frames`` command."""
     parser = add_command(
         subparsers,
         "frames",
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.photogrammetry.survey.video import take_frames
 

@@ -1,4 +1,4 @@
-"""`vomstudio info`: contents of a model, cloud, table, picture or folder of photos."""
+"""`vomstudio info`: contents of a model, point cloud, table, picture or photo folder."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ NOTHING: dict[str, Any] = {
     "fields": [],
     "warnings": [],
 }
-"""Keys that the result of every file contains, with their defaults."""
+"""Keys that the result contains for every file, with their default values."""
 TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
 GRIDS = {".tif", ".tiff"}
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``info``."""
+    """Add the ``info`` command."""
     parser = add_command(
         subparsers, "info", run, help_=tr("Say what is in models, tables and photos")
     )
@@ -52,16 +52,16 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Report all files.
+    """Report the contents of all files.
 
-    The result contains the error of the first file that cannot be read.
+    The result contains the error for the first file that cannot be read.
 
     Parameters
     ----------
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     progress = progress_of(args)
     files: list[dict[str, Any]] = []
@@ -120,7 +120,7 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     return {
         **NOTHING,
         "kind": "photos",
-        # Two copies of a file still count as two photos of the folder.
+        # Two copies of a file still count as two photos in the folder.
         "photos": len(photos) + len(survey.duplicates),
         "used": len(photos),
         "with_gps": placed,
@@ -131,7 +131,7 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _camera(group: list[Photo]) -> dict[str, Any]:
-    """Return the common properties of photos through the same lens."""
+    """Return the common properties of photos taken with the same lens."""
     first_photo = group[0]
     return {
         "camera": first_photo.camera,
@@ -148,11 +148,11 @@ def _camera(group: list[Photo]) -> dict[str, Any]:
 
 
 COORDINATE_NAMES = {"x", "y", "z"}
-"""A table with these columns contains points; errors in them are reported."""
+"""Columns that identify a table of points, in which errors are reported."""
 
 
 def _table(path: Path, progress: Progress) -> dict[str, Any]:
-    """Return rows and columns; bounds if there are x, y and z, in the stated CRS."""
+    """Return rows and columns, and if there are x, y and z, bounds in the stated CRS."""
     import numpy as np
 
     from vomstudio.io.gate.points import points_to_world
@@ -167,7 +167,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     try:
         points = table.numbers(coordinate_columns(table))
     except InputError as error:
-        points = np.empty((0, 3))  # a table of something else
+        points = np.empty((0, 3))  # a table with other contents
         if {name.strip().casefold() for name in table.names or ()} >= COORDINATE_NAMES:
             warnings.append(cause_of(error))
     sound = np.isfinite(points).all(axis=1)
@@ -206,7 +206,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _place(path: Path, progress: Progress) -> dict[str, Any]:
-    """Describe points whose CRS is stated, as a cloud."""
+    """Describe points with a stated CRS as a cloud."""
     from vomstudio.io.models.opening import describe
 
     try:
@@ -218,11 +218,11 @@ def _place(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 SINGLE_BAND_MODES = ("1", "L", "P")
-"""Pillow's modes with a single band: black and white, grey, palette."""
+"""Pillow modes with a single band: black and white, grey, and palette."""
 
 
 def _picture(path: Path) -> dict[str, Any]:
-    """Return size and bands of an image file, and its place if it is a map."""
+    """Return size and bands of an image file, and its position if it is a map."""
     from vomstudio.io.text.file_text import require_file
 
     require_file(path)
@@ -276,7 +276,7 @@ def _map_placement(path: Path) -> dict[str, Any] | None:
 
 
 def _grid(path: Path, progress: Progress) -> dict[str, Any]:
-    """Return a height model with its place; any other TIFF is a picture."""
+    """Return a height model with its position; any other TIFF is treated as a picture."""
     from vomstudio.io.models.opening import describe
 
     try:
@@ -284,7 +284,7 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     except InputError as error:
         picture = _picture(path)
         if len(picture["fields"]) == 1 and picture["fields"][0] not in SINGLE_BAND_MODES:
-            # Errors of height models are reported, those of photographs are not.
+            # Errors of height models are reported, but not those of photographs.
             picture["warnings"].append(cause_of(error))
         return picture
     from vomstudio.io.gis.raster import read_size_and_bands
@@ -302,7 +302,7 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _extent_rows(contents: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return bounds and spacing with their unit, and the units that the file states."""
+    """Return bounds and spacing with their unit, and the units stated in the file."""
     rows = []
     units = contents.get("units") or ["unknown"] * 3
     metric = "resolution" not in contents and units[0] != "unknown"

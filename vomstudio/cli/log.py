@@ -1,4 +1,4 @@
-"""`vomstudio log`: bed boundaries along a line, and the thickness between them."""
+"""`vomstudio log`: bed boundaries along a line and the thicknesses between them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``log``."""
+    """Add the ``log`` command."""
     parser = add_command(
         subparsers, "log", run, help_=tr("True thicknesses along a line, with errors")
     )
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.notation import plane_option
@@ -123,11 +123,11 @@ class _LogAnswer(NamedTuple):
     Parameters
     ----------
     dropped : tuple of int
-        Lines of the table without coordinates.
+        Lines of the table that have no coordinates.
     metric : bool
         Whether lengths are in metres.
     bed_traces : tuple of str
-        Names of the traces to which the bedding was fitted.
+        Names of the traces to which the bedding plane was fitted.
     """
 
     log: BedLog

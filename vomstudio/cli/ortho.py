@@ -1,4 +1,4 @@
-"""`vomstudio ortho`: an orthographic picture of a model along any direction."""
+"""`vomstudio ortho`: orthographic picture of a model along any direction."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``ortho``."""
+    """Add the ``ortho`` command."""
     parser = add_command(
         subparsers, "ortho", run, help_=tr("Orthophoto of a model along any direction, as GeoTIFF")
     )
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
@@ -139,7 +139,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 class _Place(NamedTuple):
     """Placement of the model in World; `placed` and `metric` if north and unit are known.
 
-    `has_metric_unit` as of `WorldModel`.
+    `has_metric_unit` is the same as for `WorldModel`.
     """
 
     to_world: Matrix

@@ -1,4 +1,4 @@
-"""`vomstudio plan`: plan of a photo survey."""
+"""`vomstudio plan`: planning of a photo survey."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``plan``."""
+    """Add the ``plan`` command."""
     parser = add_command(
         subparsers,
         "plan",
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.photogrammetry.survey.plan_camera import camera_of

@@ -1,4 +1,4 @@
-"""`vomstudio project`: work on a project without a window."""
+"""`vomstudio project`: operations on a project without a window."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``project``."""
+    """Add the ``project`` command."""
     parser = add_command(
         subparsers, "project", _run, help_=tr("Look into a project, change it, and keep it sound")
     )
@@ -47,7 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
     def add(name: str, act: Run, help_: str) -> Parser:
-        # Options of all commands may precede or follow the action.
+        # Options shared by all commands may precede or follow the action.
         action_parser: Parser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
         )
@@ -106,7 +106,7 @@ def _run(args: argparse.Namespace, out: Output) -> None:
     try:
         args.act(args, out)
     except DocumentError as error:
-        # Errors of a journal do not know its folder.
+        # Errors of a journal do not contain its folder.
         error.file = error.file or args.project
         raise
 
@@ -192,7 +192,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
     }
     out.result({**_summary(args).to_dict(), **result})
     out.warn(verification.problems)
-    # An invalid project is a failure, for scripts too.
+    # An invalid project is a failure for scripts as well.
     out.failed = not verification.sound
     text = (
         tr("sound")
@@ -365,7 +365,7 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
 def _edited_project(
     args: argparse.Namespace, out: Output, *, saves: bool = True
 ) -> Iterator[HeadlessProject]:
-    """Yield the open project; save changes and update its layers afterwards."""
+    """Yield the open project; afterwards save the changes and update its layers."""
     from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(args.project), progress_of(args)) as desk:

@@ -1,4 +1,4 @@
-"""`vomstudio reconstruct`: photos to a registered, textured model."""
+"""`vomstudio reconstruct`: reconstruction of a registered, textured model from photos."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``reconstruct``."""
+    """Add the ``reconstruct`` command."""
     parser = add_command(
         subparsers, "reconstruct", run, help_=tr("Make a textured model of a folder of photos")
     )
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.studio.jobs.reconstruction_requests import reconstruction_request
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT

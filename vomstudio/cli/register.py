@@ -1,4 +1,4 @@
-"""`vomstudio register`: place a model by observations."""
+"""`vomstudio register`: placement of a model from observations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``register``."""
+    """Add the ``register`` command."""
     parser = add_command(
         subparsers,
         "register",
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------

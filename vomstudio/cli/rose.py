@@ -1,4 +1,4 @@
-"""`vomstudio rose`: the azimuths of a table as rose diagrams."""
+"""`vomstudio rose`: rose diagrams of the azimuths in a table."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OPTION_CLASSES: tuple[type[Any], ...] = (RoseOptions, RoseFigure, SetColors)
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``rose``."""
+    """Add the ``rose`` command."""
     parser = add_command(
         subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
     )
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.io.text.orientation_reading import read_orientations

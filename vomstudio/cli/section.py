@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``section``."""
+    """Add the ``section`` command."""
     parser = add_command(
         subparsers, "section", run, help_=tr("Section of a model along a plane or a line")
     )
@@ -49,12 +49,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
     InputError
-        If the model is not suitable.
+        If the model is not suitable for a section.
     """
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.products.section import writing

@@ -21,7 +21,7 @@ from vomstudio.geology.sets.set_options import SetOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``sets``."""
+    """Add the ``sets`` command."""
     parser = add_command(
         subparsers, "sets", run, help_=tr("Propose sets of planes, with what belongs to none")
     )
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import check_target, write_bytes
     from vomstudio.geology.sets.proposals import propose_sets

@@ -12,7 +12,7 @@ from vomstudio.core.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``slip``."""
+    """Add the ``slip`` command."""
     parser = add_command(
         subparsers,
         "slip",
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.faults.table_slip import table_slip

@@ -29,7 +29,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``slope``."""
+    """Add the ``slope`` command."""
     parser = add_command(
         subparsers, "slope", run, help_=tr("Kinematic analysis of a rock slope: sliding, toppling")
     )
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
 
 
 def _facets_text(slopes: FacetSlopes) -> str:
-    """Describe the facets, the most critical first."""
+    """Describe the facets, starting with the most critical one."""
     head = tr(
         "{count} facets as slopes, {n} planes, friction {friction:g} deg, lateral limit "
         "{lateral:g} deg",

@@ -19,7 +19,7 @@ from vomstudio.geology.populations.statistics_options import StatisticsOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``stats``."""
+    """Add the ``stats`` command."""
     parser = add_command(
         subparsers, "stats", run, help_=tr("Orientation tensor, Fisher mean and shape of each set")
     )
@@ -36,7 +36,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import read_orientations

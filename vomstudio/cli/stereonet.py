@@ -1,4 +1,4 @@
-"""`vomstudio stereonet`: a stereonet of the orientations of a table."""
+"""`vomstudio stereonet`: stereonet of the orientations in a table."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OPTION_CLASSES: tuple[type[Any], ...] = (StereonetOptions, StereonetFigure, SetC
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``stereonet``."""
+    """Add the ``stereonet`` command."""
     parser = add_command(
         subparsers,
         "stereonet",
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.io.text.orientation_reading import read_orientations

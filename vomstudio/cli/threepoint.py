@@ -1,4 +1,4 @@
-"""`vomstudio threepoint`: the plane through three or more points, with its errors."""
+"""`vomstudio threepoint`: plane through three or more points, with its errors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.geology.faults.displacement_options import ThreePointOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``threepoint``."""
+    """Add the ``threepoint`` command."""
     parser = add_command(
         subparsers, "threepoint", run, help_=tr("The plane through three points, with errors")
     )
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.faults.three_points import plane_of_three_points
     from vomstudio.geology.notation import format_attitude

@@ -1,4 +1,4 @@
-"""`vomstudio trace`: a line that follows a contact on a model, or the lines of a drawing."""
+"""`vomstudio trace`: line that follows a contact on a model, or lines of a drawing."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ FORM_OPTIONS: dict[str, type[Any]] = {
     "propose": ProposalOptions,
     "from_ortho": DrawnTraceOptions,
 }
-"""Options of each form of the command, by the option that selects it."""
+"""Options for each form of the command, by the option that selects the form."""
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``trace``."""
+    """Add the ``trace`` command."""
     parser = add_command(
         subparsers, "trace", run, help_=tr("Lines on a model: through way-points, or of a drawing")
     )
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _check_form(args: argparse.Namespace, form: str) -> None:
-    """Raise UsageError for an option that belongs to another form of the command."""
+    """Raise UsageError if an option belongs to another form of the command."""
     flags = {each.name: each.flag for each in declarations(TraceSource)}
     allowed = {each.name for each in declarations(FORM_OPTIONS[form])}
     for other_form, options in FORM_OPTIONS.items():
@@ -142,7 +142,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
 def _way_points(
     args: argparse.Namespace, model: WorldModel
 ) -> tuple[FloatArray, Sequence[Finding]]:
-    """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings."""
+    """Return way-points, (n, 3) in World or (n, 2) in photo pixels, and findings."""
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.text.pixel_tables import read_pixels
@@ -197,7 +197,7 @@ def _followed(
 def _require_on_model(
     path: str, points: FloatArray, surface: SurfaceGraph, resolution: float
 ) -> None:
-    """Raise InputError, with the line of the table, for a way-point off the model."""
+    """Raise InputError with the line of the table if a way-point is not on the model."""
     from vomstudio.extraction.followed_trace import find_way_point_off_model, off_model_finding
     from vomstudio.io.text.tables import coordinate_columns, read_table
 

@@ -1,1 +1,1 @@
-"""Errors, findings, operations and threads, on which every other package is built."""
+"""Errors, findings, operations and threads that all other packages build on."""

@@ -1,4 +1,4 @@
-"""Types of NumPy arrays by their elements."""
+"""NumPy array types by element type."""
 
 from __future__ import annotations
 

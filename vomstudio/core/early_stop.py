@@ -1,8 +1,9 @@
 """Handling of signals that end the process before `vomstudio.app` is imported.
 
-Such a signal would end the process with a traceback or with the number of the signal. No work has
-begun by then, so there is nothing to undo: the module writes a sentence and ends the process. It
-imports built-in modules only, because importing `signal` takes longer than everything done here.
+Without this handling, such a signal would end the process with a traceback or with the signal
+number as its status. No work has begun by then, so there is nothing to undo: the module writes one
+sentence and ends the process. It imports only built-in modules because importing `signal` takes
+longer than everything done here.
 """
 
 import _signal
@@ -14,7 +15,7 @@ _EXIT_CODE = 130
 
 
 def stop(number: int, frame: object) -> None:
-    """End the process on a signal that arrives while modules are still imported."""
+    """End the process if a signal arrives while modules are still being imported."""
     try:
         os.write(2, _SENTENCE)
     finally:
@@ -23,9 +24,10 @@ def stop(number: int, frame: object) -> None:
 
 
 def handle_signals() -> None:
-    """Handle SIGINT, SIGTERM and SIGHUP from now on, except those that are ignored.
+    """Handle SIGINT, SIGTERM and SIGHUP from now on, except signals that are ignored.
 
-    A worker ignores them: its parent ends it, and a signal of a terminal may reach both.
+    A worker ignores these signals: its parent ends it, and a terminal signal may reach both
+    processes.
     """
     is_worker = sys.argv[1:2] == ["--worker"]
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):

@@ -1,4 +1,4 @@
-"""Errors that a user may meet, each with one sentence that states the remedy."""
+"""Errors that a user may encounter, each with one sentence that states the remedy."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Protocol, Self
 
 NOT_FINITE = ("inf", "-inf", "nan")
-"""Numbers that JSON does not have; they are stored there as text."""
+"""Numbers that JSON cannot represent; they are stored as text."""
 
 
 def for_json(values: Mapping[str, object]) -> dict[str, object]:
-    """Return values with lists for tuples, and text for numbers that are not finite."""
+    """Return the values with tuples converted to lists and non-finite numbers to text."""
     return {name: _for_json(value) for name, value in values.items()}
 
 
@@ -23,7 +23,7 @@ def _for_json(value: object) -> object:
 
 
 def from_json(values: Mapping[str, object]) -> dict[str, object]:
-    """Return the values from which `for_json` made these."""
+    """Return the original values from the output of `for_json`."""
     return {name: _from_json(value) for name, value in values.items()}
 
 
@@ -34,13 +34,13 @@ def _from_json(value: object) -> object:
 
 
 def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:
-    """Return the words for a place in a file, empty if the place is unknown."""
+    """Return the text for a location in a file, or an empty text if the location is unknown."""
     words = (file, None if line is None else f"line {line}", field)
     return ", ".join(each for each in words if each)
 
 
 class _Finding(Protocol):
-    """The part of `vomstudio.core.findings.Finding` that an error uses."""
+    """Part of `vomstudio.core.findings.Finding` that an error uses."""
 
     @property
     def code(self) -> str: ...
@@ -58,10 +58,11 @@ class VomError(Exception):
     Parameters
     ----------
     cause : Finding or str
-        The finding gives the code, the values and the sentence. A bare sentence has the code of
-        the class.
+        Finding that provides the code, the values and the sentence. A plain sentence gets the code
+        of the class.
     file, line, field : optional
-        Location of the cause; the line is 1-based. `str(error)` joins location and sentence.
+        Location of the cause; the line number is 1-based. `str(error)` joins location and
+        sentence.
     """
 
     code = "error"
@@ -91,7 +92,7 @@ class VomError(Exception):
         return f"{place}: {self.message}" if place else self.message
 
     def to_dict(self) -> dict[str, object]:
-        """Return the `error` object of the command line's JSON."""
+        """Return the `error` object of the command-line JSON output."""
         return for_json(self.values) | {
             "code": self.code,
             "file": self.file,
@@ -102,7 +103,7 @@ class VomError(Exception):
 
 
 class InputError(VomError):
-    """An input is not valid: a file or table that cannot be read, or an error of a subclass.
+    """An input is not valid, such as a file or table that cannot be read.
 
     The subclasses cover options, outputs, points and edits. A script that catches `InputError`
     catches every error that the user can correct.
@@ -111,7 +112,7 @@ class InputError(VomError):
     code = "input"
 
     def with_file(self, file: str | Path) -> Self:
-        """Return the error with a file, or the error itself if it has a file or field already."""
+        """Return the error with a file, or the error itself if it already has a file or field."""
         if self.file is not None or self.field is not None:
             return self
         copy = type(self)(self.message, file=file, line=self.line)
@@ -120,7 +121,7 @@ class InputError(VomError):
 
 
 class UsageError(InputError):
-    """The words of a command or a setting cannot be understood."""
+    """The words of a command or the value of a setting cannot be understood."""
 
     code = "usage"
 
@@ -154,20 +155,21 @@ class Cancelled(VomError):
 
 
 class WorkerError(VomError):
-    """A worker process died or broke the protocol: a defect of the program, not of the input."""
+    """A worker process died or broke the protocol, which is a defect of the program."""
 
     code = "worker"
     exit_code = 1
 
 
 class VomWarning(UserWarning):
-    """Python warning about something that does not stop the work.
+    """Python warning about a problem that does not stop the work.
 
     Parameters
     ----------
     message : str
     code : str
-        Stable code of the finding, such as ``frame.assumed``; ``uncoded`` if it has none.
+        Stable code of the finding, such as ``frame.assumed``, or ``uncoded`` if the finding has no
+        code.
     values : dict, optional
         The values of the finding by name.
     """
@@ -181,7 +183,7 @@ class VomWarning(UserWarning):
 
 
 def from_dict(error: dict[str, object], exit_code: int) -> VomError:
-    """Return the error that another process reported by its `to_dict()`."""
+    """Return the error that another process reported with `to_dict()`."""
 
     def text(name: str) -> str | None:
         value = error.get(name)

@@ -1,7 +1,7 @@
-"""Findings: reports of an operation beside its result, with stable codes and values.
+"""Findings: messages with stable codes and values, returned by operations.
 
-A finding is created where something is noticed and carries no sentence. Its text is produced where
-a person reads it (window, terminal, report, table) from the catalogue in
+A finding is created where a problem is detected and contains no sentence. Its text is produced
+where it is displayed (window, terminal, report, table) from the catalogue in
 `vomstudio.core.finding_texts`; scripts and tests use the code and the values.
 """
 
@@ -17,31 +17,32 @@ from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
 from vomstudio.core.words import tr, tr_n
 
 UNCODED = "uncoded"
-"""Code of sentences that have not been given a code yet."""
+"""Code of sentences that do not have their own code yet."""
 MAX_SHOWN = 8
-"""Maximum number of items of a list that a text names; the others are counted."""
+"""Maximum number of list items that a text names; the remaining items are counted."""
 
 
 class Finding:
-    """One thing that was noticed; immutable.
+    """Message about one observation of an operation; immutable.
 
-    Not a dataclass: `dataclasses.asdict` of a result that contains findings leaves them whole.
+    This class is not a dataclass, so `dataclasses.asdict` leaves the findings in a result
+    unchanged.
 
     Parameters
     ----------
     code : str
-        A key of the catalogue, such as ``frame.not-metric``.
+        Key in the catalogue, such as ``frame.not-metric``.
     severity : {"info", "warning", "error"}, optional
-        The catalogue's severity if omitted.
+        Severity. If None, the severity of the catalogue is used.
     **values
-        The values of the catalogue's placeholders, and any others that a script may need: numbers,
-        strings, booleans, None, or lists of these. Other objects, such as paths, are stored as
-        text.
+        Values of the placeholders in the catalogue, and any other values that a script may need:
+        numbers, strings, booleans, None, or lists of these. Other objects, such as paths, are
+        stored as text.
 
     Raises
     ------
     KeyError
-        If the catalogue does not contain the code, or a placeholder has no value.
+        If the catalogue does not contain the code, or if the value of a placeholder is missing.
     """
 
     __slots__ = ("_values", "code", "severity")
@@ -82,12 +83,12 @@ class Finding:
 
     @property
     def values(self) -> dict[str, Any]:
-        """The values by name."""
+        """Values by name."""
         return dict(self._values)
 
     @property
     def message(self) -> str:
-        """The sentence for a person, in the user's language."""
+        """Sentence for the user, in the user's language."""
         values = {name: _shown(value) for name, value in self._values}
         text, *several = texts_of(self.code)
         if several:
@@ -103,7 +104,7 @@ class Finding:
         return f"{place_text(**place)}: {sentence}"
 
     def with_file(self, file: str) -> Finding:
-        """Return the same finding about a file, if it names none yet."""
+        """Return the finding with a file name added if it does not have one yet."""
         values = self.values
         return self if "file" in values else Finding(self.code, self.severity, **values, file=file)
 
@@ -111,7 +112,7 @@ class Finding:
         return self.message
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints: code, severity, message and the values."""
+        """Return the object that ``--json`` prints: code, severity, message and values."""
         values = for_json(self.values)
         if self.code == UNCODED:
             values.pop("text")
@@ -119,7 +120,7 @@ class Finding:
 
     @classmethod
     def from_dict(cls, row: Mapping[str, Any]) -> Finding:
-        """Return the finding that `to_dict` described, for example in another process."""
+        """Return the finding that `to_dict` represents, for example from another process."""
         reserved = ("code", "severity", "message")
         values: dict[str, Any] = from_json(
             {name: value for name, value in row.items() if name not in reserved}
@@ -131,15 +132,15 @@ class Finding:
 
 
 def uncoded(text: str) -> Finding:
-    """Return a finding for a sentence that has no code yet."""
+    """Return a finding for a sentence that does not have a code yet."""
     return Finding(UNCODED, text=text)
 
 
 def cause_of(error: VomError) -> Finding:
-    """Return the finding that an error was raised with, without its location."""
+    """Return the finding with which an error was raised, without its location."""
     if error.code not in TEXTS:
         return uncoded(error.message)
-    # An error from another process has its location once, also if its text contains it.
+    # An error from another process states its location only once, even if its text contains it.
     location = _location(error)
     missing = placeholders(error.code) - error.values.keys()
     stated = {name: location[name] for name in missing & location.keys()}
@@ -147,9 +148,9 @@ def cause_of(error: VomError) -> Finding:
 
 
 def finding_of(error: VomError) -> Finding:
-    """Return the finding that an error was raised with, with its file, line and field.
+    """Return the finding with which an error was raised, with its file, line and field.
 
-    A field without a file is an argument, which a finding does not name.
+    A field without a file is an argument, which is not part of a finding.
     """
     if error.code not in TEXTS:
         return uncoded(str(error))
@@ -170,13 +171,13 @@ def plain(messages: Iterable[Finding]) -> list[dict[str, Any]]:
 
 
 def unique_findings(messages: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return the messages in their order, each once."""
+    """Return the unique messages in their original order."""
     return tuple(dict.fromkeys(messages))
 
 
 @cache
 def placeholders(code: str) -> frozenset[str]:
-    """Return the names of the values that the texts of a code contain."""
+    """Return the names of the placeholders in the texts of a code."""
     texts = texts_of(code)
     names = {name for text in texts for _, name, _, _ in Formatter().parse(text) if name}
     return frozenset(names | ({"count"} if len(texts) > 1 else set()))
@@ -185,7 +186,7 @@ def placeholders(code: str) -> frozenset[str]:
 def _frozen(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return tuple(map(_frozen, value))
-    # Scalars of NumPy have a method `item`.
+    # NumPy scalars have an `item` method.
     value = value.item() if hasattr(value, "item") else value
     return value if value is None or isinstance(value, str | int | float) else str(value)
 
@@ -205,9 +206,9 @@ def _shown(value: Any) -> Any:
 
 
 class _Number(float):
-    """Number that is shown with its significant digits if the text states no format.
+    """Number that is shown with its significant digits if the text does not specify a format.
 
-    The format ``azimuth`` shows three digits, of which 360 are 000.
+    The format ``azimuth`` shows three digits and writes 360 as 000.
     """
 
     __slots__ = ()

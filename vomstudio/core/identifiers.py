@@ -6,5 +6,5 @@ import secrets
 
 
 def new_id(prefix: str) -> str:
-    """Return an identifier that no other record of any project has."""
+    """Return a new identifier that is unique across all records and projects."""
     return f"{prefix}-{secrets.token_hex(6)}"

@@ -14,14 +14,16 @@ _LANGUAGE_VARIABLES = ("VOMSTUDIO_LANGUAGE", "LANGUAGE", "LC_ALL", "LC_MESSAGES"
 
 
 def use_user_language(folder: Path | None = None) -> None:
-    """Use the catalogue of the user's language, English without a valid one.
+    """Load the catalogue of the user's language, or use English if there is no valid one.
 
-    The language is the value of VOMSTUDIO_LANGUAGE, else of the usual variables of gettext.
+    The language is the value of VOMSTUDIO_LANGUAGE or, if that is not set, of the usual gettext
+    variables.
 
     Parameters
     ----------
     folder : Path, optional
-        Folder of catalogues, ``LANGUAGE/LC_MESSAGES/vomstudio.mo``; default: the program's.
+        Folder of catalogues, ``LANGUAGE/LC_MESSAGES/vomstudio.mo``. If None, the program's folder
+        is used.
     """
     folder = _default_folder() if folder is None else folder
     language = next((value for name in _LANGUAGE_VARIABLES if (value := os.environ.get(name))), "")
@@ -41,5 +43,5 @@ def _default_folder() -> Path | None:
     try:
         return resource("locale")
     except InputError:
-        # Only English is shipped.
+        # Only English is included in the program.
         return None

@@ -1,4 +1,4 @@
-"""Operations of the program, declared once for every door."""
+"""Operations of the program, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ DOORS: tuple[Door, ...] = ("command", "function", "window", "project method", "p
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation with the doors that offer it.
+    """Operation and the interfaces that offer it.
 
     Parameters
     ----------
     name : str
         Name of the operation and of its command.
     options : tuple of type
-        Options classes (`vomstudio.core.options`); the names of their fields are the parameters of
+        Options classes (`vomstudio.core.options`). The names of their fields are the parameters of
         the Python function and, without units, the options of the command.
     command_options : tuple of type
-        Options classes of the command and the window only, such as files to write.
+        Options classes that apply only to the command and the window, such as files to write.
     function : str
-        Name in ``vomstudio``; empty without one.
+        Name of the function in ``vomstudio``; empty if there is no function.
     command : str
-        Name of the command, if it is not the name of the operation.
+        Name of the command if it differs from the name of the operation.
     window : str
-        Module and class of the panel or dialog below ``vomstudio.ui``; empty without one.
+        Module and class of the panel or dialog below ``vomstudio.ui``; empty if there is none.
     method : str
-        Name of the method of ``vs.Project``; empty without one.
+        Name of the method of ``vs.Project``; empty if there is no method.
     action : str
-        Action of ``vomstudio project``; empty without one.
+        Action of ``vomstudio project``; empty if there is no action.
     missing : dict
-        Reason for each door that does not offer the operation.
+        Reason for each interface that does not offer the operation.
     """
 
     name: str
@@ -49,5 +49,5 @@ class Operation:
 
     @property
     def command_name(self) -> str:
-        """The command that offers the operation."""
+        """Name of the command that offers the operation."""
         return self.command or self.name

@@ -1,9 +1,9 @@
-"""Options of an operation, declared once.
+"""Options of an operation, declared once for all interfaces.
 
-An options class is a frozen dataclass of the base `Options`, whose fields are made by `option`.
-Parsers, forms, copied commands, the Python interface and tables of the documentation read the
-declarations with `declarations`; the class itself checks the values, so that every door has the
-same defaults, bounds and messages.
+An options class is a frozen dataclass derived from `Options`, whose fields are created by
+`option`. Parsers, forms, copied commands, the Python interface and the tables of the documentation
+read the declarations with `declarations`. The class itself checks the values, so every interface
+has the same defaults, bounds and messages.
 """
 
 from __future__ import annotations
@@ -21,48 +21,50 @@ from vomstudio.core.words import to_translate
 
 _DECLARATION = "option"
 UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "pt": "pt", "px": "px", "s": "s"}
-"""Suffixes of names that state the unit, with the symbols shown in forms."""
+"""Name suffixes that state the unit, with the symbols shown in forms."""
 MIN_LENGTH_M, MAX_LENGTH_M = 1e-9, 1e6
 """Bounds of a positive length."""
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """Declaration of one option, for every door.
+    """Declaration of one option for all interfaces.
 
     Parameters
     ----------
     name : str
         Name of the field and of the Python parameter, such as ``max_distance_m``.
     kind : type
-        float, int, bool or str; the type of each value if the option may be repeated.
+        float, int, bool or str; for an option that may be repeated, the type of each value.
     default : object
-        None if the program chooses the value, or if `is_required`.
+        Default value; None if the program chooses the value or if `is_required` is set.
     help : str
-        One sentence without a full stop for ``--help`` and the documentation (English; translated
-        where shown).
+        One sentence without a full stop for ``--help`` and the documentation, in English; it is
+        translated when it is displayed.
     tip : str
-        The same for a form, in at most 12 words.
+        Tooltip in a form, with at most 12 words.
     label : str
-        Label in a form, at most three words; the option is not in forms if empty.
+        Label in a form, with at most three words. If empty, the option is not shown in forms.
     automatic : str
-        Default that the program chooses for None, such as "50, or on a mesh 1 % of its area".
+        Description of the default that the program chooses for None, such as "50, or on a mesh 1 %
+        of its area".
     choices : tuple of str, optional
-        The allowed values.
+        Allowed values.
     minimum, maximum : float, optional
-        Bounds, both allowed.
+        Bounds, both inclusive.
     metavar : str, optional
         Placeholder of the value in ``--help``.
     decimals : int
-        Decimals in a form.
+        Number of decimals in a form.
     empty : str
         Text that a form shows for None.
     flag_value : str, optional
-        Value if the option is given without one; without `flag_value` it needs a value.
+        Value if the option is given without one. If `flag_value` is None, the option requires a
+        value.
     is_required : bool
-        Whether a value has to be given.
+        Whether a value is required.
     is_repeated : bool
-        Whether the option may be given again; its value is a tuple and its name a plural.
+        Whether the option may be repeated. If True, its value is a tuple and its name a plural.
     """
 
     name: str
@@ -84,13 +86,13 @@ class Declaration:
 
     @property
     def unit(self) -> str | None:
-        """The suffix of the name that states the unit; None if it has none."""
+        """Suffix of the name that states the unit, or None if the option has no unit."""
         suffix = self.name.rpartition("_")[2]
         return suffix if suffix in UNITS else None
 
     @property
     def flag(self) -> str:
-        """The option on the command line: the name without its unit, in the singular."""
+        """Command-line option: the name without its unit, in the singular."""
         name = self.name.removesuffix("s") if self.is_repeated else self.name
         words = name.split("_")
         if self.unit is not None:
@@ -137,7 +139,7 @@ def option(
     empty: str = to_translate("auto"),
     flag_value: str | None = None,
 ) -> Any:
-    """Declare one field of an options class; see `Declaration` for the parameters.
+    """Declare a field of an options class; see `Declaration` for the parameters.
 
     An option without a default is required.
     """
@@ -187,7 +189,7 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
 def _value_type(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
     """Return the type of an option's values, its choices, and whether it is repeated.
 
-    The choices are those of a `Literal`.
+    The choices are the values of a `Literal` annotation.
     """
     if hint == tuple[str, ...]:
         return str, None, True
@@ -200,7 +202,7 @@ def _value_type(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
 
 
 class Options:
-    """Base class of options classes that checks their values."""
+    """Base class of options classes, which checks their values."""
 
     def __post_init__(self) -> None:
         for each in declarations(type(self)):
@@ -228,7 +230,7 @@ def check_alternatives(options: Any, *names: str) -> None:
 
 
 def check_requires(options: Any, name: str, other: str) -> None:
-    """Raise UsageError if an option is given without another one on which it depends."""
+    """Raise UsageError if an option is given without the other option on which it depends."""
     options_by_name = {each.name: each for each in declarations(type(options))}
     is_given = getattr(options, name) != options_by_name[name].default
     if is_given and getattr(options, other) == options_by_name[other].default:
@@ -246,7 +248,7 @@ def given_options(options: Any) -> Mapping[str, Any]:
 
 
 def option_words(options: Any) -> list[str | tuple[str, str | float]]:
-    """Return the words of the command line for these options; a flag and its value are a pair."""
+    """Return the command-line words for the options, with a flag and its value as a pair."""
     words: list[str | tuple[str, str | float]] = []
     for each in declarations(type(options)):
         value = getattr(options, each.name)

@@ -11,22 +11,23 @@ from vomstudio.core.words import tr
 
 LAUNCHER = "VOMSTUDIO_LAUNCHER"
 _PACKAGE = Path(__file__).resolve().parents[1]
-# An installed package carries the files inside; in a checkout they are beside it.
+# An installed package contains the files; in a checkout they are next to the package.
 _FOLDERS = (_PACKAGE / "resources", _PACKAGE.parent / "resources")
 
 
 def resource(*parts: str) -> Path:
-    """Return the path of a file or folder of `resources/`, in a checkout and in a wheel alike.
+    """Return the path of a file or folder in `resources/`, both in a checkout and in a wheel.
 
     Parameters
     ----------
     *parts : str
-        Parts of the path, such as ``"outcrop", "picks.csv"``; without them the folder itself.
+        Parts of the path, such as ``"outcrop", "picks.csv"``. Without parts, the folder itself is
+        returned.
 
     Raises
     ------
     InputError
-        If it is missing, which means a damaged installation.
+        If the path does not exist, which means that the installation is damaged.
     """
     for folder in _FOLDERS:
         path = folder.joinpath(*parts)
@@ -39,12 +40,12 @@ def resource(*parts: str) -> Path:
 
 
 def documentation() -> Path:
-    """Return the folder of the documentation's pages.
+    """Return the folder of the documentation pages.
 
     Raises
     ------
     InputError
-        If it is missing.
+        If the folder does not exist.
     """
     checkout_docs = _PACKAGE.parent / "docs"
     if (checkout_docs / "index.md").is_file() and not (_PACKAGE / "resources").is_dir():
@@ -53,7 +54,7 @@ def documentation() -> Path:
 
 
 def user_cache(*parts: str) -> Path:
-    """Return the user's cache folder of the program, or a path in it, which may not exist."""
+    """Return the user's cache folder of the program or a path inside it, which may not exist."""
     from platformdirs import user_cache_path
 
     return user_cache_path("vomstudio", appauthor=False).joinpath(*parts)
@@ -62,8 +63,8 @@ def user_cache(*parts: str) -> Path:
 def program_command() -> list[str]:
     """Return the command that starts the program from any folder, as the user started it.
 
-    A bundle has a launcher, whose path is in VOMSTUDIO_LAUNCHER: the interpreter inside may be gone
-    at the next start, when an image is mounted elsewhere.
+    A bundle has a launcher, whose path is in VOMSTUDIO_LAUNCHER: the interpreter inside an image
+    may be gone at the next start if the image is then mounted elsewhere.
     """
     launcher = os.environ.get(LAUNCHER)
     return [launcher] if launcher else [sys.executable, "-P", "-m", "vomstudio"]
@@ -72,7 +73,7 @@ def program_command() -> list[str]:
 def import_folders() -> list[str]:
     """Return the import path for a child process, without the current folder.
 
-    The child imports the same package as this process, from any folder.
+    The child process imports the same package as this process, whatever its current folder is.
     """
     here = Path.cwd()
     others = [p for p in sys.path if p and Path(p) not in (here, _PACKAGE.parent)]

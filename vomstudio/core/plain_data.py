@@ -1,7 +1,7 @@
-"""Dataclasses as plain JSON values and back, checked against field annotations.
+"""Conversion between dataclasses and plain JSON values, checked against annotations.
 
-A file may come from an unknown source, so a value of the wrong type, such as a name that is a
-number, is refused by the reader and not by the code that uses it later.
+A file may come from an unknown source, so the reader rejects a value of the wrong type, such as a
+name that is a number, before other code uses it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vomstudio.core.findings import Finding
 
 Plain = dict[str, Any]
 Reader = Callable[[Any], Any]
-"""Function from a JSON value to the value of a field. Raises ValueError for another type."""
+"""Function from a JSON value to the value of a field. Raises ValueError for a wrong type."""
 
 _MAX_NUMBER = 1e300
 _NUMBERS = frozenset((float, int))
@@ -32,9 +32,9 @@ class NestedFields(NamedTuple):
     Parameters
     ----------
     parts : mapping of str to type
-        Fields with one object, or None.
+        Fields that contain one object or None.
     lists : mapping of str to type
-        Fields with a tuple of objects.
+        Fields that contain a tuple of objects.
     """
 
     parts: Mapping[str, type]
@@ -42,12 +42,12 @@ class NestedFields(NamedTuple):
 
 
 class FieldTypes(NamedTuple):
-    """Readers of the fields of a class; fields with neither are not checked.
+    """Readers of the fields of a class; fields that are in neither mapping are not checked.
 
     Parameters
     ----------
     simple : dict of str to frozenset of type
-        Fields of text, booleans and None, with their permitted types.
+        Fields that contain text, booleans or None, with their permitted types.
     readers : dict of str to Reader
     """
 
@@ -56,7 +56,7 @@ class FieldTypes(NamedTuple):
 
 
 def encode_fields(values: Mapping[str, Any], nested: NestedFields) -> Plain:
-    """Return the values of fields as JSON values."""
+    """Return the values of the fields as JSON values."""
     plain: Plain = {}
     for name, value in values.items():
         if name in nested.parts and dataclasses.is_dataclass(value):
@@ -69,12 +69,12 @@ def encode_fields(values: Mapping[str, Any], nested: NestedFields) -> Plain:
 
 
 def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) -> Plain:
-    """Return JSON values as the values of the fields of a class.
+    """Convert JSON values to the values of the fields of a class.
 
     Raises
     ------
     DocumentError
-        If a value does not have the type of its field; names the field.
+        If a value does not have the type of its field; the message names the field.
     """
     decoded: Plain = {}
     simple, readers = field_types(cls)
@@ -101,7 +101,7 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) ->
 
 
 def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> Plain:
-    """Return the values if they are fields of a class.
+    """Return the values if all their names are fields of a class.
 
     Raises
     ------
@@ -115,13 +115,13 @@ def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> Plain:
 
 
 def wrong_value(name: str) -> DocumentError:
-    """Return the error of a value that a field cannot contain."""
+    """Return the error for a value that is not valid for a field."""
     return DocumentError(Finding("record.wrong-value"), field=name)
 
 
 @lru_cache(maxsize=64)
 def field_types(cls: type) -> FieldTypes:
-    """Return the readers of the fields of a class by their annotations."""
+    """Return the readers of the fields of a class according to their annotations."""
     simple: dict[str, frozenset[type]] = {}
     readers: dict[str, Reader] = {}
     for name, annotation in typing.get_type_hints(cls).items():
@@ -172,7 +172,7 @@ def _to_tuples(value: Any) -> Any:
     if isinstance(value, list | tuple):
         if value and type(value[0]) is list and _are_rows_of_numbers(list(value)):
             return tuple(map(tuple, value))
-        # Most of a journal are coordinates, so numbers are not visited one by one.
+        # Coordinates make up most of a journal, so numbers are not visited one by one.
         return tuple([_to_tuples(v) if isinstance(v, list | tuple) else v for v in value])
     return value
 
@@ -252,7 +252,7 @@ def _list_reader(count: int | None, inside: Reader) -> Reader:
 
 
 def _rows_reader(count: int | None, width: int | None) -> Reader:
-    """Return the reader of rows of numbers, such as vertices, which make up most of a journal."""
+    """Return the reader for rows of numbers (vertices), which make up most of a journal."""
 
     def read(value: Any) -> tuple[tuple[float, ...], ...]:
         if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
@@ -268,7 +268,7 @@ def _rows_reader(count: int | None, width: int | None) -> Reader:
             total = sum(chain.from_iterable(value))
         except OverflowError:
             raise ValueError from None
-        # NaN stays NaN in a sum.
+        # A sum that includes NaN is NaN.
         if not -math.inf < total < math.inf:
             raise ValueError
         return tuple(map(tuple, value))

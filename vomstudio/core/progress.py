@@ -1,4 +1,4 @@
-"""Progress and cancellation of long work, without Qt and without threads."""
+"""Progress and cancellation of long-running tasks, without Qt and threads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.core.errors import Cancelled
 
 
 class CancelToken:
-    """Flag that any thread can set; long work checks it between steps.
+    """Flag that any thread can set and that long-running tasks check between steps.
 
     Examples
     --------
@@ -25,46 +25,46 @@ class CancelToken:
         self._event = threading.Event()
 
     def cancel(self) -> None:
-        """Request the end of the work."""
+        """Request the end of the task."""
         self._event.set()
 
     @property
     def cancelled(self) -> bool:
-        """Whether `cancel` was called."""
+        """Whether `cancel` has been called."""
         return self._event.is_set()
 
     def check(self) -> None:
-        """Raise `Cancelled` if `cancel` was called."""
+        """Raise `Cancelled` if `cancel` has been called."""
         if self.cancelled:
             raise Cancelled()
 
 
 class Progress(Protocol):
-    """Receiver of progress, in real counts and not in estimated percentages."""
+    """Receiver of progress, reported in actual counts instead of estimated percentages."""
 
     def stage(self, name: str, total: int | None = None) -> None:
-        """Begin a stage.
+        """Begin a stage of the task.
 
         Parameters
         ----------
         name : str
-            Name of the stage for the user.
+            Display name of the stage.
         total : int, optional
-            Number of its steps, None if unknown.
+            Number of steps of the stage, or None if unknown.
         """
 
     def step(self, done: int) -> None:
-        """Report the number of complete steps of the stage.
+        """Report the number of completed steps of the stage.
 
         Raises
         ------
         Cancelled
-            Once the user has stopped the work.
+            If the user has stopped the task.
         """
 
 
 class Silent:
-    """Progress that is not displayed but can be cancelled."""
+    """Progress that is not displayed but supports cancellation."""
 
     def __init__(self, token: CancelToken | None = None) -> None:
         self._token = token
@@ -82,7 +82,7 @@ Result = TypeVar("Result")
 
 
 class Executor(Protocol):
-    """Runs work on many photos or tiles: in this process, in other processes or on a cluster."""
+    """Executor of work on many photos or tiles, in this or other processes or on a cluster."""
 
     def map(
         self,
@@ -91,31 +91,31 @@ class Executor(Protocol):
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
-        """Yield (number of the item, result) as results are ready, in any order.
+        """Yield (item number, result) as results become available, in any order.
 
         Parameters
         ----------
         work : callable
-            Function at the top level of a module; items and results are pickled. Photos travel as
-            bytes. Its exceptions are raised here.
+            Function at the top level of a module. Items and results are pickled; photos are
+            transferred as bytes. Exceptions of the function are raised here.
         items : iterable
-            Consumed lazily: few items are in flight.
+            Items, consumed lazily so that only a few are in progress at a time.
         progress : Progress
         needed : int
-            Maximum memory of the work on one item, in bytes; limits the number of parallel items.
+            Maximum memory needed for one item, in bytes; it limits the number of parallel items.
 
         Raises
         ------
         Cancelled
-            Within a second after the user has stopped the work.
+            Within a second after the user has stopped the task.
         """
 
     def close(self) -> None:
-        """Release the executor; it accepts no more work."""
+        """Release the executor, which then accepts no more work."""
 
 
 class ResumedProgress:
-    """Progress of a stage, some steps of which an earlier run has completed."""
+    """Progress of a stage of which an earlier run has already completed some steps."""
 
     def __init__(self, progress: Progress, done: int) -> None:
         self._progress, self._done = progress, done
@@ -128,7 +128,7 @@ class ResumedProgress:
 
 
 class InlineExecutor:
-    """Executor that works in this process, one item after the other."""
+    """Executor that processes the items one after the other in this process."""
 
     def map(
         self,

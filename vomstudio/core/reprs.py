@@ -12,7 +12,7 @@ _MAX_SHOWN_ITEMS = 6
 
 
 class PrintableResult(Result):
-    """Dataclass that consoles and notebooks show with one line for each field."""
+    """Dataclass that consoles and notebooks display with one line per field."""
 
     def __repr__(self) -> str:
         return text_table(type(self).__name__, self._figures())
@@ -21,12 +21,12 @@ class PrintableResult(Result):
         return html_table(type(self).__name__, self._figures())
 
     def _figures(self) -> dict[str, Any]:
-        """Return the object with its findings as sentences."""
+        """Return the dict of the result with findings replaced by sentences."""
         return {name: _replace_findings(value) for name, value in self.to_dict().items()}
 
 
 def _replace_findings(value: Any) -> Any:
-    """Return a value with the messages of findings in their places."""
+    """Return a value in which findings are replaced by their messages."""
     if isinstance(value, Mapping):
         if value.keys() >= {"code", "severity", "message"}:
             return value["message"]
@@ -37,14 +37,14 @@ def _replace_findings(value: Any) -> Any:
 
 
 def text_table(title: str, figures: Mapping[str, Any]) -> str:
-    """Return figures as lines of a name and a value, without those that do not apply."""
+    """Return figures as lines of name and value, omitting figures that do not apply."""
     texts = dict(_flatten(figures))
     width = max(map(len, texts), default=0)
     return "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in texts.items())])
 
 
 def html_table(title: str, figures: Mapping[str, Any]) -> str:
-    """Return figures as an HTML table of two columns, without those that do not apply."""
+    """Return figures as an HTML table of two columns, omitting figures that do not apply."""
     rows = "".join(
         f"<tr><th style='text-align:left'>{escape(name)}</th>"
         f"<td style='text-align:left'>{escape(text)}</td></tr>"
@@ -54,7 +54,7 @@ def html_table(title: str, figures: Mapping[str, Any]) -> str:
 
 
 def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yield name and text of each figure; the names of nested groups are joined with a point."""
+    """Yield name and text of each figure; names of nested groups are joined with a dot."""
     for key, value in figures.items():
         name = f"{prefix}{key}"
         if value is None or (isinstance(value, list | tuple) and not value):
@@ -66,7 +66,7 @@ def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
 
 
 def format_figure(value: Any) -> str:
-    """Format a figure with six significant digits, an undefined one as a dash."""
+    """Format a figure with six significant digits; an undefined figure becomes a dash."""
     if value is None:
         return "–"
     if isinstance(value, bool):

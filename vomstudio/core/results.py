@@ -9,15 +9,15 @@ from typing import Any
 from vomstudio.core.findings import Finding, plain
 
 HIDDEN = {"json": "hidden"}
-"""Metadata of a field that is left out of the object."""
+"""Metadata of a field that is omitted from the object."""
 OPTIONAL = {"json": "optional"}
-"""Metadata of a field that is left out of the object if it is None or empty."""
+"""Metadata of a field that is omitted from the object if it is None or empty."""
 FLAT = {"json": "flat"}
-"""Metadata of a field that is replaced by its own fields in the object."""
+"""Metadata of a field that is replaced in the object by the fields of its value."""
 
 
 class Result:
-    """A frozen dataclass that ``--json`` prints as an object of its fields."""
+    """Base class of frozen dataclasses that ``--json`` prints as an object of their fields."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints."""
@@ -25,10 +25,10 @@ class Result:
 
 
 def to_dict(result: Any) -> dict[str, Any]:
-    """Return a dataclass as a dict of its fields, in their order.
+    """Convert a dataclass to a dict of its fields, in their order.
 
-    Dataclasses, also inside sequences and mappings, become dicts, findings become objects with a
-    code, arrays and tuples become lists, paths become text.
+    Dataclasses, including those in sequences and mappings, become dicts; findings become objects
+    with a code; arrays and tuples become lists; paths become text.
     """
     values: dict[str, Any] = {}
     for each in fields(result):

@@ -1,4 +1,4 @@
-"""Signals: call listeners that the sender does not know, without Qt."""
+"""Signals that call listeners unknown to the sender, without Qt."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ Values = TypeVarTuple("Values")
 
 
 class _Notifications(threading.local):
-    """State of the notifications of a thread.
+    """State of the notifications in a thread.
 
     Attributes
     ----------
     depth : int
-        Number of nested notifications: a listener may emit another signal.
+        Number of nested notifications, because a listener may emit another signal.
     callbacks : dict
-        Callbacks to call after the outermost notification, in order.
+        Functions to call after the outermost notification, in order.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ _notifications = _Notifications()
 
 @contextmanager
 def group_notifications() -> Iterator[None]:
-    """Group notifications: `call_after_notifications` acts at the end of the block."""
+    """Group notifications: `call_after_notifications` takes effect at the end of the block."""
     _notifications.depth += 1
     try:
         yield
@@ -46,9 +46,9 @@ def group_notifications() -> Iterator[None]:
 
 
 def call_after_notifications(callback: Callable[[], object]) -> None:
-    """Call a function after all listeners of the running notifications, or now if none runs.
+    """Call a function after all running notifications, or immediately if none is running.
 
-    The function is called once, even if it is passed several times meanwhile.
+    The function is called once, even if it is passed several times in the meantime.
     """
     if _notifications.depth:
         _notifications.callbacks[callback] = None
@@ -57,16 +57,17 @@ def call_after_notifications(callback: Callable[[], object]) -> None:
 
 
 class Signal(Generic[*Values]):
-    """List of listeners, called in the order in which they were connected.
+    """List of listeners, which are called in the order in which they were connected.
 
-    `Signal[Edit]` passes an edit, `Signal[str, int]` two values, `Signal[()]` none.
+    `Signal[Edit]` passes an edit, `Signal[str, int]` passes two values, and `Signal[()]` passes
+    none.
     """
 
     def __init__(self) -> None:
         self._listeners: list[Callable[[*Values], object]] = []
 
     def connect(self, listener: Callable[[*Values], object]) -> Callable[[], None]:
-        """Add a listener, and return a function that disconnects it."""
+        """Add a listener and return a function that disconnects it."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 

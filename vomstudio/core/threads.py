@@ -1,10 +1,11 @@
-"""Threads and pools of threads: the only module that creates them.
+"""Threads and thread pools; this is the only module that creates them.
 
-Pools live as long as the call that needs them. On Linux a thread inherits the priority of the
-thread that starts it and cannot raise it again, so one pool for all would run the work of the
-viewport at the priority of a background task, or the reverse. Starting four threads takes 0.4 ms.
+A pool exists only as long as the call that needs it. On Linux, a thread inherits the priority of
+the thread that starts it and cannot raise it again, so a single pool would run the work of the
+viewport at the priority of a background task, or vice versa. Starting four threads takes 0.4 ms.
 
-`concurrent.futures` is imported when a pool is first needed: it takes 15 ms.
+`concurrent.futures` is imported when a pool is needed for the first time because the import takes
+15 ms.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def start_thread(
         Called in the thread with `arguments`.
     *arguments : object
     name : str
-        Name of the thread, for error reports.
+        Name of the thread for error reports.
     daemon : bool
         Whether the process may end before the thread does.
     """
@@ -52,7 +53,7 @@ def start_thread(
 def start_timer(
     delay_s: float, function: Callable[[*Arguments], object], *arguments: *Arguments
 ) -> threading.Timer:
-    """Start a thread that calls a function after a delay, unless it is cancelled before."""
+    """Start a thread that calls a function after a delay unless it is cancelled first."""
     timer = threading.Timer(delay_s, function, arguments)
     timer.daemon = True
     timer.start()
@@ -62,7 +63,7 @@ def start_timer(
 def run_in_thread(
     function: Callable[[*Arguments], Result], *arguments: *Arguments, name: str
 ) -> Future[Result]:
-    """Start a thread that calls a function, and return the future of its result."""
+    """Start a thread that calls a function and return the future of its result."""
     from concurrent.futures import Future
 
     future: Future[Result] = Future()
@@ -80,7 +81,7 @@ def run_in_thread(
 
 
 def thread_pool(threads: int, name: str = "pool", *, niceness: int = 0) -> ThreadPoolExecutor:
-    """Create a pool of threads, as a context that waits for all work at its end."""
+    """Create a thread pool as a context manager that waits for all work at its end."""
     from concurrent.futures import ThreadPoolExecutor
 
     start = partial(lower_priority, niceness) if niceness else None
@@ -92,8 +93,9 @@ def map_parallel(
 ) -> Iterator[Result]:
     """Yield the results of a function for all items, in the order of the items.
 
-    The function must release the GIL to gain from it. If it raises, or the caller stops iterating,
-    pending calls are cancelled and running calls are waited for.
+    The calls run in parallel only if the function releases the GIL. If the function raises an
+    error or the caller stops iterating, pending calls are cancelled and the function waits for
+    running calls.
     """
     items = list(items)
     threads = min(threads, len(items))
@@ -112,20 +114,20 @@ def map_unordered(
     check: Callable[[], object] = lambda: None,
     wait: bool = True,
 ) -> Iterator[tuple[int, Result]]:
-    """Yield (number of the item, result) as results are ready, at most `threads` at a time.
+    """Yield (item number, result) as results become available, from at most `threads` threads.
 
     Parameters
     ----------
     function : callable
-        Called with each item in a thread.
+        Function that is called with each item in a thread.
     items : iterable
-        Consumed as threads become free.
+        Items, consumed as threads become available.
     threads : int
         Maximum number of threads.
     check : callable
-        Called every `CHECK_PERIOD_S` while the results are waited for; may raise.
+        Function that is called every `CHECK_PERIOD_S` while waiting for results; may raise.
     wait : bool
-        Wait for running work when the iteration ends early.
+        Whether to wait for running work when the iteration ends early.
     """
     from concurrent.futures import FIRST_COMPLETED
     from concurrent.futures import wait as wait_for
@@ -148,12 +150,12 @@ def map_unordered(
 
 
 def lower_priority(niceness: int = 5) -> None:
-    """Lower the priority of this thread, and of those it starts; only Linux can.
+    """Lower the priority of this thread and of the threads it starts; works only on Linux.
 
     Parameters
     ----------
     niceness : int
-        With 19 the thread runs only while the processor is idle.
+        Niceness of the thread; with 19 it runs only while the processor is idle.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError):

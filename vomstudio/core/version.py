@@ -1,3 +1,3 @@
-"""The version, at the bottom of the layers: everything may name it."""
+"""Version of the program, in the lowest layer so that every module can import it."""
 
 __version__ = "0.1.0"

@@ -1,8 +1,8 @@
-"""Translation of every string that a user sees.
+"""Translation of every string that is displayed to the user.
 
-English is written in the code and is shown without a catalogue or a fitting entry. Codes, columns,
-keys of JSON and the words of verdicts are data and are not translated. This module knows no folder:
-the entry points load the catalogue.
+The source code contains the English text, which is displayed if there is no catalogue or no valid
+entry. Codes, columns, JSON keys and the words of verdicts are data and are not translated. This
+module does not know any folder: the entry points load the catalogue.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _catalogue, _english = gettext.NullTranslations(), True
 
 
 def use_catalogue(catalogue: gettext.NullTranslations | None) -> None:
-    """Translate strings with a catalogue from now on; None for English."""
+    """Translate strings with a catalogue from now on; None selects English."""
     global _catalogue, _english
     _catalogue, _english = catalogue or gettext.NullTranslations(), catalogue is None
 
@@ -25,14 +25,14 @@ def use_catalogue(catalogue: gettext.NullTranslations | None) -> None:
 def tr(message: str, /, **values: object) -> str:
     """Translate a message to the user's language and fill its named placeholders.
 
-    A translation with other placeholders than the English is not used.
+    A translation whose placeholders differ from those of the English text is not used.
 
     Parameters
     ----------
     message : str
-        English text with placeholders of `str.format`, such as ``{length:.2f}``.
+        English text with `str.format` placeholders such as ``{length:.2f}``.
     **values
-        Values of the placeholders. Without values, braces are literal.
+        Values of the placeholders. If there are none, braces are literal.
 
     Examples
     --------
@@ -46,16 +46,16 @@ def tr(message: str, /, **values: object) -> str:
 
 
 def tr_n(singular: str, plural: str, count: int, /, **values: object) -> str:
-    """Translate a message in the plural form of a number, as `tr`.
+    """Translate a message in the plural form that matches a number, in the same way as `tr`.
 
-    Languages have up to six plural forms, so never build a plural by appending an s.
+    Languages have up to six plural forms, so never form a plural by appending an s.
 
     Parameters
     ----------
     singular, plural : str
-        English texts for one and for several.
+        English texts for one item and for several items.
     count : int
-        The number, also the value of the placeholder ``{count}``.
+        The number, which is also the value of the placeholder ``{count}``.
     **values
         Values of the other placeholders.
 
@@ -76,7 +76,7 @@ def tr_n(singular: str, plural: str, count: int, /, **values: object) -> str:
 def to_translate(message: str) -> str:
     """Mark a constant for translators and return it unchanged.
 
-    A constant is created before there is a catalogue; pass it to `tr` where it is shown.
+    A constant is created before the catalogue is loaded; pass it to `tr` where it is displayed.
     """
     return message
 
@@ -105,7 +105,7 @@ def _fill(
 
 @lru_cache(maxsize=4096)
 def _placeholders(message: str) -> frozenset[str] | None:
-    """Return the names in a message, None if its braces are unbalanced or access attributes."""
+    """Return the placeholder names, or None if braces are unbalanced or access attributes."""
     try:
         names = frozenset(name for _, name, _, _ in Formatter().parse(message) if name is not None)
     except ValueError:

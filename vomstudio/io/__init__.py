@@ -1,1 +1,1 @@
-"""The outside world, in and out. No dialogs, no globals."""
+"""Input and output of files, without dialogs and global state."""

@@ -32,7 +32,7 @@ def find_plugins(
     Parameters
     ----------
     package : module
-        Its modules are plugins, except those whose names begin with ``_``.
+        Package whose modules are plugins, except those whose names begin with ``_``.
     attribute : str
         Name of the object in each module.
     kind : type
@@ -43,7 +43,8 @@ def find_plugins(
     Returns
     -------
     LoadedPlugins
-        An object that cannot be loaded is reported in `broken` and does not stop the others.
+        Loaded plugins. An object that cannot be loaded is reported in `broken` and does not affect
+        the others.
     """
     from importlib.metadata import entry_points
 

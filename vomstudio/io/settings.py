@@ -40,46 +40,47 @@ _CHOICES = {
 
 @dataclass
 class Settings:
-    """Settings of the user; the fields are the keys of the file.
+    """User settings; the fields are the keys of the file.
 
     Parameters
     ----------
     notation : str
         Notation of planes in the window (`geology.notation`).
     projection : str
-        Projection of the net.
+        Projection of the stereonet.
     contour : str
-        Contours of the net, one of `geology.density.DENSITY_METHODS`; empty for none.
+        Contouring method of the stereonet, one of `geology.density.DENSITY_METHODS`; empty for
+        none.
     contour_sigma : float
-        Sigma of Kamb's methods.
+        Sigma of the Kamb methods.
     contour_levels : list of float
-        Contour levels entered by the user; empty for round ones.
+        Contour levels entered by the user; empty for automatic ones.
     net_view : str
         View of the net panel: "net", or an angle of `geology.roses`.
     net_asked : list of str
-        Elements drawn on the net besides the sets.
+        Elements drawn on the stereonet in addition to the sets.
     rose_bin, rose_by_length, rose_by_area
-        Bin width in degrees and weighting of rose diagrams.
+        Bin width in degrees, and weighting of rose diagrams.
     figure_style : dict
-        Changes of printed figures (`products.net.figure_style`).
+        Changes to the style of printed figures (`products.net.figure_style`).
     planes_as : str
-        Planes in 3-D: "discs", "symbols" or "neither".
+        Display of planes in 3-D: "discs", "symbols" or "neither".
     hidden_columns : list of str
         Hidden columns of the table, by title.
     unclosed : list of str
         Projects that are open, or were open when the program last ended.
     recent : list of str
-        Recent projects, the newest first.
+        Recent projects, newest first.
     window : dict
-        Geometry and panels as the window system stores them, base64.
+        Geometry and panels as stored by the window system, in base64.
     limits : dict
-        Changed thresholds of the verdict by name, for projects without a profile.
+        Modified verdict thresholds by name, for projects without a profile.
     profiles : dict
-        Profiles of the user by name.
+        User-defined profiles by name.
     point_budget : int
         Maximum number of points of a streamed cloud in memory; larger COPC files are streamed.
     labels : str
-        Labelled features: "all", "selected", "none", or "auto" for all of a few features.
+        Features to label: "all", "selected", "none", or "auto" for all if there are only a few.
     theme : str
         "light", "dark" or "system".
     offer_tour : bool
@@ -114,24 +115,24 @@ class Settings:
 
     @property
     def thresholds(self) -> Thresholds:
-        """Thresholds of the verdict, with the user's changes."""
+        """Verdict thresholds, including the changes made by the user."""
         from vomstudio.geology.profiles import Thresholds
 
         limits: dict[str, Any] = dict(self.limits)
         return Thresholds(**limits, profile="own limits" if limits else "error")
 
     def add_recent(self, path: Path) -> None:
-        """Add a project to the recent ones."""
+        """Add a project to the list of recent projects."""
         text = str(path)
         self.recent = [text, *(p for p in self.recent if p != text)][:_MAX_RECENT]
 
     def recorded_settings(self) -> dict[str, Any]:
-        """Return the settings that are recorded with every edit of the journal."""
+        """Return the settings that are recorded with every edit in the journal."""
         return {"thresholds": asdict(self.thresholds)}
 
 
 def settings_path() -> Path:
-    """Return the path of the settings file; the variable VOMSTUDIO_SETTINGS replaces it."""
+    """Return the path of the settings file, which VOMSTUDIO_SETTINGS can override."""
     if override := os.environ.get("VOMSTUDIO_SETTINGS"):
         return Path(override)
     from platformdirs import user_config_path
@@ -140,7 +141,7 @@ def settings_path() -> Path:
 
 
 def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
-    """Return the settings, and a finding for each that is not valid and has its default."""
+    """Return the settings, and a finding for each invalid one, which gets its default."""
     path = path or settings_path()
     settings, problems = Settings(), []
     try:
@@ -179,10 +180,10 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
 
 
 def _check(setting: Field[Any], value: Any, default: Any) -> None:
-    """Raise TypeError or ValueError if a setting cannot have this value."""
+    """Raise TypeError or ValueError if a value is not valid for a setting."""
     if type(value) is not type(default):
         raise TypeError(f"{type(default).__name__} expected")
-    # The annotations of this module are text.
+    # The annotations in this module are strings.
     item_types = _ITEM_TYPES.get(str(setting.type))
     items = value.values() if isinstance(value, dict) else value
     if item_types is not None and any(type(item) not in item_types for item in items):
@@ -217,9 +218,9 @@ def _current_text(path: Path) -> str:
 
 
 class SettingsFile:
-    """Writer of the settings, in order of the requests.
+    """Writer of the settings, which processes requests in order.
 
-    `write_soon` writes in a thread, so that a window does not wait for the disk.
+    `write_soon` writes in a thread so that a window does not wait for the disk.
     """
 
     def __init__(self, problem: Callable[[VomError], None]) -> None:
@@ -228,22 +229,22 @@ class SettingsFile:
         Parameters
         ----------
         problem : callable
-            Receives the error, in any thread, if settings cannot be written.
+            Function that receives the error, in any thread, if settings cannot be written.
         """
         self._problem = problem
         self._write_lock = threading.Lock()
         self._last_request = 0
 
     def write(self, settings: Settings) -> None:
-        """Write the settings now. Raises TargetError."""
+        """Write the settings immediately. Raises TargetError."""
         self._last_request += 1
         with self._write_lock:
             write_settings(settings)
 
     def write_soon(self, settings: Settings) -> None:
-        """Write a copy of the settings in a thread, unless newer ones are written before."""
+        """Write a copy of the settings in a thread, unless newer ones are written first."""
         self._last_request += 1
-        # Not a daemon: the process ends only after they are written.
+        # Not a daemon thread, so the process ends only after the settings are written.
         start_thread(
             self._write,
             self._last_request,
@@ -264,7 +265,7 @@ class SettingsFile:
 
 
 def _toml(values: dict[str, Any], older_text: str) -> str:
-    """Return a TOML document with the values, based on an older document if that is valid."""
+    """Return a TOML document with the values, based on an older document if it is valid."""
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
@@ -280,7 +281,7 @@ def _toml(values: dict[str, Any], older_text: str) -> str:
 
 
 def _set(table: Any, values: dict[str, Any]) -> None:
-    """Set values of a table, leaving equal values in their present form."""
+    """Set values of a table, keeping equal values in their current form."""
     from tomlkit.items import AbstractTable
 
     for key, value in values.items():
@@ -289,6 +290,6 @@ def _set(table: Any, values: dict[str, Any]) -> None:
             for removed_key in current.keys() - value.keys():
                 del current[removed_key]
             _set(current, value)
-        # True is 1 in Python and not in TOML.
+        # True equals 1 in Python but not in TOML.
         elif current != value or isinstance(current, bool) != isinstance(value, bool):
             table[key] = value

@@ -1,1 +1,1 @@
-"""Project: records, kinds of features, edits, history, journal, import and export."""
+"""Projects: records, kinds of features, edits, history, journal, import and export."""

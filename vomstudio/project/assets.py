@@ -1,8 +1,8 @@
-"""Files that rows of the journal name: masks, and other data too large for a row.
+"""Files referenced by journal rows: masks and other data that are too large for a row.
 
-Each file is named by the SHA-256 of its content, written completely before the row that names it,
-and never overwritten, so undoing finds it unchanged. Only `compact` removes files that no row
-names.
+Each file is named by the SHA-256 of its content, written completely before the row that references
+it, and never overwritten, so undo finds it unchanged. Only `compact` removes files that no row
+references.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MAX_CACHED_BYTES = 64 * 1024 * 1024
 
 
 def store_asset(project: Path, data: bytes, suffix: str) -> Asset:
-    """Store content in the project's folder. `suffix` includes its dot. Raises TargetError."""
+    """Store content in the project folder. `suffix` includes its dot. Raises TargetError."""
     name = hashlib.sha256(data).hexdigest()
     path = project / FOLDER / f"{name}{suffix}"
     if not path.is_file() or path.stat().st_size != len(data):
@@ -52,10 +52,10 @@ def is_intact(path: Path) -> bool:
 
 
 class Assets:
-    """Assets of an open project, also cached in memory in case its folder disappears.
+    """Assets of an open project, which can be cached in memory in case its folder disappears.
 
-    Masks are hours of work. `folder` returns the project's folder, and `is_current` whether the
-    project in it is the open one.
+    Masks represent hours of work. `folder` returns the project folder, and `is_current` returns
+    whether it still contains the open project.
     """
 
     def __init__(self, folder: Callable[[], Path], is_current: Callable[[], bool]) -> None:
@@ -67,10 +67,10 @@ class Assets:
         self._temporary_folder: tempfile.TemporaryDirectory[str] | None = None
 
     def store(self, data: bytes, suffix: str) -> Asset:
-        """Store content in the project's folder. Raises TargetError.
+        """Store content in the project folder. Raises TargetError.
 
         After `cache_all`, content that cannot be written stays in memory and is written together
-        with the row that names it.
+        with the row that references it.
         """
         if not self._works_offline:
             return store_asset(self._folder(), data, suffix)
@@ -85,7 +85,7 @@ class Assets:
         return asset
 
     def path(self, asset: Asset) -> Path:
-        """Return the path of an asset, or of a temporary copy if it is in memory only."""
+        """Return the path of an asset, or of a temporary copy if it exists only in memory."""
         try:
             return asset_path(self._folder(), asset)
         except InputError:
@@ -100,7 +100,7 @@ class Assets:
         return copy
 
     def cache_all(self) -> None:
-        """Continue working if the folder cannot be written. Cache existing assets up to a limit."""
+        """Cache existing assets, up to a limit, so that work can continue without the folder."""
         self._works_offline = True
         folder = self._folder() / FOLDER
         if folder.is_dir():
@@ -108,7 +108,7 @@ class Assets:
                 self._cache(f"{FOLDER}/{path.name}")
 
     def cache_edit(self, edit: Edit) -> None:
-        """Cache assets that an edit names for the first time."""
+        """Cache the assets that an edit references for the first time."""
         for record in edit.after.values():
             if isinstance(record, Mask):
                 self._cache(record.file.path)
@@ -121,7 +121,7 @@ class Assets:
             self._bytes += len(self._cached[name])
 
     def write_pending(self) -> None:
-        """Write assets that are in memory only, before their row. Raises TargetError."""
+        """Write the assets that exist only in memory, before their row. Raises TargetError."""
         for name in sorted(self._pending):
             store_asset(self._folder(), self._cached[name], Path(name).suffix)
             self._pending.discard(name)
@@ -135,8 +135,8 @@ class Assets:
                 write_bytes(path, data, force=True)
 
     def close(self) -> None:
-        # The callables refer to the project. Drop them, so that its thousands of records are freed
-        # at once and not in the next garbage collection.
+        # The callables reference the project. Drop them so that its thousands of records are freed
+        # immediately and not by the next garbage collection.
         folder = self._folder()
         self._folder, self._is_current = lambda: folder, lambda: False
         if self._temporary_folder is not None:

@@ -1,4 +1,4 @@
-"""Descriptions of the beds of a log, stored with its line. Pure, like `project.edits`."""
+"""Pure functions for the descriptions of the beds of a log, stored with its line."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from vomstudio.project.figures import Subject
 from vomstudio.project.records import Feature, Logged, Record, get, get_feature
 
 POINT = "#"
-"""Prefix of a boundary at a point of the line; the point's number, from 0, follows."""
+"""Prefix of a boundary at a point of the line, followed by the 0-based number of the point."""
 
 
 def describe_bed(
     records: Mapping[str, Record], line_id: str, boundary: str, lithology: str, notes: str
 ) -> Edit:
-    """Describe the bed that begins at a boundary; two empty texts clear its description.
+    """Describe the bed that begins at a boundary, or clear its description with empty texts.
 
     Parameters
     ----------
     records : mapping
     line_id : str
-        Id of the section line.
+        ID of the section line.
     boundary : str
-        Id of a trace, or POINT and the number of a point of the line.
+        ID of a trace, or POINT followed by the number of a point of the line.
     lithology : str
     notes : str
 
     Raises
     ------
     DocumentError
-        If the line does not exist or has no log, and if nothing would change.
+        If the line does not exist or has no log, or if nothing would change.
     """
     line = get(records, line_id, Logged)
     if line is None:
@@ -51,9 +51,10 @@ def describe_bed(
 
 
 def vertex_fields(feature: Feature, vertices: Sequence[Point]) -> dict[str, Any]:
-    """Return the fields of a line that change with its vertices.
+    """Return the fields of a line that change together with its vertices.
 
-    Descriptions stay with their point if points are inserted before it, and are removed with it.
+    A description stays with its point if points are inserted before it, and is removed together
+    with the point.
     """
     fields: dict[str, Any] = {"vertices": tuple(vertices)}
     if not isinstance(feature, Logged) or not feature.beds:
@@ -76,7 +77,7 @@ def _renumbered_beds(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[st
 
 
 def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
-    """Return a sentence for each bed, for tables and layers without a column for beds."""
+    """Return one sentence per bed, for tables and layers that have no column for beds."""
     if not isinstance(feature, Logged):
         return []
     lines = []
@@ -91,7 +92,7 @@ def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
 
 
 def notes_with_beds(subject: Subject) -> str:
-    """Return the notes of a line and the descriptions of its beds."""
+    """Return the notes of a line followed by the descriptions of its beds."""
     beds = bed_lines(subject.feature, subject.records)
     return "; ".join(filter(None, (subject.feature.notes, *beds)))
 

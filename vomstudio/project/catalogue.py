@@ -1,4 +1,4 @@
-"""Figures that several kinds share; those of planes and lines in the order of the table."""
+"""Figures shared by several kinds; those of planes and lines are in table order."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _line(name: str) -> Value:
 
 
 def _fit_value(plane_name: str, line_name: str) -> Value:
-    """Return the value of a fitted plane, or of a fitted line without one."""
+    """Return the value of a fitted plane, or of a fitted line if there is no plane."""
 
     def value(s: Subject) -> Any:
         fit, line = s.measured.fit, s.measured.line_fit
@@ -48,7 +48,7 @@ def _fit_value(plane_name: str, line_name: str) -> Value:
 
 
 def _feature(name: str) -> Value:
-    """Return a field of the record; None if it is empty or missing."""
+    """Return the value of a record field, or None if it is empty or missing."""
     return lambda s: getattr(s.feature, name, None) or None
 
 
@@ -69,7 +69,7 @@ def _element(s: Subject) -> str | None:
 
 
 def place_of(s: Subject) -> FloatArray | None:
-    """Return the (3,) centre of a feature in World, metres."""
+    """Return the centre (3,) of a feature in the World frame, metres."""
     if s.measured.fit is not None:
         return s.measured.fit.centroid
     return s.measured.points.mean(axis=0) if len(s.measured.points) else None
@@ -132,7 +132,7 @@ def _profile(s: Subject) -> str | None:
 
 
 def _covariance(row: int, column: int) -> Value:
-    """Return one element of the covariance of a plane's normal."""
+    """Return a function for one element of the covariance of a plane's normal."""
 
     def value(s: Subject) -> float | None:
         covariance = s.normal_covariance
@@ -554,7 +554,7 @@ ORIENTATION: tuple[Figure, ...] = (
     FRAME,
     NOTES,
 )
-"""Columns of the orientation table, in order."""
+"""Columns of the orientation table, in table order."""
 
 TO_PICK = _degrees(
     "to_pick_deg",

@@ -1,6 +1,6 @@
-"""Conversion of records to and from JSON values. The names here are the names on disk.
+"""Conversion of records to and from JSON values; names here are the names on disk.
 
-A record that is added or removed is written completely. For a changed record only the fields that
+A record that is added or removed is written completely. For a changed record, only the fields that
 differ are written, so assigning ten thousand traces to another set does not copy their vertices.
 """
 
@@ -59,7 +59,7 @@ RECORD_TYPES: dict[str, type] = {
     "face_grid": FaceGrid,
     "compass": Compass,
 }
-"""Every class of record by its name on disk."""
+"""Record classes by their name on disk."""
 _NESTED = NestedFields(
     parts={
         "placement": Frame,
@@ -71,23 +71,23 @@ _NESTED = NestedFields(
     },
     lists={"control": RegistrationPoint, "observations": ObservationGroup},
 )
-"""A placement may be a registration instead of a frame; then its id is written."""
+"""A placement may be a registration instead of a frame; in that case its ID is written."""
 _NAMES = {cls: name for name, cls in RECORD_TYPES.items()}
 
 NO_RECORDS: Mapping[str, Record] = MappingProxyType({})
 
 
 def encode(record: Record) -> Plain:
-    """Return a record as JSON values, with its kind."""
+    """Return a record as JSON values, including its kind."""
     # dataclasses.asdict copies every number, which takes seconds for a patch of 100,000 points.
     values = {field.name: getattr(record, field.name) for field in dataclasses.fields(record)}
     return {"record": _NAMES[type(record)], **_encoded(values)}
 
 
 def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS) -> Record:
-    """Return the record of JSON values; `records` contains those that it names.
+    """Return the record from its JSON values; `records` contains the records it refers to.
 
-    Raises DocumentError that names the kind or field that cannot be read.
+    Raises a DocumentError that names the kind or field that cannot be read.
     """
     values = dict(plain)
     kind = values.pop("record", None)
@@ -103,7 +103,7 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS)
 
 
 def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
-    """Return the two maps of an edit: id -> None, a complete record, or changed fields."""
+    """Return the two maps of an edit from ID to None, a complete record, or changed fields."""
     before: Plain = {}
     after: Plain = {}
     for id_, new in edit.after.items():
@@ -125,8 +125,8 @@ def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
 def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, Record]) -> Edit:
     """Return the edit of a journal row.
 
-    `records` are the records before the edit; changed records take fields that the row does not
-    name from them. Raises DocumentError.
+    `records` contains the records before the edit; fields of changed records that are not in the
+    row are copied from there. Raises DocumentError.
     """
     if not (isinstance(before, Mapping) and isinstance(after, Mapping)):
         raise DocumentError(Finding("record.wrong-value"), field="after")
@@ -136,7 +136,7 @@ def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, R
     for id_, plain in after.items():
         if id_ not in models:
             news[id_] = _read(id_, plain, records, records)
-    # A model may refer to a registration that is added by the same edit.
+    # A model may refer to a registration that the same edit adds.
     added = {id_: record for id_, record in news.items() if record is not None}
     known = {**records, **added} if models else records
     for id_ in models:

@@ -1,8 +1,8 @@
-"""Compaction: a project without the rows and files that cannot be reached any more.
+"""Compaction: removal of journal rows and files that can no longer be reached.
 
-Every step that can be undone or redone stays, as do the records of the last save and the draft of
-an unfinished tool. Steps that were undone and then replaced are removed, and joined steps are
-merged. The previous journal stays beside the new one until the project is closed, so that the
+Every step that can be undone or redone is kept, as are the records of the last save and the draft
+of an unfinished tool. Steps that were undone and then replaced are removed, and joined steps are
+merged. The previous journal stays next to the new one until the project is closed, so that the
 compaction itself can be undone.
 """
 
@@ -37,7 +37,7 @@ _ASSETS_BACKUP = "assets-before-compaction"
 
 @dataclass(frozen=True)
 class CompactionPlan:
-    """Rows and files that a compaction would remove, and the bytes of these files.
+    """Rows and files that a compaction would remove, and the size of the files in bytes.
 
     `total_rows` is the number of rows before the compaction.
     """
@@ -53,7 +53,7 @@ class CompactionPlan:
 
 
 def plan(folder: Path, session: Session, journal: SqliteJournal) -> CompactionPlan:
-    """Return what a compaction would remove."""
+    """Return the rows and files that a compaction would remove."""
     rows = sum(1 for _ in journal.rows())
     compacted_rows = sum(1 for _ in _rows(session))
     unused = _unused(folder, session)
@@ -72,9 +72,9 @@ class Compacted:
     Attributes
     ----------
     numbers : mapping of int to int
-        Row numbers in the new journal, by those in the previous one.
+        Row numbers in the new journal by row number in the previous one.
     last : int
-        Number of its last row at the time of the compaction.
+        Number of the last row at the time of the compaction.
     """
 
     numbers: Mapping[int, int]
@@ -89,7 +89,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     DocumentError
         If there are unsaved changes.
     TargetError
-        If the project cannot be written. Nothing has changed then.
+        If the project cannot be written. In this case nothing has changed.
     """
     if session.dirty:
         raise DocumentError(Finding("compaction.unsaved"))
@@ -107,7 +107,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         remove(folder / BACKUP_NAME)
         raise
     backup = folder / _ASSETS_BACKUP
-    # A file that cannot be moved does no harm.
+    # A file that cannot be moved is harmless.
     with contextlib.suppress(OSError, TargetError):
         for path in _unused(folder, session):
             make_folder(backup, folder)
@@ -121,7 +121,7 @@ def write_compacted_journal(
     journal: SqliteJournal | None,
     settings: Mapping[str, Any] | None = None,
 ) -> dict[int, int]:
-    """Write a journal of the reachable rows only.
+    """Write a journal that contains only the reachable rows.
 
     Parameters
     ----------
@@ -130,14 +130,14 @@ def write_compacted_journal(
     session : Session
         Session whose reachable rows are written.
     journal : SqliteJournal or None
-        The previous journal with times and versions; None if it cannot be read.
+        Previous journal with times and versions, or None if it cannot be read.
     settings : mapping or None
-        Current settings, used without a previous journal.
+        Current settings, used if there is no previous journal.
 
     Returns
     -------
     dict of int to int
-        Row numbers in the new journal, by those in the previous one.
+        Row numbers in the new journal by row number in the previous one.
 
     Raises
     ------
@@ -191,26 +191,28 @@ def write_compacted_journal(
 def replace_journal(
     new: Path, folder: Path, session: Session, journal: SqliteJournal, numbers: Mapping[int, int]
 ) -> None:
-    """Replace the project's journal by the file `new` and continue the session in it.
+    """Replace the project's journal with the file `new` and continue the session in it.
 
     Parameters
     ----------
     new : Path
+        File that replaces the journal.
     folder : Path
-        Folder of the project.
+        Project folder.
     session : Session
     journal : SqliteJournal
     numbers : mapping of int to int
-        Row numbers in the new journal, by those in the previous one.
+        Row numbers in the new journal by row number in the previous one.
 
     Raises
     ------
     TargetError
-        If the journal cannot be replaced; the session then continues in the previous one. Also if
-        the new one cannot be opened at once; it is opened with the next step.
+        If the journal cannot be replaced; the session then continues in the previous one. It is
+        also raised if the new journal cannot be opened immediately; the journal is then opened
+        with the next step.
     """
     head = head_of(new)
-    # From here on a killed process leaves one complete journal or the other.
+    # From here on, killing the process leaves either of the two journals complete.
     journal.close_file()
     try:
         new.replace(folder / NAME)
@@ -236,15 +238,16 @@ def undo_compaction(
     DocumentError
         If there is no backup.
     TargetError
-        If the project cannot be written. Nothing has changed then, and it can be tried again.
+        If the project cannot be written. In this case nothing has changed, and the call can be
+        repeated.
     """
     before, new = folder / BACKUP_NAME, folder / NEW_NAME
     if not before.is_file():
         raise DocumentError(Finding("compaction.none"))
-    # Restore files first: a superfluous file does no harm, a missing one does.
+    # Restore the files first: a superfluous file is harmless, but a missing one is not.
     _restore_assets(folder)
     remove(new)
-    # Work on a copy, so that a second attempt does not append the new rows twice.
+    # Work on a copy so that a second attempt does not append the new rows twice.
     backup = SqliteJournal(before)
     try:
         backup.copy_to(new)
@@ -283,7 +286,7 @@ def _restore_assets(folder: Path) -> None:
 
 
 def discard_backup(folder: Path) -> None:
-    """Delete the backup when the project is closed, and the remains of a failed compaction."""
+    """Delete the backup and the remains of a failed compaction when the project is closed."""
     remove(folder / BACKUP_NAME)
     remove(folder / NEW_NAME)
     backup = folder / _ASSETS_BACKUP
@@ -306,7 +309,7 @@ class _NewRow:
 
 
 def _rows(session: Session) -> Iterator[_NewRow]:
-    """Yield the rows of a journal that contains only what can be reached."""
+    """Yield the rows of a journal that contains only reachable steps."""
     steps, undone = session.done_steps(), session.undone_steps()
     if not steps:
         return
@@ -328,7 +331,7 @@ def _do(seq: int, edit: Edit) -> _NewRow:
 
 
 def _unused(folder: Path, session: Session) -> list[Path]:
-    """Return the asset files that no reachable record names."""
+    """Return the asset files that no reachable record references."""
     assets = folder / FOLDER
     # The target of a link does not belong to the project.
     if not assets.is_dir() or special_files(str(folder), [FOLDER]):
@@ -341,7 +344,7 @@ def _unused(folder: Path, session: Session) -> list[Path]:
 
 
 def remove(path: Path) -> None:
-    """Remove a journal with its auxiliary files."""
+    """Remove a journal and its auxiliary files."""
     for ending in ("", "-wal", "-shm", "-journal"):
         with contextlib.suppress(OSError):
             path.with_name(path.name + ending).unlink(missing_ok=True)

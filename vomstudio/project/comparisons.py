@@ -1,6 +1,6 @@
 """Comparisons stored in a project: distances of a model from a benchmark.
 
-They are files beside the journal and not records: a lost file means that the comparison has to be
+They are files next to the journal and not records: if a file is lost, the comparison has to be
 repeated.
 """
 
@@ -25,7 +25,7 @@ from vomstudio.project.records import Model
 Rows = tuple[tuple[float, ...], ...]
 
 FOLDER = "comparisons"
-"""In the project's folder."""
+"""Name of the folder inside the project folder."""
 _REQUIRED = ("n", "beyond", "mean_m", "median_m", "mad_m", "rms_m")
 _OPTIONAL = ("std_m", "lod95_m", "significant_share")
 _DIRECTION = ("trend_deg", "plunge_deg")
@@ -34,22 +34,22 @@ _MATRICES = ("to_world", "benchmark_to_world")
 
 @dataclass(frozen=True)
 class StoredComparison:
-    """A comparison of a model with a benchmark.
+    """Comparison of a model with a benchmark.
 
     Attributes
     ----------
     model_id, model_name, content_hash, to_world
-        The model and its placement at the time of the comparison.
+        Model and its placement at the time of the comparison.
     benchmark, benchmark_path, benchmark_to_world
-        The benchmark and its placement.
+        Benchmark and its placement.
     radius_m : float or None
-        Radius of M3C2; None for nearest distances.
+        Radius of M3C2, or None for nearest distances.
     figures : mapping
-        Results as the command `compare` prints them.
+        Results as printed by the `compare` command.
     made, version : str
-        UTC time of the comparison, and version of this program.
+        UTC time of the comparison, and version of the program.
     fields : Path
-        File of the distances: arrays of all points, by the names of the model's fields.
+        File of the distances: arrays for all points by the names of the model's fields.
     """
 
     model_id: str
@@ -66,12 +66,12 @@ class StoredComparison:
     fields: Path
 
     def is_current(self, model: Model) -> bool:
-        """Return whether the model still has the content and the placement that were compared."""
+        """Return whether the content and placement of the model are still those compared."""
         same_file = model.content_hash == self.content_hash
         return same_file and np.allclose(model.to_world, self.to_world, rtol=0.0, atol=1e-9)
 
     def replaces(self, other: StoredComparison) -> bool:
-        """Return whether this comparison replaces the other: same two models, same method."""
+        """Return whether this comparison has the same two models and method as another one."""
         return (self.model_id, self.benchmark_path, self.radius_m) == (
             other.model_id,
             other.benchmark_path,
@@ -85,14 +85,14 @@ def distances_file(folder: Path, name: str) -> Path:
 
 
 def now() -> str:
-    """Return the current time in UTC, ISO 8601."""
+    """Return the current time in UTC as ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def store_comparison(comparison: StoredComparison) -> None:
-    """Write the description of a comparison whose distances are already in place.
+    """Write the description of a comparison whose distances have already been written.
 
-    Earlier comparisons of the same models by the same method are deleted. Raises TargetError.
+    Earlier comparisons of the same models with the same method are deleted. Raises TargetError.
     """
     values = {name: value for name, value in vars(comparison).items() if name != "fields"}
     text = json.dumps({**values, "figures": dict(comparison.figures)}, indent=1, allow_nan=False)
@@ -105,7 +105,7 @@ def store_comparison(comparison: StoredComparison) -> None:
 
 
 def stored_comparisons(folder: Path, model_id: str) -> list[StoredComparison]:
-    """Return the comparisons of a model, newest first, without those that cannot be read."""
+    """Return the readable comparisons of a model, newest first."""
     comparisons = [
         comparison for comparison in _read_all(folder / FOLDER) if comparison.model_id == model_id
     ]
@@ -126,7 +126,7 @@ def _read_all(folder: Path) -> list[StoredComparison]:
 
 
 def _is_valid(values: Mapping[str, Any]) -> bool:
-    """Return whether values from a foreign project have the types of a comparison.
+    """Return whether values from an untrusted project have the types of a comparison.
 
     Raises KeyError if a value is missing.
     """

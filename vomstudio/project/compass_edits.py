@@ -1,4 +1,4 @@
-"""Edits of the north reference of readings on a model."""
+"""Edits of the north reference of compass readings on a model."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from vomstudio.project.records import Compass, Model, Record, compass_id, get
 
 
 def compass_of(records: Mapping[str, Record], model_id: str) -> Compass | None:
-    """Return the compass of a model; None if it was not declared."""
+    """Return the compass of a model, or None if it has not been declared."""
     return get(records, compass_id(model_id), Compass)
 
 
 def set_compass(records: Mapping[str, Record], compass: Compass) -> Edit:
-    """Set the north reference of azimuths on a model and its error. Raises DocumentError."""
+    """Set the north reference of the azimuths on a model and its error. Raises DocumentError."""
     model = get(records, compass.model_id, Model)
     if model is None or compass.id != compass_id(model.id):
         raise DocumentError(Finding("record.missing", kind="model", id=compass.model_id))

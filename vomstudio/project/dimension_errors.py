@@ -1,9 +1,9 @@
 """Errors of lengths and areas due to the registration of a model.
 
-Lengths, areas and thicknesses do not change if a model rotates as a whole: only the error of its
-scale matters. The rotation matters relative to something that does not rotate: the vertical, for a
-horizontal or vertical distance, and the plane of a thickness if it is on another model or was
-measured with a compass. All errors are 95 % errors of a single figure.
+Lengths, areas and thicknesses do not change if a model is rotated as a whole; only the error of its
+scale matters. The rotation matters relative to something that does not rotate with the model: the
+vertical, for a horizontal or vertical distance, and the plane of a thickness if it is on another
+model or was measured with a compass. All errors are 95 % errors of a single figure.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ def registration_errors(
     figures : mapping
         Figures of the dimension by name.
     model : Model or None
-        Model of the dimension.
+        Model on which the dimension was measured.
     step : (3,) float64 or None
-        From the first to the last point, World; None for an area.
+        Vector from the first to the last point in the World frame; None for an area.
 
     Returns
     -------
     dict of str to float
-        Names have `_registration95` before the unit. Empty if the model is not registered or the
-        error of the registration is unknown.
+        Errors by name, with `_registration95` before the unit. Empty if the model is not registered
+        or the error of the registration is unknown.
     """
     shape = _shape(model)
     if shape is None:
@@ -66,18 +66,18 @@ def registration_errors(
 def thickness_error(
     step: FloatArray, normal: FloatArray, model: Model | None, plane_model: Model | None
 ) -> float | None:
-    """Return the 95 % error of a thickness due to registrations, metres; None if unknown.
+    """Return the 95 % error of a thickness due to registrations in metres, or None.
 
     Parameters
     ----------
     step : (3,) float64
-        Between the ends of the thickness on `model`, World.
+        Vector between the ends of the thickness on `model`, in the World frame.
     normal : (3,) float64
-        Normal of the plane, World.
+        Normal of the plane in the World frame.
     model : Model or None
-        Model of the ends.
+        Model on which the ends were picked.
     plane_model : Model or None
-        Model of the plane; None for a compass reading.
+        Model on which the plane was picked; None for a compass reading.
     """
     registration, other = _registration(model), _registration(plane_model)
     shape = None if registration is None else registration.shape_covariance()

@@ -1,4 +1,4 @@
-"""Domains of a structure, such as the walls of a fault, and the features in them."""
+"""Domains of a structure, such as the walls of a fault, and their features."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from vomstudio.project.records import Record, Typed, get
 Records = Mapping[str, Record]
 
 MAX_SHARE_ON_OTHER_SIDE = 0.1
-"""A feature crosses the plane if more of its points are on the other side."""
+"""Share of points on the other side above which a feature crosses the plane."""
 _DIRECTIONS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 MIN_VERTICAL_DIP_DEG = 89.0
-"""A steeper fault has no hanging wall."""
+"""Dip above which a fault is considered vertical and has no hanging wall."""
 
 
 def domain_of(record: Record) -> str | None:
-    """Return the domain of a record; None without one."""
+    """Return the domain of a record, or None if it has no domain."""
     return record.domain or None if isinstance(record, Typed) else None
 
 
 def domain_names(records: RecordMap) -> list[str]:
-    """Return the sorted names of the domains in use."""
+    """Return the sorted names of the domains that are in use."""
     return sorted(records.count_by(domain_of))
 
 
@@ -39,18 +39,18 @@ def split_by_plane(
 ) -> tuple[Edit, int]:
     """Assign the features on the two sides of a feature's plane to two domains.
 
-    These are the hanging wall and the footwall. Features of the same type and set as the plane are
-    not assigned.
+    The domains are the hanging wall and the footwall. Features of the same type and set as the
+    plane are not assigned.
 
     Returns
     -------
     tuple of Edit and int
-        The edit, and the number of features that cross the plane and are unchanged.
+        Edit, and number of features that cross the plane and remain unchanged.
 
     Raises
     ------
     DocumentError
-        If the feature has no plane, or nothing would change.
+        If the feature has no plane or nothing would change.
     """
     fault = get(records, id_, Typed)
     fault_measurement = {} if fault is None else measured([id_])

@@ -1,4 +1,4 @@
-"""Edits as pairs of small maps, so that undo is a swap."""
+"""Edits stored as pairs of small maps, so that undo only swaps them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Changes = Mapping[str, Record | None]
 
 @dataclass(frozen=True)
 class Edit:
-    """A change of records.
+    """Change of records.
 
-    `before` and `after` map the same ids to records, or to None for a record that does not exist.
+    `before` and `after` map the same IDs to records, or to None if the record does not exist.
     `label` describes the change for the user ("Add trace B03").
     """
 
@@ -36,7 +36,7 @@ class Edit:
         return Edit(self.label, self.after, self.before)
 
     def followed_by(self, later: Edit) -> Edit:
-        """Return both edits as one, under the later label."""
+        """Return this edit and a later one combined, with the label of the later one."""
         return Edit(later.label, {**later.before, **self.before}, {**self.after, **later.after})
 
     def check(self, records: Mapping[str, Record]) -> None:
@@ -48,7 +48,8 @@ class Edit:
     def swap(self, records: MutableMapping[str, Record], *, strict: bool = True) -> None:
         """Change `records` from `before` to `after`.
 
-        If `strict`, raises DocumentError, with nothing changed, unless the records match `before`.
+        If `strict` is set and the records do not match `before`, DocumentError is raised and
+        nothing changes.
         """
         if strict:
             self.check(records)
@@ -60,5 +61,5 @@ class Edit:
 
 
 def change(records: Mapping[str, Record], label: str, after: Changes) -> Edit:
-    """Return the edit that sets `records` to `after` for the ids in `after`."""
+    """Return the edit that sets the records with the IDs in `after` to its values."""
     return Edit(label, {id_: records.get(id_) for id_ in after}, dict(after))

@@ -1,6 +1,6 @@
-"""Edits that a user can make. Each is pure: it returns an Edit for the given records.
+"""Pure functions that create the edits of a user from the given records.
 
-Each raises a DocumentError or GeometryError if the edit is not possible.
+Each function raises a DocumentError or GeometryError if the edit is not possible.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ Records = Mapping[str, Record]
 
 
 def add_model(records: Records, model: Model, label: str = "") -> Edit:
-    """Add a model, and its registration if the project does not contain that yet.
+    """Add a model, and its registration if the project does not contain it yet.
 
-    `label` is that of the edit; "" for a file that is opened.
+    `label` is the label of the edit; it is empty if the model comes from an opened file.
     """
     if model.id in records:
         raise DocumentError(Finding("record.exists", name=model.name))
@@ -62,9 +62,9 @@ def add_model(records: Records, model: Model, label: str = "") -> Edit:
 def declare_frame(
     records: Records, model_id: str, frame: Frame, *, instead_of_registration: bool = False
 ) -> Edit:
-    """Declare axes, unit and place of a model; all its features move with it.
+    """Declare the axes, unit and position of a model; all its features move with it.
 
-    A registered model is refused unless its registration is to be replaced.
+    A registered model is rejected unless `instead_of_registration` is set.
     """
     model = _get(records, model_id, Model)
     if model.registration is not None and not instead_of_registration:
@@ -87,9 +87,9 @@ def declare_frame(
 def set_registration(
     records: Records, registration: Registration, models: Iterable[str] = ()
 ) -> Edit:
-    """Add or update a registration and place models by it, with all their features.
+    """Add or update a registration and place models with it, together with their features.
 
-    The models are those given and those that it had placed already.
+    The models are those in `models` and those that the registration already places.
     """
     after: dict[str, Record | None] = {registration.id: registration}
     added = [_get(records, id_, Model) for id_ in models]
@@ -104,7 +104,7 @@ def _placed_by(model: Model, registration: Registration) -> bool:
 
 
 def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:
-    """Change the path of a model whose file was moved."""
+    """Change the path of a model whose file has been moved."""
     model = _get(records, model_id, Model)
     if content_hash != model.content_hash:
         raise DocumentError(Finding("model.other-file", path=path, model=model.name))
@@ -112,9 +112,9 @@ def relocate_model(records: Records, model_id: str, path: str, content_hash: str
 
 
 def remove_model(records: Records, model_id: str) -> Edit:
-    """Remove a model from the project. A model with features is refused.
+    """Remove a model from the project. A model with features is rejected.
 
-    Features need the frame of their model, which exists only as long as the model does.
+    Features need the frame of their model, which exists only as long as the model.
     """
     model = _get(records, model_id, Model)
     count = sum(
@@ -149,7 +149,7 @@ def set_vertices(
 ) -> Edit:
     """Replace the vertices of a trace.
 
-    `rule` is that by which resolution and normal were measured.
+    `rule` is the version of the rule with which resolution and normal were measured.
     """
     trace = _get(records, trace_id, Trace)
     after = replace(
@@ -166,7 +166,7 @@ def set_vertices(
 
 
 def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int, int], ...]:
-    """Return the doubtful stretches whose two ends still exist."""
+    """Return the doubtful stretches of which both ends still exist."""
     if not trace.doubtful:
         return ()
     row = {vertex: i for i, vertex in enumerate(vertices)}
@@ -180,13 +180,13 @@ def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple
 
 
 def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, Any]]) -> Edit:
-    """Store resolution and outcrop normal of picks and patches, measured by the current rule.
+    """Store resolution and outcrop normal of features, measured with the current rule.
 
     Parameters
     ----------
     records : Records
     measured : mapping
-        By feature, "resolution" and, for traces, "outcrop_normal".
+        Values of "resolution" and, for traces, "outcrop_normal" by feature ID.
 
     Raises
     ------
@@ -205,9 +205,9 @@ def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, An
 
 
 def add_features(records: Records, features: Sequence[Feature]) -> Edit:
-    """Add patches, lineations, readings, dimensions or intersections, and name unnamed ones.
+    """Add features other than traces, and name those without a name.
 
-    Traces are added by `add_trace`, which requires a plane.
+    Traces are added by `add_trace`, which requires their vertices to define a plane.
     """
     after: dict[str, Record | None] = {}
     names = NextNames(records)
@@ -254,7 +254,7 @@ def set_line(
 def add_readings(
     records: Records, readings: Sequence[Reading], types: Sequence[FeatureType] = ()
 ) -> Edit:
-    """Add compass readings and their new feature types as one edit.
+    """Add compass readings and their new feature types in a single edit.
 
     Readings without a name are numbered within their type.
     """
@@ -279,16 +279,16 @@ def add_readings(
 
 
 def change_feature(records: Records, feature: Feature, verb: str = "Change") -> Edit:
-    """Replace a feature by another of the same id and kind; `verb` begins the label."""
+    """Replace a feature by another one with the same ID and kind; `verb` begins the label."""
     _get(records, feature.id, type(feature))
     return change(records, f"{verb} {feature.name}", {feature.id: feature})
 
 
 def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
-    """Change fields that all the features have.
+    """Set attributes that all of the given features have.
 
-    These are `name`, `type_id`, `set_name`, `domain`, `overturned`, `notes`, `method`, `plane_id`,
-    `slip` and `slip_confidence`.
+    The attributes are `name`, `type_id`, `set_name`, `domain`, `overturned`, `notes`, `method`,
+    `plane_id`, `slip` and `slip_confidence`.
     """
     after: dict[str, Record | None] = {}
     for id_ in ids:
@@ -316,7 +316,7 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
                         attribute=field.replace("_", " "),
                     )
                 )
-        # A regression that is selected now uses the axis nearest the normal.
+        # A newly selected regression uses the axis nearest to the normal.
         defaults = {"axis": "auto"} if "method" in values else {}
         after[id_] = replace(feature, **values, **defaults)
     if not after:
@@ -328,7 +328,7 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
 
 
 def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
-    """Assign features, by id, to sets by name ("" for none), as one edit.
+    """Assign features to sets by feature ID ("" for no set), in a single edit.
 
     Raises DocumentError if nothing would change.
     """
@@ -345,7 +345,7 @@ def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
 
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
-    """Delete features. Features that depend on one of them stay and report what is missing."""
+    """Delete features. Features that depend on them are kept and report what is missing."""
     features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))
@@ -354,14 +354,14 @@ def delete(records: Records, ids: Iterable[str]) -> Edit:
 
 
 def add_type(records: Records, kind: FeatureType) -> Edit:
-    """Add a feature type. Raises DocumentError if its name is in use or empty."""
+    """Add a feature type. Raises DocumentError if its name is empty or already in use."""
     _check_type(records, kind)
     if kind.id in records:
         raise DocumentError(Finding("record.exists", name=kind.name))
     return change(records, f"Add feature type {kind.name}", {kind.id: kind})
 
 
-# After the colours by Okabe and Ito of the default types, Tol's muted set (2021).
+# Tol's muted set (2021), used after the default types' colours by Okabe and Ito.
 _MORE_COLORS = ("#332288", "#882255", "#117733", "#aa4499", "#999933", "#44aa99", "#661100")
 _SYMBOLS = ("circle", "square", "triangle", "diamond", "pentagon", "star")
 
@@ -369,7 +369,7 @@ _SYMBOLS = ("circle", "square", "triangle", "diamond", "pentagon", "star")
 def suggest_type(
     records: Records, name: str, geometry: Literal["plane", "line"] = "plane"
 ) -> FeatureType:
-    """Return a new feature type with an unused colour and symbol, as far as there are any."""
+    """Return a new feature type with an unused colour and symbol, if any are left."""
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     used = {k.color for k in kinds}
     color = next((c for c in _MORE_COLORS if c not in used), _MORE_COLORS[len(kinds) % 7])
@@ -386,7 +386,7 @@ def change_type(records: Records, kind: FeatureType) -> Edit:
 
 
 def remove_type(records: Records, type_id: str) -> Edit:
-    """Remove a type that no feature has."""
+    """Remove a type that is not used by any feature."""
     kind = _get(records, type_id, FeatureType)
     count = sum(isinstance(r, Typed) and r.type_id == type_id for r in records.values())
     if count:
@@ -411,9 +411,9 @@ def _check_type(records: Records, kind: FeatureType) -> None:
 
 
 def judge_by(records: Records, limits: Thresholds) -> Edit:
-    """Judge every feature of the project by these thresholds, which a profile names.
+    """Judge all features of the project with the given thresholds, which a profile names.
 
-    Raises DocumentError for invalid thresholds, or if nothing would change.
+    Raises DocumentError if the thresholds are not valid or nothing would change.
     """
     name = limits.profile.strip()
     if not name:
@@ -447,12 +447,12 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
 
 
 def next_name(records: Records, kind: FeatureType | str) -> str:
-    """Return the next name of a type, B01, B02 ... for Bedding."""
+    """Return the next name for a type, such as B01, B02 ... for Bedding."""
     return NextNames(records).next_for(kind)
 
 
 class NextNames:
-    """Names for features that are added together; each feature is examined once."""
+    """Names for features that are added together; each feature is examined only once."""
 
     def __init__(self, records: Records) -> None:
         self._records = records
@@ -464,7 +464,7 @@ class NextNames:
         self._reserved.append(feature)
 
     def next_for(self, kind: FeatureType | str) -> str:
-        """Return the next name: the first letter and the number after the highest one in use."""
+        """Return the next name: the first letter and the highest number in use plus one."""
         prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
         checked, highest = self._highest.get(prefix, (0, -1))
         if highest < 0:

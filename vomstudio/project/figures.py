@@ -1,7 +1,7 @@
-"""Definition of a figure: one property of a feature, with one name everywhere.
+"""Definition of a figure: a property of a feature that has the same name everywhere.
 
-CSV files, the window's table, the filter, the panels, GIS layers and the command line are
-projections of figures; the kinds in `project/kinds` list the ones that they have.
+CSV files, the table of the window, the filter, the panels, GIS layers and the command line are
+projections of figures; each kind in `project/kinds` lists its figures.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ Unit = Literal["", "deg", "m", "m2"]
 Form = Literal[
     "text", "flag", "azimuth", "angle", "error", "length", "area", "index", "ratio", "count"
 ]
-"""Format of a figure. azimuth: periodic, 0 to 360. angle: any other. error: an angle with two
-significant digits. index: three significant digits. ratio: two."""
+"""Format of a figure. azimuth: periodic angle, 0 to 360. angle: any other angle. error: angle
+with two significant digits. index: three significant digits. ratio: two significant digits."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A feature with the data from which its figures are read.
+    """Feature with the data from which its figures are computed.
 
-    `feature` is None for a fit that belongs to no project. `nearest` is called only when needed,
-    because it depends on other features.
+    `feature` is None for a fit that does not belong to a project. `nearest` is called only when
+    needed because it depends on other features.
     """
 
     feature: Any
@@ -42,7 +42,7 @@ class Subject:
 
     @cached_property
     def normal_covariance(self) -> FloatArray | None:
-        """Covariance as `registration_errors.normal_covariance`, cached for six columns."""
+        """Covariance from `registration_errors.normal_covariance`, cached for six columns."""
         return normal_covariance(self.measured, self.model)
 
     @property
@@ -60,22 +60,23 @@ class Subject:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """A property of features.
+    """Property of features.
 
     Attributes
     ----------
     name, title, explanation : str
-        Name in files, title of a column, and description in one sentence.
+        Name in files, title of a column, and one-sentence description.
     value : callable
-        Returns the value of a subject; None without one; may be infinite.
+        Function that returns the value for a subject, or None if it has none. The value may be
+        infinite.
     short : str
-        Name of at most ten letters.
+        Name with at most ten letters.
     words : tuple of str
-        Names in a filter, the usual one first.
+        Names in a filter, with the usual one first.
     attribute : str
-        Field of the record that changes if the user edits the figure.
+        Field of the record that changes when the user edits the figure.
     shown : callable or None
-        Returns the text if that does not follow from the value.
+        Function that returns the displayed text if it cannot be derived from the value.
     """
 
     name: str
@@ -96,7 +97,7 @@ class Figure:
         return self.words_for(self.value(subject), metric=subject.measured.metric)
 
     def words_for(self, value: Any, *, metric: bool = True) -> str:
-        """Return a value of this figure as text; `metric` is False for lengths of unknown scale."""
+        """Return a value of this figure as text; `metric` is False if the scale is unknown."""
         match self.form:
             case "text":
                 return "" if value is None else str(value)
@@ -141,14 +142,14 @@ def figure_in_metres(
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a ratio or an index as text, with significant digits."""
+    """Return a ratio or index as text with significant digits."""
     if value is None:
         return "–"
     if not isfinite(value):
         return "∞"
     if value == 0 or abs(value) >= 1e6:
         return f"{value:.{digits}g}"
-    # 0.0999 rounds to a number whose first digit is one place higher.
+    # 0.0999 is rounded to a number whose first digit is one decimal place higher.
     first = floor(log10(abs(float(f"{value:.{digits - 1}e}"))))
     decimals = max(0, digits - 1 - first)
     return f"{value:.{decimals}f}"

@@ -1,4 +1,4 @@
-"""Planes of a project for the computation of a fold axis, for net, statistics and views."""
+"""Selection of planes for the computation of a fold axis, for net, statistics and views."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from vomstudio.project.repeated_features import first_picks
 
 @dataclass(frozen=True, eq=False)
 class FoldPlanes:
-    """Planes of one fold, in World.
+    """Planes of one fold in the World frame.
 
     Parameters
     ----------
     features : tuple of Typed
     azimuth_deg, dip_deg : (n,) float64
-        Dip direction and dip.
+        Dip directions and dips.
     turns : Turns or None
-        Rotations of their registrations; None after the planes were rotated.
+        Rotations of the registrations, or None if the planes have been rotated.
     bowed_deg : float or None
-        Difference of dips from edge to edge of the most bowed model.
+        Difference in dip between the edges of the most strongly bowed model.
     not_good : int or None
-        Number of planes whose verdict is not good; None if none has a verdict.
+        Number of planes whose verdict is not good, or None if no plane has a verdict.
     left_out : tuple of ExcludedRows
-        Planes of the same kind that are not used, with reasons.
+        Planes of the same kind that are not used, with the reasons.
     """
 
     features: tuple[Typed, ...]
@@ -50,7 +50,7 @@ class FoldPlanes:
         return len(self.features)
 
     def axis(self) -> FoldAxis:
-        """Return the fold axis, computed once for the same planes.
+        """Return the fold axis, which is computed only once for the same planes.
 
         Raises
         ------
@@ -103,7 +103,7 @@ def fold_planes(
     measured: Mapping[str, Measurement],
     which: FoldFilter,
 ) -> FoldPlanes:
-    """Select the planes of a fold among features of one type.
+    """Select the planes of a fold from the features of one type.
 
     Repeats of other features and features without a plane are excluded.
     """

@@ -1,8 +1,8 @@
-"""The project on disk: a folder NAME.vom that can be moved and zipped.
+"""Project on disk: a folder NAME.vom that can be moved and zipped.
 
-`journal.sqlite` is authoritative and `project.gpkg` is derived from it. `models/` contains copies
+`journal.sqlite` is authoritative, and `project.gpkg` is derived from it. `models/` contains copies
 of models if the user wants them, `reconstruction/` the results of photogrammetry, `assets/` data
-too large for a row of the journal, and `photos/` exports for photos whose own folder is
+that are too large for a journal row, and `photos/` exports for photos whose own folder is
 read-only. `cache/` may be deleted. A project without a name is stored in the user's state folder
 and offered again at the next start.
 """
@@ -43,12 +43,12 @@ from vomstudio.project.session import Session
 
 SUFFIX = ".vom"
 MODELS = "models"
-# Making the thumbnails of thousands of photos again would take minutes.
+# Recreating the thumbnails of thousands of photos would take minutes.
 _COPIED_FOLDERS = (MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
 
 
 class ProjectFolder:
-    """An open project: its folder, its session and its lock."""
+    """Open project with its folder, session and lock."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class ProjectFolder:
         *,
         settings: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
-        """Open the session. `lock` is None if the folder cannot be written."""
+        """Open the session. `lock` is None if the folder is not writable."""
         self.folder = folder
         self._lock = lock
         self._cache = folder / "cache" if lock is not None else _temporary_folder(folder / "cache")
@@ -69,7 +69,7 @@ class ProjectFolder:
         self.session = Session(journal, settings)
         self._compacted: compaction.Compacted | None = None
         self.problems: list[Finding] = list(self.session.problems)
-        """Rows of the journal that could not be read."""
+        """Problems of journal rows that could not be read."""
 
     def _use_journal(self, journal: SqliteJournal) -> None:
         self.journal = journal
@@ -79,10 +79,10 @@ class ProjectFolder:
             )
 
     def buffer_unwritten_steps(self, report: Callable[[Finding | None], object]) -> None:
-        """Keep steps that cannot be written in memory, as `SqliteJournal` does.
+        """Keep steps that cannot be written in memory, in the same way as `SqliteJournal`.
 
-        For programs that stay open and show this state. `report` is called at once if nothing can
-        be written.
+        This is for programs that stay open and display this state. `report` is called immediately
+        if nothing can be written.
         """
         self._report_failure = report
         self._use_journal(self.journal)
@@ -91,13 +91,13 @@ class ProjectFolder:
         self.journal.try_writing()
 
     def _lock_again(self) -> None:
-        """Lock the folder after it has returned. Raises InputError and TargetError."""
+        """Lock the folder after it has reappeared. Raises InputError and TargetError."""
         lock = ProjectLock(self.folder / "lock")
         self._release()
         self._lock = lock
 
     def _write_dependencies(self) -> None:
-        """Write what a row depends on: the lock, if not taken yet, and the named files.
+        """Write the dependencies of a row: the lock, unless acquired, and referenced files.
 
         Raises VomError.
         """
@@ -111,7 +111,7 @@ class ProjectFolder:
 
     @property
     def write_failure(self) -> Finding | None:
-        """Reason why the next step cannot be written, as far as it is known."""
+        """Reason why the next step cannot be written, if known."""
         return self.journal.write_failure()
 
     @property
@@ -151,15 +151,16 @@ class ProjectFolder:
         folder : Path
             Folder NAME.vom.
         settings : callable, optional
-            Returns the settings of a new session.
+            Function that returns the settings of a new session.
         allow_unlocked : bool
-            Also open a project whose folder cannot be written and therefore not be locked. For
-            programs that keep such steps in memory (`buffer_unwritten_steps`).
+            Whether to also open a project whose folder is not writable and therefore cannot be
+            locked. This is for programs that keep such steps in memory (`buffer_unwritten_steps`).
 
         Raises
         ------
         InputError
-            If the folder is not a project, is damaged, newer, or open elsewhere.
+            If the folder is not a project, is damaged, was written by a newer version, or is open
+            elsewhere.
         TargetError
             If the folder cannot be locked.
         """
@@ -175,7 +176,7 @@ class ProjectFolder:
         create: bool,
         allow_unlocked: bool = False,
     ) -> ProjectFolder:
-        """Open a project and release the lock if the journal cannot be opened."""
+        """Open a project, and release the lock if the journal cannot be opened."""
         lock: ProjectLock | None = None
         try:
             lock = ProjectLock(folder / "lock")
@@ -202,7 +203,7 @@ class ProjectFolder:
     def cache(self) -> Path:
         """Cache folder, which may be deleted.
 
-        For a read-only project it is a temporary folder that is deleted on closing.
+        For a read-only project, this is a temporary folder that is deleted on closing.
         """
         return self._cache
 
@@ -212,7 +213,7 @@ class ProjectFolder:
 
     @property
     def has_reconstructions(self) -> bool:
-        """Whether there are reconstructions or stages of them, which may be hours of work."""
+        """Whether there are complete or partial reconstructions, possibly hours of work."""
         folder = self.folder / RECONSTRUCTIONS
         stages = folder.glob("*/work/*")
         return any(folder.glob(f"*/{FILE_NAME}")) or any(
@@ -224,16 +225,16 @@ class ProjectFolder:
         return any(path.is_file() for path in (self.folder / PHOTO_TABLES).glob("*/*"))
 
     def compaction(self) -> compaction.CompactionPlan:
-        """Return what a compaction would remove."""
+        """Return the rows and files that a compaction would remove."""
         return compaction.plan(self.folder, self.session, self.journal)
 
     @property
     def is_compacted(self) -> bool:
-        """Whether the project was compacted since it was opened, so that this can be undone."""
+        """Whether the project has been compacted since it was opened, which can be undone."""
         return self._compacted is not None
 
     def compact(self) -> None:
-        """Remove unreachable rows and files. `undo_compaction` restores them until closing.
+        """Remove unreachable rows and files, which `undo_compaction` can restore until closing.
 
         Raises DocumentError and TargetError.
         """
@@ -241,24 +242,24 @@ class ProjectFolder:
         self._compacted = compacted
 
     def undo_compaction(self) -> None:
-        """Restore what was compacted. Raises DocumentError if there was no compaction."""
+        """Undo the compaction. Raises DocumentError if the project has not been compacted."""
         if self._compacted is None:
             raise DocumentError(Finding("compaction.none"))
         compaction.undo_compaction(self.folder, self.session, self.journal, self._compacted)
         self._compacted = None
 
     def repair(self) -> Repaired:
-        """Rewrite a journal with damaged rows. Raises DocumentError and TargetError."""
+        """Rewrite a journal that has damaged rows. Raises DocumentError and TargetError."""
         result = repair(self.folder, self.session, self.journal)
         self.problems = []
         return result
 
     def save_as(self, folder: Path) -> list[Finding]:
-        """Move the project to another folder, with history, copies and reconstructions.
+        """Move the project to another folder, with its history, copies and reconstructions.
 
-        A project with a name stays as it was last saved; an untitled one is deleted. If the old
-        folder is gone or was replaced, the state in memory is written, and findings report what is
-        missing. No job may be running in the project's folder. Raises TargetError.
+        A named project stays as it was last saved; an untitled one is deleted. If the old folder is
+        gone or has been replaced, the state in memory is written, and findings report what is
+        missing. No job may be running in the project folder. Raises TargetError.
         """
         if folder.exists() and not folder.is_dir():
             raise TargetError(Finding("output.exists"), file=folder)
@@ -303,7 +304,7 @@ class ProjectFolder:
         return [] if owns_folder else self._report_missing_files()
 
     def _report_missing_files(self) -> list[Finding]:
-        """Report what could not be copied from a folder that is gone or was replaced."""
+        """Report the files that could not be copied from a missing or replaced folder."""
         folder = self.folder / RECONSTRUCTIONS
         missing = [
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
@@ -331,11 +332,11 @@ class ProjectFolder:
             except TargetError:
                 if failure is None:
                     raise
-        # The file cannot be read or is another one: write all reachable steps from memory.
+        # The file cannot be read or is a different file, so write all reachable steps from memory.
         return compaction.write_compacted_journal(path, self.session, None, self._settings())
 
     def _copy_files(self, part: Path) -> bool:
-        """Copy the files beside the journal; return whether to move the reconstructions instead.
+        """Copy the files next to the journal; return whether to move the reconstructions instead.
 
         Raises OSError.
         """
@@ -372,17 +373,17 @@ class ProjectFolder:
             shutil.rmtree(self.cache, ignore_errors=True)
 
     def model_path(self, path: Path) -> str:
-        """Return the stored path of a model, relative if it is inside the project's folder."""
+        """Return the path to store for a model, relative if it is inside the project folder."""
         full = path.resolve()
         if full.is_relative_to(self.folder.resolve()):
             return full.relative_to(self.folder.resolve()).as_posix()
         return str(full)
 
     def find_model(self, model: Model) -> Path | None:
-        """Return the file of a model, or None.
+        """Return the file of a model, or None if it is not found.
 
-        Searched are its stored path and the same file name in the project's folder, in its
-        `models` folder and beside it (for a project that was moved together with its models).
+        The file is searched at its stored path, and by name in the project folder, in its `models`
+        folder and next to the project (in case the project was moved together with its models).
         """
         stored = Path(model.path)
         places = [self.folder / stored] if not stored.is_absolute() else [stored]
@@ -403,7 +404,7 @@ def _temporary_folder(fallback: Path) -> Path:
 
 
 def _open_saved(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
-    """Lock and open a new project and mark it as saved; delete it on failure.
+    """Lock and open a new project and mark it as saved; delete it if this fails.
 
     Raises InputError and TargetError.
     """
@@ -428,7 +429,7 @@ def _same_disk(one: Path, other: Path) -> bool:
 
 
 def project_folder(path: Path) -> Path:
-    """Return the folder of a project given by its folder or a file in it. Raises InputError."""
+    """Return the project folder from its path or that of a file in it. Raises InputError."""
     if is_regular(path) and path.parent.suffix == SUFFIX:
         path = path.parent
     if not path_exists(path):
@@ -442,12 +443,12 @@ def project_folder(path: Path) -> Path:
 
 
 def is_project(path: Path) -> bool:
-    """Return whether a path is the folder of a project or a file in one."""
+    """Return whether a path is a project folder or a file in one."""
     return is_regular(path / JOURNAL) or (is_regular(path) and path.parent.suffix == SUFFIX)
 
 
 def untitled_folder() -> Path:
-    """Return the folder of projects without a name."""
+    """Return the folder that contains projects without a name."""
     return state_folder() / "untitled"
 
 
@@ -474,13 +475,13 @@ def is_free(folder: Path) -> bool:
 
 
 def untitled_projects(*, finished: bool) -> list[Path]:
-    """Return untitled projects that are not open, newest first.
+    """Return the untitled projects that are not open, newest first.
 
     Parameters
     ----------
     finished : bool
-        True for projects whose changes were discarded on closing, False for those that a crash or a
-        power failure left unsaved.
+        True for projects whose changes were discarded on closing, False for projects left unsaved
+        by a crash or power failure.
     """
     folders = []
     journals = untitled_folder().glob(f"*{SUFFIX}/{JOURNAL}")
@@ -491,7 +492,7 @@ def untitled_projects(*, finished: bool) -> list[Path]:
             replay = read_replay(folder)
             is_finished = replay.top == replay.saved_top and replay.draft is None
         except InputError:
-            # Opening the project reports the error; hiding it would lose it.
+            # Opening the project reports the error; if the project were hidden, it would be lost.
             is_finished = False
         if is_finished == finished:
             folders.append(folder)

@@ -17,8 +17,9 @@ def pause_collection(*, is_long_lived: bool = False) -> Iterator[None]:
     Parameters
     ----------
     is_long_lived : bool
-        The created objects live long and are excluded from later scans too, which would stop every
-        thread for 30 ms with thousands of records. They are still freed with their last reference.
+        Whether the created objects are long-lived and therefore excluded from later scans too,
+        which would stop every thread for 30 ms if there are thousands of records. They are still
+        freed when their last reference is removed.
     """
     was_on = gc.isenabled()
     gc.disable()

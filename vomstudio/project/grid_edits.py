@@ -1,4 +1,4 @@
-"""Edits of the coverage grids. Pure, like `project.edits`."""
+"""Pure functions that create edits of coverage grids."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from vomstudio.project.records import FaceGrid, Model, Record, get
 
 Records = Mapping[str, Record]
 MARKS = {"-": "not looked at", "d": "done", "e": "empty", "u": "unmeasurable"}
-"""Letters of cells, with their names in the history."""
+"""Letters for the state of a cell, with their names in the history."""
 
 
 def add_grid(records: Records, grid: FaceGrid) -> Edit:
     """Add a grid over a face.
 
-    Raises DocumentError if the model is missing or the grid is empty.
+    Raises DocumentError if the model does not exist or the grid is empty.
     """
     if get(records, grid.model_id, Model) is None:
         raise DocumentError(
@@ -34,9 +34,9 @@ def add_grid(records: Records, grid: FaceGrid) -> Edit:
 
 
 def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) -> Edit:
-    """Set the mark of cells.
+    """Set the marks of cells.
 
-    Raises DocumentError for missing cells, or if nothing would change.
+    Raises DocumentError if a cell does not exist or nothing would change.
     """
     grid = _grid(records, grid_id)
     if mark not in MARKS:
@@ -59,7 +59,7 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
 
 
 def marks_of(grid: FaceGrid) -> str:
-    """Return a letter for each cell; cells without a valid mark were not inspected."""
+    """Return one letter per cell; cells without a valid mark count as not inspected."""
     count = grid.columns * grid.rows
     known = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])
     return known.ljust(count, "-")

@@ -1,7 +1,7 @@
-"""Declaration of a kind of feature, so that no other code needs to know which kinds exist.
+"""Declaration of a kind of feature, which keeps other code independent of kinds.
 
-A kind is one module of `project/kinds`. `kind_of` returns the kind of a feature; its capabilities
-are read from its fields, never from the class of a record.
+Each kind is defined by one module in `project/kinds`. `kind_of` returns the kind of a feature; its
+capabilities are read from its fields and never from the class of a record.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from vomstudio.project.records import Feature, FeatureType, Painted, Record, Typ
 
 Evidence = Literal["", "picked", "read", "derived"]
 """Source of an orientation. Picks of a type are pooled (mean planes, fold axes), compass readings
-are compared with them, and derived orientations are neither."""
+are compared with them, and derived orientations are used for neither."""
 
 
 Lookup = Callable[[str], Measurement | None]
-"""Returns the measurement of another feature by its id."""
+"""Function that returns the measurement of another feature by its ID."""
 
 
 @dataclass(frozen=True)
 class Attribute:
-    """A field of a record that the user may change.
+    """Field of a record that the user may change.
 
     Attributes
     ----------
     field : str
         Name of the field.
     title : str
-        Label beside the input.
+        Label next to the input.
     form : str
-        How the value is entered. "plane" is the id of a feature; "word" is one of the choices, or
-        another word that came from a file.
+        Input form of the value. "plane" is the ID of a feature; "word" is one of the choices or
+        another word that was read from a file.
     choices : tuple of tuple of str
-        Values and their labels.
+        Allowed values and their labels.
     text : str
-        Label beside a flag.
+        Label next to a flag.
     applies : callable
-        Returns whether a feature has the attribute at present.
+        Function that returns whether the attribute currently applies to a feature.
     """
 
     field: str
@@ -66,20 +66,20 @@ NOTES = Attribute("notes", _("Notes"))
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
-    """3-D drawing of a feature, in World.
+    """3-D drawing of a feature in the World frame.
 
     Attributes
     ----------
     line : (n, 3) float64
-        Points joined in order; a single point for a feature that only has a position.
+        Points that are connected in order; a single point for a feature that only has a position.
     anchor : (3,) float64
         Position of the label.
     sign : (3,) float64 or None
-        Position of the symbol of its attitude; None without a symbol.
+        Position of the orientation symbol, or None if there is no symbol.
     faces : Painted or None
         Part of a model that is painted instead of the line while the model is open.
     label : str or None
-        Text beside the name instead of the orientation.
+        Text next to the name, replacing the orientation.
     """
 
     line: FloatArray
@@ -93,8 +93,8 @@ class Sketch:
 class NetAppearance:
     """Style of a kind on the stereonet.
 
-    The kind forms sets of its own with `suffix` after their names, and uses `marker` instead of the
-    type's ("" for the type's).
+    The kind forms its own sets, with `suffix` appended to their names, and uses `marker` instead of
+    the marker of the feature type (unless `marker` is empty).
     """
 
     suffix: str = ""
@@ -108,17 +108,17 @@ class GisLayer:
     Attributes
     ----------
     shape : callable
-        Returns the (n, 3) World points of a subject, None without any; the first point of a ring is
-        not repeated.
+        Function that returns the points (n, 3) of a subject in the World frame, or None if there
+        are none; the first point of a ring is not repeated.
     figures : tuple of Figure
-        Attributes of the layer; counts are integers here.
+        Attributes of the layer; counts are stored as integers.
     sparse : bool
-        Leave out figures that no feature has.
+        Whether to omit figures that are empty for all features.
     by : str
-        Name of the figure that determines the colours, if the layer has it.
+        Name of the figure that determines the colours, if the layer contains it.
     main : bool
-        Main layer of a project: written even if it is empty, and its drawing layers are named by
-        the feature types alone.
+        Whether this is the main layer of a project. It is written even if it is empty, and its
+        drawing layers are named by the feature types alone.
     """
 
     name: str
@@ -132,7 +132,7 @@ class GisLayer:
 
 @dataclass(frozen=True)
 class KindGroup:
-    """Group for listing, showing and hiding the features of a kind without feature types."""
+    """Group for listing, showing and hiding features of a kind that has no feature types."""
 
     id: str
     title: str
@@ -153,51 +153,57 @@ def _measured_points(subject: Subject) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of feature.
+    """Kind of feature.
 
     Attributes
     ----------
     name, order
         Name on disk; position among the kinds in lists and files.
     record, parts
-        Class of its records; classes of fields that are records themselves.
+        Class of the records; classes of the fields that are records themselves.
     title, icon, class_name
-        Title and icon; name of a feature if that differs within the kind.
+        Title and icon; function for the class name of a feature if it varies within the kind.
     measure
-        Measures all new features of the kind in one batch.
+        Function that measures all new features of the kind in one batch.
     figures
-        The figures that it has.
+        Figures of the kind.
     remarks, about
-        Comments on its source, for the notes in files and for the window.
+        Functions that return comments on the source, for the notes in files and for the window.
     words, headline
-        Further lines of the fit panel, and its text in place of an orientation.
+        Functions that return further lines of the fit panel, and its text in place of an
+        orientation.
     orientations, evidence, plane
-        Possible orientations; their source; for kinds that may have planes, whether a feature has
-        one.
+        Possible orientations; their source; for kinds that may have planes, a function that returns
+        whether a feature has one.
     dependency_ids
-        Ids of the features that a feature refers to, including deleted ones.
+        Function that returns the IDs of the features that a feature refers to, including deleted
+        ones.
     dependencies
-        The features that it depends on; their measurements are passed to `measure`.
+        Function that returns the features on which a feature depends; their measurements are passed
+        to `measure`.
     has_dynamic_dependencies
-        Whether any edit may change its dependencies.
+        Whether any edit may change the dependencies.
     attributes, tool
-        What the user may change; tool that creates and continues it.
+        Attributes that the user may change; tool that creates and continues a feature.
     sketch
-        3-D drawing, given access to other measurements; None without a position.
+        Function that creates the 3-D drawing, given access to other measurements, or returns None
+        if there is no position.
     net, layer
-        Style on the net, layer in files.
+        Style on the stereonet; layer in files.
     group, color, tint
-        Group for a kind without feature type; #rrggbb, "" for the colour of its type; colour of a
-        single feature instead of the kind's, "" for none.
+        Group of a kind without feature types; colour as #rrggbb, or "" for the colour of the
+        feature type; function for the colour of a single feature instead of that of the kind, which
+        may return "".
     prefix
-        Word whose first letter begins the names of untyped features.
+        Word whose first letter begins the names of features without a type.
     places
-        (n, 3) World points used for distances from other positions.
+        Function that returns the points (n, 3) in the World frame from which distances to other
+        positions are measured.
     filled
-        Whether its outline encloses a part of the surface that is painted too.
+        Whether the outline encloses a part of the surface that is also painted.
     listed, drawing_label
-        Whether it appears in the window's table although it has no orientation; its label on a
-        drawing in that case.
+        Whether features are listed in the table of the window although they have no orientation;
+        their label on a drawing in that case.
     """
 
     name: str
@@ -235,16 +241,16 @@ class Kind:
 
     @property
     def has_feature_type(self) -> bool:
-        """Whether its features have one of the project's feature types."""
+        """Whether the features have one of the project's feature types."""
         return issubclass(self.record, Typed)
 
     @property
     def depends_on_features(self) -> bool:
-        """Whether an edit of another feature may change its features."""
+        """Whether an edit of another feature may change features of this kind."""
         return self.has_dynamic_dependencies or self.dependency_ids is not _nothing
 
     def noun(self, feature: Any) -> str:
-        """Return the name of a feature's class, in one word."""
+        """Return the name of the class of a feature as a single word."""
         return self.name if self.class_name is None else self.class_name(feature)
 
 
@@ -262,7 +268,7 @@ def kind_of(feature: Feature) -> Kind:
 
 
 def color_of(feature: Feature, records: Records) -> str:
-    """Return the colour of a feature, "#rrggbb"; "" if its feature type was removed."""
+    """Return the colour of a feature as "#rrggbb", or "" if its feature type was removed."""
     kind = kind_of(feature)
     type_ = get(records, getattr(feature, "type_id", None), FeatureType)
     return kind.tint(feature) or kind.color or ("" if type_ is None else type_.color)
@@ -285,7 +291,7 @@ def planes_among(records: Records, ids: Sequence[str]) -> list[Feature]:
 
 
 def is_picked_plane(record: Record | None) -> bool:
-    """Return whether a record is a plane picked on a model, which represents its feature type."""
+    """Return whether a record is a plane that was picked on a model for its feature type."""
     return (
         isinstance(record, Feature)
         and (kind := kind_of(record)).plane is not None
@@ -294,7 +300,7 @@ def is_picked_plane(record: Record | None) -> bool:
 
 
 def group_of(feature: Feature) -> str:
-    """Return the id of the group that a feature is hidden with: its type's or its kind's."""
+    """Return the ID of the group with which a feature is hidden: its type or its kind."""
     if isinstance(feature, Typed):
         return feature.type_id
     group = kind_of(feature).group
@@ -310,14 +316,14 @@ def group_and_set(record: Record) -> tuple[str, str, bool] | None:
 
 # --- drawing ---------------------------------------------------------------------------------
 def midpoint(line: FloatArray) -> FloatArray:
-    """Return the (3,) midpoint of a polyline, by length."""
+    """Return the midpoint (3,) of a polyline by length."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])
 
 
 def centre(measured: Measurement) -> FloatArray:
-    """Return the (3,) centre of the fitted plane, or of the points without a fit."""
+    """Return the centre (3,) of the fitted plane, or of the points if there is no fit."""
     middle = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
     return np.asarray(middle, float)
 
@@ -334,7 +340,7 @@ def always(feature: Any) -> bool:
 
 
 def plane_ids(feature: Any) -> tuple[str, ...]:
-    """Return the plane that a feature with the field `plane_id` refers to."""
+    """Return the ID of the plane that a feature refers to in its `plane_id` field."""
     return (feature.plane_id,) if feature.plane_id else ()
 
 

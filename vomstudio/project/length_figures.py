@@ -1,6 +1,6 @@
 """Figures of lengths and areas measured on a model, and their texts.
 
-Kinds without an orientation list theirs in `project/kinds`.
+Kinds without an orientation list their figures in `project/kinds`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def _registration_error_name(figure: str) -> str:
 
 
 def _thickness_error(figures: Mapping[str, float]) -> float | None:
-    """Return the error including the registration if that is known."""
+    """Return the error including that of the registration, if known."""
     error = figures.get("thickness_total95_m")
     return figures.get("thickness_error95_m") if error is None else error
 
@@ -39,7 +39,7 @@ _HEADLINE_ORDER: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "dista
 
 
 def headline(measured: Measurement) -> str | None:
-    """Return the main figure of a dimension, with its error if that is known."""
+    """Return the main figure of a dimension, with its error if known."""
     figures, metric = measured.dimension, measured.metric
     if not figures:
         return None
@@ -111,7 +111,7 @@ def words(measured: Measurement) -> list[str]:
 
 
 def figure_of(name: str) -> Callable[[Subject], Any]:
-    """Return a function for one figure of a subject's dimension."""
+    """Return a function for one figure of the dimension of a subject."""
     return lambda s: (s.measured.dimension or {}).get(name)
 
 

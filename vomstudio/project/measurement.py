@@ -1,4 +1,4 @@
-"""Measurement of one feature, and the inputs that a kind needs to measure it."""
+"""Measurement of one feature, and the inputs that a kind needs to compute it."""
 
 from __future__ import annotations
 
@@ -42,56 +42,58 @@ _NO_POINTS: FloatArray = np.zeros((0, 3))
 class Measurement:
     """Results of measuring one feature, in World coordinates.
 
-    Fields are None if they do not apply to the feature or cannot be computed.
+    A field is None if it does not apply to the feature or cannot be computed.
 
     Attributes
     ----------
     points : (n, 3) float64
-        Vertices; the centre of a patch or the position of a reading (n = 1); for an intersection
-        the ends of a line as long as its planes.
+        Vertices; the centre of a patch or the position of a reading (n = 1); for an intersection,
+        the ends of a line as long as the planes.
     resolution_m, outcrop_normal
-        Copied from the feature.
+        Values copied from the feature.
     uses_current_rule : bool
-        False if these two were measured by an earlier rule. The errors derived from the plane then
-        stay as the project has reported them until the user updates the measurement.
+        Whether these two values were measured with the current rule. If False, the errors derived
+        from the plane stay as the project has reported them until the user updates the measurement.
     fit, line_fit
-        Fit of a trace or patch, and of a lineation. If there is no fit, `problem` states the
+        Fit of a trace or patch, and fit of a lineation. If there is no fit, `problem` contains the
         reason.
     plane, line
-        The orientation, whatever its source.
+        Orientation from any source.
     max_confidence95_deg, min_confidence95_deg : float or None
-        Semi-axes of its joint 95 % region.
+        Semi-axes of the joint 95 % region.
     confidence_axis : (3,) float64 or None
-        Direction of the larger semi-axis, for lines.
+        Direction of the larger semi-axis of a line.
     rake_deg, off_plane_deg : float or None
-        Rake of a lineation in its plane, and its angle from that plane.
+        Rake of a lineation in its plane, and angle between the lineation and the plane.
     slip_rake_deg : float or None
         Directed rake, as in `geology.orientation.slip_from_rake`.
     on_plane : Plane or None
-        The plane of a lineation to which rake and angle refer.
+        Plane of a lineation to which rake and angle refer.
     angle_deg : float or None
         Angle between the planes of an intersection.
     area_m2 : float or None
         Area of the faces of a patch.
     dimension : mapping of str to float or None
-        Lengths and areas by name, in m or m2.
+        Lengths and areas by name, in m or m².
     text : str
-        Text of a feature that has no number.
+        Text for a feature that has no numerical value.
     metric : bool
-        False if the scale of the model is unknown: lengths are then in units of its file.
+        Whether lengths are in metres. If False, the scale of the model is unknown and lengths are
+        in file units.
     kind : str
         Name of the feature's kind.
     judged_as : str
-        Kind of plane that the verdict is about.
+        Kind of plane to which the verdict applies.
     registration_error_deg : float or None
-        95 % half-angle by which the registration of the model can tilt the plane or line; None if
-        the model was not registered or its error is unknown.
+        95 % half-angle by which the registration of the model may tilt the plane or line; None if
+        the model is not registered or its error is unknown.
     stretch_error_deg : float or None
-        95 % half-angle of a trace's plane due to its doubtful stretches; None without any.
+        95 % half-angle of the plane of a trace due to its doubtful stretches; None if there are
+        none.
     bend_deg : float or None
-        Bend of a face from edge to edge, for a face that bends as a whole.
+        Bend of a face from edge to edge, if the face bends as a whole.
     total : ConfidenceRegion or None
-        Joint 95 % region of a line including the registration, as far as that is known; None if the
+        Joint 95 % region of a line, including the error of the registration if known; None if the
         region of the line is unknown.
     """
 
@@ -128,7 +130,7 @@ class Measurement:
     def total95_deg(self) -> float | None:
         """95 % error of the plane or line used in verdicts, or None if unknown.
 
-        It includes the registration as far as that is known.
+        It includes the error of the registration if known.
         """
         if self.fit is None:
             return self.max_confidence95_deg if self.total is None else self.total.largest_deg
@@ -145,20 +147,20 @@ class Measurement:
 
     @property
     def attitude_scale(self) -> Literal["local", "regional"] | None:
-        """Whether a fitted plane is the attitude of this location only; None without a fit."""
+        """Whether a fitted plane is the attitude of this location only; None if there is no fit."""
         if self.fit is None or self.fit.error is not None:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"
 
     def attitude(self, notation: str = "dipdir/dip", *, bare: bool = False) -> str:
-        """Return the plane or line with its 95 % error as text; "–" without either."""
+        """Return the plane or line with its 95 % error as text, or "–" if there is neither."""
         attitude = self.plane if self.plane is not None else self.line
         if attitude is None:
             return "–"
         return format_attitude(attitude, self.total95_deg, notation, bare=bare)
 
     def slip_vector(self) -> FloatArray | None:
-        """Return the (3,) unit vector of the hanging wall's movement; None if it is unknown."""
+        """Return the unit vector (3,) of the hanging wall's movement, or None if unknown."""
         if self.on_plane is None or self.slip_rake_deg is None:
             return None
         return orientation.slip_from_rake(self.on_plane, self.slip_rake_deg).vector()
@@ -166,15 +168,15 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class NearestPick:
-    """The pick of the reading's type with which the reading is compared.
+    """Pick of the same type with which a reading is compared.
 
     Attributes
     ----------
     angle_deg : float
         Axial angle between the two planes or lines, 0 to 90.
     distance_m : float or None
-        Distance from the reading to the nearest point of the pick; None if the reading has no
-        position. The pick is then the one with the smallest angle.
+        Distance between the reading and the nearest point of the pick; None if the reading has no
+        position, in which case the pick is the one with the smallest angle.
     """
 
     pick_id: str
@@ -185,7 +187,7 @@ class NearestPick:
 
 @dataclass(frozen=True, eq=False)
 class MeasurementContext:
-    """Inputs of a measurement. `known` maps feature ids to measurements of the dependencies."""
+    """Inputs of a measurement. `known` contains measurements of dependencies by feature ID."""
 
     records: Records
     thresholds: Thresholds
@@ -195,7 +197,7 @@ class MeasurementContext:
         return get(self.records, model_id, Model)
 
     def plane(self, feature_id: str) -> UncertainPlane | None:
-        """Return the plane of a feature with its error for verdicts; None if it has no plane."""
+        """Return the plane of a feature with its error for verdicts, or None if it has no plane."""
         measured = self.known.get(feature_id)
         return None if measured is None else plane_with_error(measured)
 
@@ -208,14 +210,14 @@ def empty_measurement(
     kind: str,
     metric: bool = True,
 ) -> Measurement:
-    """Return the measurement of a feature that has a position but no number."""
+    """Return the measurement of a feature that has a position but no numerical value."""
     return Measurement(points, resolution_m, None, None, None, problem, kind=kind, metric=metric)
 
 
 def fit_fields(fit: FittedPlane | None, plane: Plane | None = None) -> dict[str, Any]:
     """Return the fields of a measurement that a fitted plane determines.
 
-    `plane` is its attitude if that is already known.
+    `plane` is its attitude if it is already known.
     """
     if fit is None:
         return {}
@@ -252,7 +254,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
 
 # --- from the file frame to World ------------------------------------------------------------
 def world_points(feature: Picked, model: Model | None) -> FloatArray:
-    """Return the (n, 3) vertices in World, or in the file frame if the model was removed."""
+    """Return the vertices (n, 3) in the World frame, or in the file frame without a model."""
     return world_lines([feature], [model])[0]
 
 
@@ -276,15 +278,15 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
 
 @dataclass(frozen=True, eq=False)
 class ToWorld:
-    """Transformation from the file frame of a model to World.
+    """Transformation from the file frame of a model to the World frame.
 
     Attributes
     ----------
     rows : (4, 4) float64
     scale : float
-        Factor from file lengths to World lengths.
+        Factor from lengths in the file to lengths in the World frame.
     rotation : (3, 3) float64 or None
-        Covariance of the registration's rotation, radians squared; None if unknown.
+        Covariance of the registration's rotation in radians squared; None if unknown.
     """
 
     rows: FloatArray
@@ -302,30 +304,30 @@ class ToWorld:
 
     @cached_property
     def turn(self) -> FloatArray:
-        """(3, 3) rotation; a row direction times it is the direction in World."""
+        """Rotation matrix (3, 3); a direction as a row vector times it is in the World frame."""
         rotation: FloatArray = (self.rows[:3, :3] / self.scale).T
         return rotation
 
     def tilt_deg(self, direction: npt.ArrayLike | None) -> float | None:
-        """Return the 95 % half-angle by which the registration can tilt a direction (3,)."""
+        """Return the 95 % half-angle by which the registration may tilt a direction (3,)."""
         if self.rotation is None or direction is None:
             return None
         return self.tilts_deg(np.asarray(direction, np.float64)[None])[0]
 
     def tilts_deg(self, directions: FloatArray) -> list[float]:
-        """Return `tilt_deg` for directions (n, 3); 0 if the rotation error is unknown."""
+        """Return `tilt_deg` of directions (n, 3), or 0 if the rotation error is unknown."""
         if self.rotation is None:
             return [0.0] * len(directions)
         return [float(angle) for angle in errors_95_deg(self.rotation, directions)]
 
 
 def rows_of(model: Model | None) -> FloatArray:
-    """Return the (4, 4) matrix from the file frame to World, or the identity."""
+    """Return the matrix (4, 4) from the file frame to the World frame, or the identity."""
     return np.eye(4) if model is None else transform.matrix(model.to_world)
 
 
 def length_in_metres(length: float | None, rows: FloatArray) -> float | None:
-    """Convert a length in units of the file to metres."""
+    """Convert a length in file units to metres."""
     return None if length is None else length * transform.scale_of(rows)
 
 
@@ -335,7 +337,7 @@ def is_metric(model: Model | None) -> bool:
 
 
 def note_earlier_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
-    """Return the verdict, with a note if its inputs were measured by an earlier rule."""
+    """Return the verdict, with a note if its inputs were measured with an earlier rule."""
     if rule >= SURROUNDINGS_RULE or not measured:
         return verdict
     note = Finding("plane.earlier-rule")
@@ -343,20 +345,20 @@ def note_earlier_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict
 
 
 def common_error_deg(fit95_deg: float | None, measured: Iterable[Measurement]) -> float | None:
-    """Return the total 95 % error of a plane that was fitted to several features together.
+    """Return the total 95 % error of a plane fitted to several features together.
 
     Parameters
     ----------
     fit95_deg : float or None
         Error of the common fit.
     measured : iterable of Measurement
-        Measurements of the features. The best resolved one limits the tilt due to resolution,
-        and the registration tilts all of them together.
+        Measurements of the features. The feature with the best resolution limits the tilt due to
+        resolution; the registration tilts all features together.
 
     Returns
     -------
     float or None
-        Degrees, at most 90; None if the error of the fit is unknown.
+        Error in degrees, at most 90, or None if the error of the fit is unknown.
     """
     if fit95_deg is None:
         return None
@@ -375,10 +377,10 @@ UNIFORM_SIGMA = 1.0 / math.sqrt(12.0)
 
 
 def pick_scatter_m(measured: Iterable[Measurement]) -> float:
-    """Return the likely standard deviation of a point picked on these features, metres.
+    """Return the probable standard deviation of a point picked on these features, in metres.
 
-    It is the largest scatter about one of their planes, or the error from the resolution of their
-    models, which is up to half of it to either side; 0 if nothing is known.
+    This is the largest scatter about one of their planes, or the error due to the resolution of
+    their models, which is up to half of it to either side; 0 if nothing is known.
     """
     scatters = [0.0]
     for each in measured:

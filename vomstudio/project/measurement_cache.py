@@ -44,15 +44,15 @@ class Measurements:
 
     @property
     def default_thresholds(self) -> Thresholds:
-        """Thresholds for a project without a profile."""
+        """Thresholds for a project that has no profile."""
         return self._default_thresholds
 
     def of(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
-        """Return the measurements of the `ids` that are features, fitted in one batch if new."""
+        """Return the measurements of the `ids` that are features, fitting new ones in one batch."""
         if not isinstance(records, RecordMap):
             return self._look_up(records, ids)
-        # The window requests thousands of features repeatedly: skip the dependency check while the
-        # revision is the same.
+        # The window requests thousands of features repeatedly, so skip the dependency check while
+        # the revision is unchanged.
         known, revision = self._current_revision
         if known is not records or revision != records.revision:
             self._current, self._current_revision = {}, (records, records.revision)
@@ -104,18 +104,18 @@ class Measurements:
             self._cache[feature.id] = (sources_of(records, feature), measurement)
 
     def measure(self, records: Records, feature: Feature) -> Measurement:
-        """Measure a feature that is not in the project."""
+        """Measure a feature that is not part of the project."""
         return self._measure(records, [feature])[0]
 
     def _measure(self, records: Records, features: list[Feature]) -> list[Measurement]:
-        # An intersection of sets may depend on thousands of planes, of which one has changed.
+        # An intersection of sets may depend on thousands of planes, only one of which has changed.
         below = [each.id for f in features for each in kind_of(f).dependencies(records, f)]
         known = self.of(records, dict.fromkeys(below)) if below else {}
         with pause_collection():
             return measure_all(records, features, self._default_thresholds, known)
 
     def keep_after_edit(self, records: Records, ids: Collection[str]) -> None:
-        """Keep the cached measurements after one edit that affects only the features `ids`.
+        """Keep the cached measurements after an edit that affects only the features `ids`.
 
         Some of these features may have been deleted.
         """
@@ -132,7 +132,7 @@ class Measurements:
 
 
 def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
-    """Return the records that a feature's measurement depends on, itself first."""
+    """Return the records that a feature's measurement depends on, starting with the feature."""
     model = (get(records, feature.model_id, Model),) if isinstance(feature, OnAModel) else ()
     below = kind_of(feature).dependencies(records, feature)
     if not below:
@@ -141,7 +141,7 @@ def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
 
 
 def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
-    """Return whether an edit of the records `ids` can change the measurement of a feature."""
+    """Return whether editing the records `ids` may change the measurement of a feature."""
     if PROFILE_ID in ids:
         return True
     if isinstance(feature, OnAModel) and feature.model_id in ids:
@@ -150,7 +150,7 @@ def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool
         return True
     kind = kind_of(feature)
     if kind.has_dynamic_dependencies:
-        # Members of its groups may have changed: such features are few and are measured again.
+        # Members of its groups may have changed; such features are few and are measured again.
         return True
     ids_of_dependencies = kind.dependency_ids(feature)
     if not ids_of_dependencies:
@@ -166,16 +166,16 @@ def measure_all(
     default_thresholds: Thresholds | None = None,
     known: Mapping[str, Measurement] | None = None,
 ) -> list[Measurement]:
-    """Measure features, one batch per kind.
+    """Measure features in one batch per kind.
 
     Parameters
     ----------
     records : Records
     features : sequence of Feature
     default_thresholds : Thresholds or None
-        Thresholds for a project without a profile.
+        Thresholds for a project that has no profile.
     known : mapping of str to Measurement, optional
-        Measurements of dependencies that were already computed, by feature id.
+        Measurements of dependencies that have already been computed, by feature ID.
     """
     thresholds = limits_of(records, default_thresholds or Thresholds())
     known = dict(known or {})

@@ -1,4 +1,4 @@
-"""Edits of the photo sets, points and reconstructions of photo models. Pure functions."""
+"""Pure functions that create edits of photo sets, marked points and reconstructions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Pixel = tuple[float, float]
 
 @dataclass(frozen=True)
 class PointState:
-    """A marked point without its id, as in a table or window. Fields as in MarkedPoint."""
+    """Marked point without its ID, as in a table or window, with the fields of MarkedPoint."""
 
     label: str
     position: Point | None = None
@@ -38,7 +38,7 @@ class PointState:
 
 
 Marks = Mapping[tuple[str, str], Pixel]
-"""(label, photo) -> pixel."""
+"""Pixel coordinates by (label, photo)."""
 
 
 def points_of(records: Records, photo_set_id: str) -> list[MarkedPoint]:
@@ -49,7 +49,7 @@ def points_of(records: Records, photo_set_id: str) -> list[MarkedPoint]:
 
 
 def marks_of(records: Records, photo_set_id: str) -> list[tuple[MarkedPoint, ImageMark]]:
-    """Return the marks of a photo set, each with its point."""
+    """Return the marks of a photo set, each with its marked point."""
     points = {p.id: p for p in points_of(records, photo_set_id)}
     return [
         (points[r.point_id], r)
@@ -59,7 +59,7 @@ def marks_of(records: Records, photo_set_id: str) -> list[tuple[MarkedPoint, Ima
 
 
 def masks_of(records: Records, photo_set_id: str) -> dict[str, Mask]:
-    """Return the masks of a photo set, by photo."""
+    """Return the masks of a photo set by photo name."""
     return {
         r.photo: r
         for r in records.values()
@@ -74,7 +74,7 @@ def add_photo_set(
     marks: Marks | None = None,
     masks: Mapping[str, Asset] | None = None,
 ) -> Edit:
-    """Add a folder of photos, with the points, marks and masks of its sidecar files."""
+    """Add a folder of photos with the points, marks and masks of its sidecar files."""
     if photo_set.id in records:
         raise DocumentError(Finding("record.exists", name=photo_set.name))
     after: After = {photo_set.id: photo_set}
@@ -91,7 +91,7 @@ def import_sidecar_data(
     masks: Mapping[str, Asset | None],
     crs: str | None = None,
 ) -> Edit:
-    """Replace the points and masks of a photo set by those of its sidecar files."""
+    """Replace the points and masks of a photo set with those of its sidecar files."""
     photo_set = _set(records, photo_set_id)
     known = photo_set.crs if crs is None else crs
     after: After = {photo_set_id: replace(photo_set, crs=known)}
@@ -109,9 +109,9 @@ def set_points(
     *,
     crs: str | None = None,
 ) -> Edit:
-    """Set the points and marks of a photo set; unchanged ones keep their records.
+    """Set the points and marks of a photo set; unchanged points and marks keep their records.
 
-    A point with a new label but the marks of an old one is the same point.
+    A point with a new label but the marks of an old point is treated as the same point.
     """
     photo_set = _set(records, photo_set_id)
     after = _points_after(records, photo_set_id, points, marks)
@@ -156,7 +156,7 @@ def add_reconstruction(
 
 
 def reconstruction_in(records: Records, folder: str) -> ReconstructionRecord | None:
-    """Return the reconstruction whose files are in this folder."""
+    """Return the reconstruction whose files are in a folder."""
     return next(
         (r for r in records.values() if isinstance(r, ReconstructionRecord) and r.folder == folder),
         None,
@@ -164,7 +164,7 @@ def reconstruction_in(records: Records, folder: str) -> ReconstructionRecord | N
 
 
 def reconstruction_registration(records: Records, reconstruction_id: str) -> Registration | None:
-    """Return the registration that came with a reconstruction."""
+    """Return the registration that was computed with a reconstruction."""
     return next(
         (
             r
@@ -212,7 +212,7 @@ def _match_renamed_point(
     old_marks: Marks | Mapping[tuple[str, str], ImageMark],
     marks: Marks,
 ) -> None:
-    """Give a new label the id of the removed one if exactly one replaced one."""
+    """Assign the ID of a removed label to a new one if exactly one label was replaced."""
     removed = [label for label in old if label not in states]
     added = [label for label in states if label not in old]
     if len(removed) == len(added) == 1:

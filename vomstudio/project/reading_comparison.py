@@ -23,7 +23,8 @@ __all__ = ["NearestPick", "nearest_picks", "summary"]
 class _Picks:
     """Picks of one type and geometry.
 
-    `vectors` are (n, 3); `points` (m, 3) belong to the rows `owner` (m,) of the vectors.
+    The vectors are (n, 3). The points (m, 3) belong to the vectors with the row numbers `owner`
+    (m,).
     """
 
     features: list[Feature]
@@ -38,8 +39,8 @@ def nearest_picks(
 ) -> dict[str, NearestPick]:
     """Return the nearest pick for each reading that has a counterpart.
 
-    Planes are compared with planes picked of the same type, lines with lines. Picks on a model
-    without north have no geographic direction and are excluded.
+    Planes are compared with picked planes of the same type, and lines with lines. Picks on a model
+    without a north reference have no geographic direction and are excluded.
     """
     features = [r for r in records.values() if isinstance(r, Typed)]
     readings = [r for r in features if kind_of(r).evidence == "read"]
@@ -125,7 +126,7 @@ def _vector(measurement: Measurement) -> FloatArray | None:
 
 
 def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> Finding:
-    """Return a finding about the agreement of readings with picks."""
+    """Return a finding about the agreement between readings and picks."""
     n = len(readings)
     angles = [picks[i].angle_deg for i in readings if i in picks]
     if not angles:

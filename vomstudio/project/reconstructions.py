@@ -20,16 +20,16 @@ from vomstudio.io.models.reconstruction_file import RESULT, finite_number, resul
 from vomstudio.project.records import ReconstructionRecord
 
 RECONSTRUCTIONS = "reconstruction"
-"""Folder of the reconstructions, with a folder for each photo set and quality."""
+"""Folder of the reconstructions, with a subfolder for each photo set and quality."""
 REQUEST = "request.json"
-# Larger files are written once, under a new name; a reconstruction appends to small ones only.
+# Larger files are written once under a new name; a reconstruction appends only to small ones.
 MAX_COPY_BYTES = 1 << 20
 
 
 def read_reconstruction(
     folder: Path, photo_set_id: str, name: str
 ) -> tuple[ReconstructionRecord, Registration]:
-    """Return the records of a run's results in `folder`. Raises InputError."""
+    """Return the records for the results of a run in `folder`. Raises InputError."""
     path = folder / RESULT
     try:
         data = read_small(path, JSON_BYTES)
@@ -72,8 +72,8 @@ def _count(value: object) -> int:
 def copy_reconstructions(source: Path, target: Path) -> None:
     """Copy finished reconstructions.
 
-    Large files are hard-linked if the disk allows it: they are replaced by new files, never
-    changed.
+    Large files are hard-linked if the disk supports it, because they are replaced by new files and
+    never modified.
     """
 
     def copy_or_link(source_file: str, target_file: str) -> object:
@@ -103,7 +103,7 @@ def copy_reconstructions(source: Path, target: Path) -> None:
 
 
 def move_reconstructions(source: Path, target: Path) -> None:
-    """Move reconstructions. Raises TargetError and leaves them unchanged on failure."""
+    """Move reconstructions. If this fails, raise TargetError and leave them unchanged."""
     if not (source / RECONSTRUCTIONS).is_dir():
         return
     try:

@@ -1,4 +1,4 @@
-"""The records of an open project, with indices that follow every change."""
+"""Records of an open project, with indices that are updated with every change."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ K = TypeVar("K", bound=Hashable)
 
 
 class RecordMap(Mapping[str, Record]):
-    """Records by id, in insertion order; only the owning session changes them.
+    """Records by ID, in insertion order; only the session that owns them changes them.
 
-    An edit changes few of many thousand records. The mapping is therefore not copied, and the
-    indices (records by class, numbers used in names) are built once and then updated.
+    An edit changes only a few of many thousand records. Therefore the mapping is not copied, and
+    the indices (records by class, numbers used in names) are built once and then updated.
 
     Attributes
     ----------
     revision : int
-        Grows with every change.
+        Counter that increases with every change.
     """
 
     def __init__(self, records: Mapping[str, Record]) -> None:
@@ -36,7 +36,7 @@ class RecordMap(Mapping[str, Record]):
         self.revision = 0
 
     def apply(self, after: Mapping[str, Record | None]) -> None:
-        """Insert these records and remove those that are None. Called by the session only."""
+        """Insert records, and remove those whose value is None. Called only by the session."""
         self.revision += 1
         self._cached = {}
         for id_, new in after.items():
@@ -47,7 +47,7 @@ class RecordMap(Mapping[str, Record]):
                 self._records[id_] = new
             for cls, members in self._class_members.items():
                 if isinstance(new, cls):
-                    # The id belonged to a record of another class, so its position in the order
+                    # The ID belonged to a record of another class, so its position in the order
                     # differs.
                     if old is not None and id_ not in members:
                         self._class_members = {}
@@ -71,7 +71,7 @@ class RecordMap(Mapping[str, Record]):
                     numbers[number] += 1
 
     def of(self, cls: type[T]) -> list[T]:
-        """Return the records of a class, in the order in which they were added."""
+        """Return the records of a class in the order in which they were added."""
         members = self._class_members.get(cls)
         if members is None:
             members = {id_: r for id_, r in self._records.items() if isinstance(r, cls)}
@@ -79,7 +79,7 @@ class RecordMap(Mapping[str, Record]):
         return list(members.values())
 
     def highest_number(self, prefix: str) -> int:
-        """Return the highest number in names that consist of this prefix and a number, or 0."""
+        """Return the highest number in names consisting of a prefix and a number, or 0."""
         numbers = self._numbers.get(prefix)
         if numbers is None:
             numbers = Counter(
@@ -91,14 +91,14 @@ class RecordMap(Mapping[str, Record]):
         return max(numbers, default=0)
 
     def count_by(self, key_of: Callable[[Record], K | None]) -> Mapping[K, int]:
-        """Return the number of records per key; records with the key None are not counted."""
+        """Return the number of records per key, excluding records whose key is None."""
         if key_of not in self._counts:
             keys = map(key_of, self._records.values())
             self._counts[key_of] = Counter(key for key in keys if key is not None)
         return MappingProxyType(self._counts[key_of])
 
     def cached(self, compute: Callable[[RecordMap], T]) -> T:
-        """Return the result of a function of the records, computed once per revision."""
+        """Return the result of a function of the records, which is computed once per revision."""
         if compute not in self._cached:
             self._cached[compute] = compute(self)
         result: T = self._cached[compute]
@@ -125,11 +125,11 @@ class RecordMap(Mapping[str, Record]):
     @overload
     def get(self, id_: str, default: Record | D, /) -> Record | D: ...
     def get(self, id_: str, default: Any = None, /) -> Any:
-        """Return the record of an id, or `default`."""
+        """Return the record with an ID, or `default`."""
         return self._records.get(id_, default)
 
     def keys(self) -> KeysView[str]:
-        """Return the ids."""
+        """Return the IDs."""
         return self._records.keys()
 
     def values(self) -> ValuesView[Record]:
@@ -137,12 +137,12 @@ class RecordMap(Mapping[str, Record]):
         return self._records.values()
 
     def items(self) -> ItemsView[str, Record]:
-        """Return ids with their records."""
+        """Return the IDs with their records."""
         return self._records.items()
 
 
 def highest_number(records: Mapping[str, Record], prefix: str) -> int:
-    """Return the highest number in names that consist of this prefix and a number, or 0."""
+    """Return the highest number in names consisting of a prefix and a number, or 0."""
     if isinstance(records, RecordMap):
         return records.highest_number(prefix)
     numbers = (number_of(prefix, record) for record in records.values())
@@ -150,7 +150,7 @@ def highest_number(records: Mapping[str, Record], prefix: str) -> int:
 
 
 def number_of(prefix: str, record: Record | None) -> int | None:
-    """Return the number in a name that consists of this prefix and a number, else None."""
+    """Return the number in a name that consists of a prefix and a number, or None."""
     if not isinstance(record, Feature) or not record.name.startswith(prefix):
         return None
     digits = record.name[len(prefix) :]

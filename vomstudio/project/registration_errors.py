@@ -1,4 +1,4 @@
-"""Effects of model registrations on the features of these models."""
+"""Effects of the registrations of models on their features."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from vomstudio.project.measurement import Measurement, Records
 from vomstudio.project.records import Feature, Model, OnAModel, get
 
 OUTLIER_RATIO = 6.0
-"""Points whose residual exceeds this multiple of the median are outliers."""
+"""Points whose residual exceeds this multiple of the median are treated as outliers."""
 
 
 def model_of(records: Records, feature: Feature | None) -> Model | None:
-    """Return the model of a feature; None without one or if the model was removed."""
+    """Return the model of a feature, or None if it has none or the model was removed."""
     return get(records, feature.model_id, Model) if isinstance(feature, OnAModel) else None
 
 
 def models_of(records: Records, features: Iterable[Feature]) -> list[Model | None]:
-    """Return `model_of` for each of many features on a few models."""
+    """Return `model_of` for many features on a few models."""
     ids = [f.model_id if isinstance(f, OnAModel) else "" for f in features]
     models = {id_: get(records, id_, Model) for id_ in set(ids)}
     return [models[id_] for id_ in ids]
 
 
 def turns_of(models: Iterable[Model | None]) -> Turns:
-    """Return how features on these models, one per model, rotate with the registrations.
+    """Return how the features on these models (one model per feature) rotate together.
 
     Models that were placed by the same registration rotate together.
     """
@@ -50,20 +50,21 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
 
 
 def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray | None:
-    """Return the covariance of a fitted plane's upward normal, as in its total error.
+    """Return the covariance of a fitted plane's upward normal, as used in its total error.
 
     Parameters
     ----------
     measured : Measurement
     model : Model or None
-        The covariance of its registration's rotation is added; without a registration the
-        measured registration error is used in all directions.
+        Model on which the plane was measured. The covariance of its registration's rotation is
+        added; if there is no registration, the measured registration error applies in all
+        directions.
 
     Returns
     -------
     (3, 3) float or None
-        East, north, up, radians squared; the 95 % region has the squares of its semi-axes times
-        5.99. None if the error is not known, or 90 degrees.
+        Covariance in east, north and up, in radians squared; the 95 % region has the squares of its
+        semi-axes times 5.99. None if the error is unknown or is 90 degrees.
     """
     fit, plane = measured.fit, measured.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
@@ -93,15 +94,15 @@ def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray 
 
 
 def bowing_of_registration(registration: Registration | None) -> Bowing | None:
-    """Estimate the bowing of a model from its control residuals, without outliers.
+    """Estimate the bowing of a model from its control residuals, excluding outliers.
 
-    Returns None if there are too few points or their residuals do not constrain it.
+    Returns None if there are too few points or if their residuals do not constrain the bowing.
     """
     if registration is None or not registration.control:
         return None
     points: Sequence[RegistrationPoint] = registration.control
     check_points = [p for p in points if p.check]
-    # A model that was fitted to its control agrees with it, bowed or not.
+    # A model that was fitted to its control points agrees with them, whether it is bowed or not.
     if registration.method == "control" and len(check_points) >= MIN_BOWING_POINTS:
         points = check_points
     world, residuals = (
@@ -112,20 +113,20 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
     inliers = length <= OUTLIER_RATIO * float(np.median(length))
     normal = None if registration.normal is None else np.array(registration.normal)
     bowing = fit_bowing(world[inliers], residuals[inliers], sigma[inliers], normal=normal)
-    # The edge is that of the model, which may extend beyond its points.
+    # The edge of the model may extend beyond the control points.
     reach_m = registration.reach_m
     return bowing if bowing is None or reach_m is None else replace(bowing, reach_m=reach_m)
 
 
 def bowing_limit_deg(registration: Registration) -> float | None:
-    """Return the possible difference of dips from edge to edge, as in `bowing.bowing_deg`."""
+    """Return the possible difference in dip between the edges, as in `bowing.bowing_deg`."""
     return bowing_deg(registration.lens_bowing95_deg, bowing_of_registration(registration))
 
 
 def max_bowing_deg(models: Iterable[Model | None]) -> float | None:
-    """Return the possible difference of dips from edge to edge of the most bowed model.
+    """Return the possible difference in dip between the edges of the most bowed model.
 
-    None if nothing is known about bowing.
+    The result is None if nothing is known about bowing.
     """
     registrations = {m.registration.id: m.registration for m in models if m and m.registration}
     limits = [bowing_limit_deg(registration) for registration in registrations.values()]

@@ -1,4 +1,4 @@
-"""Registrations that are read from files and join a project."""
+"""Import of registrations from files into a project."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from vomstudio.project.records import Record
 def registration_in_project(
     records: Mapping[str, Record], registration: Registration
 ) -> Registration:
-    """Return the record under which a registration read from a file joins a project.
+    """Return the record with which a registration from a file is added to a project.
 
-    A registration that the project contains already is returned itself, so that the models that
-    it places keep turning together; otherwise one with an id that the project does not use.
+    If the project already contains the registration, that record is returned, so that the models it
+    places continue to rotate together. Otherwise the registration is returned with an ID that the
+    project does not use.
     """
     for record in records.values():
         if isinstance(record, Registration) and is_same_registration(record, registration):

@@ -1,6 +1,7 @@
-"""Repair of a journal with damaged rows: a new journal of all rows that could be read.
+"""Repair of a journal with damaged rows by a new journal of all readable rows.
 
-The content of damaged rows is lost and reported. The damaged journal is kept beside the new one.
+The content of the damaged rows is lost and reported. The damaged journal is kept next to the new
+one.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ class Repaired:
     Attributes
     ----------
     backup : Path
-        The damaged journal.
+        Path of the damaged journal.
     lost : tuple of Finding
-        What could not be read.
+        Findings about the data that could not be read.
     """
 
     backup: Path
@@ -37,9 +38,9 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
     Raises
     ------
     DocumentError
-        If there is nothing to repair, or the new journal would differ in content.
+        If there is nothing to repair, or the content of the new journal would differ.
     TargetError
-        If the journal cannot be written. Nothing has changed then.
+        If the journal cannot be written. In this case nothing has changed.
     """
     problems = tuple(session.problems)
     if not problems:

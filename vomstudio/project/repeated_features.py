@@ -1,4 +1,4 @@
-"""Features that repeat another feature: a repeated pick is not a further structure."""
+"""Features that repeat another feature; a repeated pick is not an additional structure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Records = Mapping[str, Record]
 F = TypeVar("F")
 
 COLUMNS = ("repeat_of", "interpreter")
-"""Last columns of the orientation table, written if any feature has a value."""
+"""Last columns of the orientation table, written if any feature has a value in them."""
 
 
 def is_repeat(feature: Any, records: Records) -> bool:
@@ -35,7 +35,7 @@ def first_picks(features: Iterable[F], records: Records) -> list[F]:
 
 
 def repeat_columns(feature: Any, records: Records) -> dict[str, str]:
-    """Return the repeat columns of the orientation table that have a value."""
+    """Return the non-empty repeat columns of the orientation table for a feature."""
     if not isinstance(feature, Repeatable):
         return {}
     repeats = feature.repeat_of if is_repeat(feature, records) else None
@@ -44,21 +44,21 @@ def repeat_columns(feature: Any, records: Records) -> dict[str, str]:
 
 
 def repeatable_features(records: Records) -> list[Repeatable]:
-    """Return the features that are neither repeats nor repeated yet."""
+    """Return the features that are not repeats and have not been repeated yet."""
     features = [r for r in records.values() if isinstance(r, Repeatable)]
     repeated = {r.repeat_of for r in features if r.repeat_of}
     return [r for r in features if not is_repeat(r, records) and r.id not in repeated]
 
 
 def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = "") -> Edit:
-    """Declare that a feature repeats another, and who picked it.
+    """Declare that a feature repeats another one, and who picked it.
 
-    It takes the type and set of the first pick.
+    The repeat gets the type and set of the first pick.
 
     Raises
     ------
     DocumentError
-        If a feature does not exist, or the two are not of one kind.
+        If a feature does not exist, or if the two features are not of the same kind.
     """
     repeated, first = get(records, id_, Repeatable), get(records, first_id, Repeatable)
     if (
@@ -84,7 +84,7 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
 
 
 def set_interpreter(records: Records, ids: Iterable[str], interpreter: str) -> Edit:
-    """Set the interpreter of features. Raises DocumentError if none of them exists."""
+    """Set the interpreter of features. Raises DocumentError if none of the features exists."""
     features = [r for id_ in ids if (r := get(records, id_, Repeatable)) is not None]
     if not features:
         raise DocumentError(Finding("selection.empty"))

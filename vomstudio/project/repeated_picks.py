@@ -1,4 +1,4 @@
-"""Picks of a project or table, including those that repeat others."""
+"""Reading of the picks of a project or table, including repeated picks."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vomstudio.project.records import Feature
 
 
 def read_repeated_picks(path: Path, azimuth: Azimuth | None = None) -> OrientationTable:
-    """Read the picks of a project folder, which may be open in a window, or of a table.
+    """Read the picks from a table or a project folder, which may be open in a window.
 
-    Raises the errors of `read_orientations`.
+    Raises the same errors as `read_orientations`.
     """
     if not is_project(path):
         return read_orientations(path, azimuth, repeats=True)

@@ -1,4 +1,4 @@
-"""The embedded sample outcrop: its model, picks and photos, and their true values."""
+"""Sample outcrop included in the program: model, picks and photos with their true values."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ FOLDER = "sample"
 class SamplePicks:
     """Digitised picks.
 
-    Pick i has names[i], kinds[i] (bedding, fault, joint), sets[i], horizons[i] ("" without a named
-    bed) and points[offsets[i]:offsets[i + 1]], World, metres.
+    Pick i has the name names[i], the kind kinds[i] (bedding, fault, joint), the set sets[i], the
+    horizon horizons[i] ("" if it is not a named bed) and the points points[offsets[i]:offsets[i +
+    1]] in the World frame, metres.
     """
 
     names: tuple[str, ...]
@@ -41,7 +42,7 @@ class SamplePicks:
 
 @dataclass(frozen=True)
 class SampleTruth:
-    """True planes by pick, fold axis, intersection of bedding and fault, and displacement."""
+    """True values: planes of picks, fold axis, bedding-fault intersection, and displacement."""
 
     planes: dict[str, Plane]
     axis: Line
@@ -50,27 +51,27 @@ class SampleTruth:
 
 
 def sample_model() -> Path:
-    """Return the path of the sample's OBJ file."""
+    """Return the path of the OBJ file of the sample."""
     return resource(FOLDER, "sample.obj")
 
 
 def sample_photos() -> Path:
-    """Return the folder of the sample's photos."""
+    """Return the folder that contains the photos of the sample."""
     return resource(FOLDER, "photos")
 
 
 def sample_control() -> Path:
-    """Return the path of its control points: CSV label,x,y,z,sigma,use."""
+    """Return the path of the control points: CSV with label,x,y,z,sigma,use."""
     return resource(FOLDER, "control.csv")
 
 
 def sample_marks() -> Path:
-    """Return the path of the control point marks: CSV label,photo,x,y, COLMAP pixels."""
+    """Return the path of the control point marks: CSV with label,photo,x,y in COLMAP pixels."""
     return resource(FOLDER, "marks.csv")
 
 
 def read_true_cameras(path: Path | None = None) -> Cameras:
-    """Return the photos with the lens and the poses with which they were rendered.
+    """Return the photos with the lens and poses with which they were rendered.
 
     Raises InputError if the file is damaged.
     """

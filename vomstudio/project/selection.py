@@ -1,4 +1,4 @@
-"""The selection, shared by net, table, tree and 3-D view. View state, not undone."""
+"""Selection shared by net, table, tree and 3-D view; it is view state and not undone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vomstudio.core.signals import Signal
 
 
 class Selection:
-    """Ids of the selected records; `changed` reports them."""
+    """IDs of the selected records; the `changed` signal reports changes."""
 
     def __init__(self) -> None:
         self.changed: Signal[tuple[str, ...]] = Signal()
@@ -16,7 +16,7 @@ class Selection:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """Ids in the order of selection; the last one is the current one."""
+        """IDs in the order of selection; the last one is the current one."""
         return self._ids
 
     @property
@@ -36,6 +36,6 @@ class Selection:
             self.set((*self._ids, id_))
 
     def keep(self, ids: Iterable[str]) -> None:
-        """Deselect everything that is not among `ids`."""
+        """Deselect all records that are not in `ids`."""
         known = set(ids)
         self.set(i for i in self._ids if i in known)

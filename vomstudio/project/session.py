@@ -1,6 +1,6 @@
-"""The session of an open project: records, history and notifications.
+"""Session of an open project: records, history and notifications.
 
-`Session.apply` is the only way to change records, `changed` the only notification.
+Records are changed only by `Session.apply`, and changes are notified only by `changed`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class Session:
-    """Records of one open project, with their history and their journal.
+    """Records of an open project, with their history and journal.
 
     A row is committed to the journal before its effect is announced. `settings` returns the
     settings that affect results; they are stored with every edit.
@@ -44,7 +44,7 @@ class Session:
         if not played.done and not played.undone and not played.records:
             self._begin()
         elif not self.of(FeatureType):
-            # The journal's first row is damaged. Without feature types nothing can be picked.
+            # The first row of the journal is damaged. Without feature types nothing can be picked.
             types: dict[str, Record | None] = {kind.id: kind for kind in DEFAULT_TYPES}
             self._write(change(self._records, "Restore the feature types", types), "do")
 
@@ -56,19 +56,19 @@ class Session:
 
     @property
     def records(self) -> RecordMap:
-        """Live mapping of the records; copy it to keep a state."""
+        """Live mapping of the records; copy it to preserve a state."""
         return self._records
 
     def features(self) -> list[Feature]:
-        """Return all features, in the order in which they were added."""
+        """Return all features in the order in which they were added."""
         return self._records.of(Feature)
 
     def of(self, cls: type[T]) -> list[T]:
-        """Return the records of one class, in the order in which they were added."""
+        """Return the records of a class in the order in which they were added."""
         return self._records.of(cls)
 
     def has_ever_contained(self, *classes: type[Any]) -> bool:
-        """Return whether the history has ever contained a record of these classes."""
+        """Return whether the history has ever contained a record of one of these classes."""
         return any(
             isinstance(record, classes)
             for _, edit in (*self._done, *self._undone)
@@ -85,13 +85,14 @@ class Session:
         finishes_draft : bool, optional
             Whether the edit finishes a line that is being drawn.
         joins : int, optional
-            Number of the newest edit, as returned by this method, with which this one forms one
-            step of the history. If another edit is the newest, this one becomes a step of its own.
+            Number of the newest edit, as returned by this method, with which this edit forms a
+            single step of the history. If another edit is newer, this edit becomes a separate step.
 
         Raises
         ------
         DocumentError
-            If the edit does not fit the records or cannot be written. Nothing has changed then.
+            If the edit does not match the records or cannot be written. In this case nothing has
+            changed.
         """
         # Amending a saved edit would undo the save as well.
         amends = joins is not None and joins == self.top and self.dirty
@@ -131,17 +132,17 @@ class Session:
 
     @property
     def saved_top(self) -> int:
-        """Number of the newest edit at the last save."""
+        """Number of the newest edit at the time of the last save."""
         return self._saved_top
 
     @property
     def saved(self) -> Mapping[str, Record]:
-        """Records at the last save."""
+        """Records at the time of the last save."""
         return MappingProxyType(self._saved)
 
     @property
     def undo_label(self) -> str | None:
-        """Label of the step to undo, or None. Creating the project cannot be undone."""
+        """Label of the step to undo, or None. The creation of the project cannot be undone."""
         return self._done[-1][1].label if len(self._done) > 1 else None
 
     @property
@@ -181,13 +182,13 @@ class Session:
         self.mark_saved()
 
     def mark_saved(self) -> None:
-        """Treat the current state as saved. The journal must end with a save."""
+        """Treat the current state as saved. The last row of the journal must be a save."""
         self._saved, self._saved_top = dict(self._records), self.top
         self.recovered = False
         self.history_changed.emit(None)
 
     def discard_unsaved(self) -> None:
-        """Return to the last save, by an edit that can itself be undone."""
+        """Return to the last save with an edit that can itself be undone."""
         ids = {
             id_
             for id_ in {*self._records, *self._saved}
@@ -207,16 +208,16 @@ class Session:
 
     # --- drafts ------------------------------------------------------------------------------
     def set_draft(self, state: Mapping[str, Any] | None) -> None:
-        """Store the clicks of an unfinished tool; None after it was cancelled."""
+        """Store the clicks of an unfinished tool, or None after the tool was cancelled."""
         if state is None and self.draft is None:
             return
         seq = self._journal.append("draft", after=state)
         self.draft = None if state is None else Draft(seq, dict(state))
 
     def use_journal(self, journal: Journal, numbers: Mapping[int, int] | None = None) -> Journal:
-        """Continue in another journal with the same steps and return the previous one.
+        """Continue in another journal with the same steps, and return the previous journal.
 
-        `numbers` maps row numbers of the previous journal to those of the new one, if they differ.
+        `numbers` maps row numbers of the previous journal to those of the new one if they differ.
         """
         old, self._journal = self._journal, journal
         if numbers:
@@ -228,11 +229,11 @@ class Session:
         return old
 
     def done_steps(self) -> list[tuple[int, Edit]]:
-        """Return row number and edit of each step that can be undone, oldest first."""
+        """Return the row number and edit of each step that can be undone, oldest first."""
         return list(self._done)
 
     def undone_steps(self) -> list[tuple[int, Edit]]:
-        """Return row number and edit of each step that can be redone, the next one last."""
+        """Return the row number and edit of each step that can be redone, the next one last."""
         return list(self._undone)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Figures of slip: the line in its plane, the sense of movement, and the plane itself.
+"""Figures of slip: line in its plane, sense of movement, and the plane itself.
 
 The catalogue lists them in the order of `SLIP`.
 """
@@ -25,7 +25,7 @@ def _sense_text(s: Subject) -> str:
 
 
 def _confidence(s: Subject) -> str | None:
-    """Return the confidence of the sense; None if the sense was removed."""
+    """Return the confidence of the sense of slip, or None if the sense was removed."""
     return getattr(s.feature, "slip_confidence", None) or None if _sense(s) else None
 
 

@@ -1,4 +1,4 @@
-"""Straight traces of a project compared with its other planes."""
+"""Comparison of straight traces of a project with its other planes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def band_of_measured(measured: Measurement) -> PlaneBand | None:
-    """Return the band of planes that a straight trace allows; None for other features."""
+    """Return the band of planes compatible with a straight trace, or None for other features."""
     if measured.fit is None or measured.judged_as != "trace" or measured.line is not None:
         return None
     from vomstudio.geology.plane_bands import find_plane_band

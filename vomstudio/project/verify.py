@@ -1,4 +1,4 @@
-"""Verification of a project: every row is intact and every named file exists."""
+"""Verification that every row of a project is intact and every referenced file exists."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from vomstudio.project.records import Asset, Feature, Mask, Model, Record
 class Verification:
     """Result of a verification.
 
-    `schema` is that of the journal, `steps` the number of steps that can be undone; `sound` is True
-    without problems.
+    `schema` is the schema version of the journal, `steps` is the number of steps that can be
+    undone, and `sound` is True if there are no problems.
     """
 
     schema: int
@@ -38,7 +38,7 @@ class Verification:
 def verify(folder: Path) -> Verification:
     """Read the whole project without changing it; it may be open in a window.
 
-    Raises InputError if it is not a project, or a newer one.
+    Raises InputError if the folder is not a project or was written by a newer version.
     """
     schema, played = read_schema_and_replay(folder)
     records = played.records.values()
@@ -64,13 +64,13 @@ def verify(folder: Path) -> Verification:
 
 
 def named_assets(played: Replay) -> list[Asset]:
-    """Return every file that undo, redo or discard may need."""
+    """Return all files that undo, redo or discard may need."""
     steps = [edit for _, edit in (*played.done, *played.undone)]
     return assets_of(played.records.values(), played.saved.values(), steps)
 
 
 def assets_of(now: Iterable[Record], saved: Iterable[Record], steps: Iterable[Edit]) -> list[Asset]:
-    """Return the files named by records that exist, were saved, or belong to a step."""
+    """Return the files referenced by records that exist, were saved, or belong to a step."""
     assets: dict[str, Asset] = {}
     changed = (r for edit in steps for r in (*edit.before.values(), *edit.after.values()))
     for record in (*now, *saved, *changed):

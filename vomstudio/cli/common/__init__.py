@@ -1,1 +1,1 @@
-"""Common parts of all commands: arguments, output, selection of the command."""
+"""Parts shared by all commands: arguments, output, and selection of the command."""

@@ -1,4 +1,4 @@
-"""Arguments of the command line, and errors about them."""
+"""Command-line arguments and errors about them."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ if TYPE_CHECKING:
     from vomstudio.cli.common.output import Output
 
 Subparsers = Any
-"""The class of argparse is private."""
+"""Any, because the class of argparse is private."""
 Run = Callable[[argparse.Namespace, "Output"], None]
 
 
 class HelpRequested(Exception):
-    """Raised by --help and --version, with the text to show."""
+    """Raised by --help and --version; contains the text to show."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser that raises errors instead of printing and exiting."""
+    """Parser that raises errors instead of printing a message and exiting."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
-        # Such a word is not an option: -5,3,2 is a place.
+        # Such a word is not an option: -5,3,2 are coordinates.
         self._negative_number_matcher = re.compile(r"^-\.?\d[-+\d.,eE]*$")
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
-        # An empty word is an unset variable of a script. As a path it would be the current folder
-        # with all its contents.
+        # An empty word results from an unset variable in a script. As a path, it would mean the
+        # current folder with all its contents.
         named = action.dest == "output" or not action.option_strings
         if named and action.nargs != argparse.PARSER and "" in arg_strings:
             raise UsageError(Finding("name.empty"), field=_name_of(action))
-        # Users who write - mean standard output, not a file of that name.
+        # Users who write - mean standard output and not a file with that name.
         if action.dest == "output" and arg_strings == ["-"]:
             raise UsageError(Finding("output.is-stdout"), field=_name_of(action))
         return super()._get_values(action, arg_strings)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        # Choices differ by more than capitals: PCA is pca.
+        # Choices never differ only in case, so PCA is pca.
         value = super()._get_value(action, arg_string)
         if isinstance(action, argparse._SubParsersAction) or action.choices is None:
             return value
@@ -57,10 +57,10 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse, and reject unknown words in the parser of their command.
+        """Parse the words, rejecting unknown words in the parser of their command.
 
-        That parser knows its options and its help. Misspelt options are reported first, because
-        they may be the missing ones.
+        That parser knows its options and help. Misspelt options are reported first because they may
+        be the missing ones.
         """
         words = list(args or ())
         if unknown := next(self._unknown_options(words), None):
@@ -71,7 +71,7 @@ class Parser(argparse.ArgumentParser):
         return namespace_parsed, remaining
 
     def _unknown_options(self, words: Sequence[str]) -> Iterator[str]:
-        """Yield options that this parser does not have, up to a word of a subparser."""
+        """Yield options that this parser does not have, up to the first word of a subparser."""
         options = self._option_string_actions
         deeper = self._subparsers_choices()
         if not {"-h", "--help"}.isdisjoint(words):
@@ -92,7 +92,7 @@ class Parser(argparse.ArgumentParser):
         return frozenset(name for action in within for name in action.choices)
 
     def _refuse_option(self, option: str) -> NoReturn:
-        # Without the common leading dashes, which would make all options similar.
+        # Compare without the leading dashes, which would make all options similar.
         names_by_letters = {name.lstrip("-"): name for name in self._option_string_actions}
         if nearest := nearest_word(option.lstrip("-").casefold(), [*names_by_letters], 0.7):
             raise self._misspelt(option, names_by_letters[nearest], option)
@@ -138,7 +138,7 @@ def _name_of(action: argparse.Action) -> str | None:
 
 
 def _alternatives(message: str) -> str | None:
-    """Return the arguments of which one is required."""
+    """Return the arguments of which one is required, or None."""
     match = re.search(r"^one of the arguments (.+) is", message)
     return None if match is None else match[1]
 
@@ -149,7 +149,7 @@ def _long_name(names: str) -> str:
 
 
 def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> Parser:
-    """Add a command with the options that all commands share."""
+    """Add a command with the options that are shared by all commands."""
     parser: Parser = subparsers.add_parser(name, help=help_, description=f"{help_}.")
     add_shared_options(parser)
     parser.set_defaults(run=run, reporter=NoReport())
@@ -157,7 +157,7 @@ def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> P
 
 
 def add_shared_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of every command and of every action of a command."""
+    """Add the options shared by every command and every action of a command."""
     parser.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
     parser.add_argument(
         "--progress", choices=["json"], help=tr("report progress as JSON lines on stderr")
@@ -185,13 +185,13 @@ def add_azimuth(parser: Parser) -> None:
 
 
 def progress_of(args: argparse.Namespace) -> Reporter:
-    """Return the reporter of the command's long work."""
+    """Return the reporter for the long-running tasks of a command."""
     reporter: Reporter = args.reporter
     return reporter
 
 
 def report_reading(args: argparse.Namespace, path: str | Path) -> Reporter:
-    """Report that a file is being read, and return the reporter of the following work."""
+    """Report that a file is being read, and return the reporter for the subsequent work."""
     progress = progress_of(args)
     progress.stage(tr("Reading {file}", file=Path(path).name))
     return progress

@@ -1,4 +1,4 @@
-"""Option `--curved` of `fit`: one bent bed through several traces."""
+"""Option `--curved` of `fit`: one curved bed through several traces."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
 
 
 def result_text(fit: dict[str, Any]) -> str:
-    """Describe the fit of a bent bed, with its local dip at each trace."""
+    """Describe the fit of a curved bed, with its local dip at each trace."""
     if fit["p"] is None:
         text = tr("One plane explains all of the traces.")
     else:

@@ -1,4 +1,4 @@
-"""Arguments of a command, generated from an options class."""
+"""Arguments of a command that are generated from an options class."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Options = TypeVar("Options")
 def add_options(parser: Parser, options: type[Any]) -> None:
     """Add an argument for each option of a class (`vomstudio.core.options.option`).
 
-    Options that the parser has already, from a class with the same base, are not added again.
+    Options that the parser already has, from a class with the same base, are not added again.
     """
     for each in declarations(options):
         if each.flag in parser._option_string_actions:
@@ -41,7 +41,7 @@ def add_options(parser: Parser, options: type[Any]) -> None:
 
 
 def help_text(declaration: Declaration) -> str:
-    """Return the help of an option with its default."""
+    """Return the help text of an option with its default."""
     text = tr(declaration.help)
     if declaration.is_repeated:
         return tr("{help}; may be given again", help=text)
@@ -54,7 +54,7 @@ def help_text(declaration: Declaration) -> str:
 
 
 def metavar(declaration: Declaration) -> str:
-    """Return what stands for the value of an option, such as DEG."""
+    """Return the placeholder for the value of an option, such as DEG."""
     if declaration.metavar is not None:
         return declaration.metavar
     if declaration.unit is not None:
@@ -63,7 +63,7 @@ def metavar(declaration: Declaration) -> str:
 
 
 def options_from(args: argparse.Namespace, options: type[Options]) -> Options:
-    """Return the options object of a parsed command. Raises UsageError."""
+    """Return the options object for the parsed command. Raises UsageError."""
     values = {each: getattr(args, each.name, None) for each in declarations(options)}
     return options(
         **{

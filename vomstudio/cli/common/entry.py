@@ -1,6 +1,6 @@
-"""Entry point: run a command line and return its exit code.
+"""Entry point, which runs a command line and returns its exit code.
 
-Commands import their libraries late.
+Commands import their libraries only when they are needed.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ from vomstudio.core.words import tr
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; no exception leaves this function."""
+    """Run one command and return its exit code; this function never raises exceptions."""
     words = [_expand_home(word) for word in (sys.argv[1:] if argv is None else argv)]
     memory_limit.enable_limits()
     with preserved_stdout() as channel, stop_signals_as_interrupts():
         try:
             return _run(words, channel)
-        except BrokenPipeError:  # `| head` has seen enough
+        except BrokenPipeError:  # `| head` has read enough
             return 0
         except KeyboardInterrupt:  # while writing
             return Cancelled.exit_code
@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _expand_home(word: str) -> str:
-    """Expand `~/` like a shell, for words from a script or after a `=`."""
+    """Expand `~/` in the same way as a shell, for words from a script or after a `=`."""
     option, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
     if value != "~" and not value.startswith("~/"):
         return word
@@ -65,14 +65,14 @@ def _shows_progress(words: Sequence[str]) -> bool:
 
 def _run(words: list[str], channel: Channel) -> int:
     begun_s = time.monotonic()
-    # Read before parsing, so that errors of parsing have the requested form.
+    # Read before parsing so that parsing errors have the requested form.
     output = Output(as_json="--json" in words, writes_events=_shows_progress(words))
     failure: VomError | None = None
     debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:
         with warnings.catch_warnings():
             if not debug:
-                # Warnings of libraries are for programmers; users get findings.
+                # Warnings of libraries are intended for programmers; users get findings.
                 warnings.simplefilter("ignore")
             check_first_word(words)
             args = _parser(words).parse_args(words)
@@ -90,7 +90,7 @@ def _run(words: list[str], channel: Channel) -> int:
     except KeyboardInterrupt:
         failure = Cancelled()
     except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
-        # An import that is interrupted looks like a broken installation.
+        # If an import is interrupted, the installation would appear to be broken.
         failure = Cancelled() if stop_requests.is_requested() else _to_vom_error(error)
         if debug:
             traceback.print_exception(error)
@@ -143,14 +143,14 @@ def _write_stderr(text: str) -> None:
         try:
             sys.stderr.write(text)
             sys.stderr.flush()
-        except OSError:  # nobody reads stderr: the exit code must do
+        except OSError:  # stderr is closed, so the exit code must suffice
             pass
 
 
 def _parser(words: Sequence[str]) -> Parser:
-    """Return the parser of the command that the words start with, or of all commands.
+    """Return the parser of the command named by the first word, or of all commands.
 
-    Each command brings its imports.
+    Each command imports its own dependencies.
     """
     parser = Parser(
         prog="vomstudio",

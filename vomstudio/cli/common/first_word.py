@@ -1,4 +1,4 @@
-"""Interpretation of the first words: a command, options, or files for the window."""
+"""Interpretation of the first word: a command, an option, or a file for the window."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ COMMANDS = (
     "project",
     "export",
 )
-"""Names of the commands, which are those of their modules."""
+"""Names of the commands, which equal the names of their modules."""
 
 
 def is_for_window(words: Sequence[str]) -> bool:
-    """Return whether to open the window: no words, or existing files and folders."""
+    """Return whether to open the window: there are no words, or existing files and folders."""
     if words and words[0] in COMMANDS:
         return False
     return all(not word.startswith("-") and _is_there(word) for word in words)
 
 
 def check_first_word(words: Sequence[str]) -> None:
-    """Raise UsageError for a word that is not a command or file, with the nearest that is."""
+    """Raise UsageError, with the nearest match, if a word is neither a command nor a file."""
     if not words or words[0] in COMMANDS or words[0].startswith("-"):
         return
     missing = next((word for word in words if not _is_similar_to_command(word)), None)
@@ -75,19 +75,19 @@ def _is_similar_to_command(word: str) -> bool:
 
 
 def _is_there(word: str) -> bool:
-    # pathlib raises for names that are too long, and for inaccessible folders.
+    # pathlib raises errors for names that are too long and for inaccessible folders.
     return os.path.exists(word)
 
 
 def nearest_word(word: str, names: Sequence[str], alike: float = 0.6) -> str | None:
-    """Return the name nearest to a misspelt word, None if none is near.
+    """Return the name nearest to a misspelt word, or None if no name is similar.
 
     Parameters
     ----------
     word : str
     names : sequence of str
     alike : float, optional
-        Minimum share of common letters, see `difflib`.
+        Minimum similarity ratio, see `difflib`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Options that place a model in World."""
+"""Options that determine the placement of a model in the World frame."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def add_frame(parser: Parser) -> None:
 
 
 def add_project(parser: Parser) -> None:
-    """Add --project, which places a model as in a project."""
+    """Add --project, which places a model in the same way as in a project."""
     parser.add_argument(
         "--project",
         metavar="PROJECT",
@@ -30,7 +30,7 @@ def add_project(parser: Parser) -> None:
 
 
 def unknown_unit(model: WorldModel) -> list[Finding]:
-    """Return ``frame.no-unit`` if lengths are in an unknown unit and nothing was assumed."""
+    """Return ``frame.no-unit`` if the unit of lengths is unknown and none was assumed."""
     codes = {each.code for each in model.warnings}
     return [] if model.metric or "frame.assumed" in codes else [Finding("frame.no-unit")]
 

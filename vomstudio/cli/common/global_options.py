@@ -40,7 +40,7 @@ def add_global_options(parser: Parser) -> None:
 
 
 def run_global_option(args: argparse.Namespace, output: Output) -> None:
-    """Run an option that needs no command, such as ``--version``."""
+    """Run an option that does not need a command, such as ``--version``."""
     if args.version:
         if not args.json:
             raise HelpRequested(f"VOM Studio {__version__}")
@@ -79,9 +79,9 @@ def _versions() -> dict[str, Any]:
 
 
 def _graphics() -> dict[str, str] | None:
-    """Return the graphics driver, None if unknown.
+    """Return the graphics driver, or None if unknown.
 
-    A separate process is used, because a broken driver may end it.
+    The driver is queried in a separate process because a broken driver may end the process.
     """
     import json
     import subprocess

@@ -21,9 +21,9 @@ def write_labelled(
     fields: Mapping[str, GenericArray],
     target: str | None = None,
 ) -> list[Finding]:
-    """Write the model in World with these fields to `target`, by default `args.labels`.
+    """Write the model in the World frame with these fields to `target` or `args.labels`.
 
-    Returns warnings. Raises TargetError.
+    Returns the findings. Raises TargetError.
     """
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model

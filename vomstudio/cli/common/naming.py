@@ -1,4 +1,4 @@
-"""Name the file or option that an error of a computation is about."""
+"""Addition of the file or option to errors raised by computations."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Output of a command: a JSON object or text on stdout, everything else on stderr.
+"""Output of a command: a JSON object or text on stdout, all other output on stderr.
 
-Libraries print to stdout, from C as well as from Python. Therefore descriptor 1 is redirected
-to 2 while a command runs, and its result is written to the saved descriptor. Nothing is written
-until the command is done: a failure leaves one message and no partial result.
+Libraries print to stdout, from C as well as from Python. Therefore descriptor 1 is redirected to 2
+while a command runs, and its result is written to the saved descriptor. Nothing is written until
+the command has finished: a failure produces a single message and no partial result.
 """
 
 from __future__ import annotations
@@ -24,41 +24,41 @@ from vomstudio.core.words import to_translate, tr
 
 
 class Output:
-    """Output of a command, collected until it is complete."""
+    """Output of a command, which is collected until it is complete."""
 
     def __init__(self, *, as_json: bool, writes_events: bool = False) -> None:
         self.as_json = as_json
         self.writes_events = writes_events
-        """Whether stderr consists of JSON lines only, so that programs can parse the progress."""
+        """Whether stderr contains only JSON lines, so that programs can parse the progress."""
         self.quiet = False
         """Whether to omit notes and warnings; errors are always shown."""
         self.failed = False
-        """Whether the exit code is an error despite a result (`info` of several files)."""
+        """Whether the exit code indicates an error despite a result (`info` of several files)."""
         self._result: Mapping[str, Any] | None = None
         self._text: list[str] = []
         self._notes: list[str] = []
         self._errors: list[str] = []
 
     def result(self, value: Mapping[str, Any]) -> None:
-        """Store the command's JSON object."""
+        """Store the JSON object of the command."""
         self._result = value
 
     def text(self, text: str) -> None:
-        """Add text for people to the result."""
+        """Add human-readable text to the result."""
         self._text.append(text)
 
     def note(self, text: str) -> None:
-        """Add a note for people, which is not part of the result."""
+        """Add a human-readable note, which is not part of the result."""
         self._notes.append(text)
 
     def error(self, text: str) -> None:
-        """Report an item that failed while others have a result: exit code 2, shown if quiet."""
+        """Report an item that failed while others succeeded (exit code 2; shown even if quiet)."""
         self.failed = True
         self._errors.append(text)
         self._notes.append(text)
 
     def warn(self, warnings: Sequence[Finding]) -> None:
-        """Store messages for people, each with the word for its severity."""
+        """Store findings for people, each with the word for its severity."""
         for finding in warnings:
             self.note(tr(_SEVERITIES[finding.severity], message=finding))
 
@@ -87,21 +87,21 @@ _SEVERITIES = {
 
 
 def for_terminal(text: str) -> str:
-    """Escape control characters and those that change the direction of text.
+    """Escape control characters and characters that change the direction of text.
 
-    Names in files from elsewhere must not control the terminal.
+    Names in files from unknown sources must not control the terminal.
     """
     return STEERING_CHARACTERS.sub(_escape_character, text)
 
 
 def to_json(value: object) -> str:
-    """Return one line of strict JSON; undefined and infinite values are null."""
+    """Return one line of strict JSON; undefined and infinite values become null."""
     text = json.dumps(_plain(value), ensure_ascii=False, allow_nan=False)
     return for_terminal(text)
 
 
 def _plain(value: object) -> object:
-    """Convert numpy's numbers and arrays, paths and tuples for JSON."""
+    """Convert NumPy numbers and arrays, paths and tuples for JSON."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, Finding):
@@ -120,7 +120,7 @@ def _plain(value: object) -> object:
 
 
 STEERING_CHARACTERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-"""Control characters except tab and line feed, and those that set the direction of text."""
+"""Control characters except tab and line feed, and characters that set the text direction."""
 
 
 def _escape_character(match: re.Match[str]) -> str:
@@ -128,7 +128,7 @@ def _escape_character(match: re.Match[str]) -> str:
 
 
 class Channel:
-    """Original standard output, as UTF-8 for any locale."""
+    """Original standard output, encoded as UTF-8 for any locale."""
 
     def __init__(self, descriptor: int | None, stream: TextIO | None) -> None:
         self._descriptor = descriptor
@@ -155,19 +155,20 @@ class Channel:
 
 @contextlib.contextmanager
 def preserved_stdout() -> Iterator[Channel]:
-    """Yield the original stdout; meanwhile everything that is printed goes to stderr."""
+    """Yield the original stdout; everything printed in the meantime goes to stderr."""
     stream = sys.stdout
     try:
         ours = stream is not None and stream.fileno() == 1
         if ours:
             stream.flush()
         saved = os.dup(1) if ours else None
-    except (OSError, ValueError):  # closed, or an object in place of a file
+    except (OSError, ValueError):  # closed, or an object instead of a file
         saved = None
     if saved is None:
         with contextlib.suppress(OSError):
             if stream is None and not _is_open(1):
-                # Closed by the caller: otherwise the first opened file would be descriptor 1.
+                # Closed by the caller; otherwise the first file to be opened would get descriptor
+                # 1.
                 _redirect_stdout()
         with contextlib.redirect_stdout(sys.stderr):
             yield Channel(None, stream)
@@ -202,7 +203,7 @@ def _redirect_stdout() -> None:
 
 @contextlib.contextmanager
 def stderr_silenced() -> Iterator[None]:
-    """Discard all output to stdout and stderr within the block, from C and Python."""
+    """Discard all output to stdout and stderr in the block, from both C and Python."""
     saved = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
     try:
         with (

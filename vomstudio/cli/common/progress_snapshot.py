@@ -8,27 +8,27 @@ from vomstudio.cli.common.output import for_terminal
 from vomstudio.core.words import tr
 
 MAX_COUNT = 9999
-"""Largest number of steps that is shown as a count; more (bytes, points) are shown as a share."""
+"""Maximum number of steps shown as a count; larger totals are shown as a share."""
 MIN_STEPS_FOR_ESTIMATE = 3
 MIN_TIME_FOR_ESTIMATE_S = 2.0
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """State of a command's progress at one moment.
+    """State of a command's progress at a moment in time.
 
     Parameters
     ----------
     stage : str
-        Name of the stage, empty before the first one.
+        Name of the stage, or empty before the first stage.
     done, total : int
-        Completed steps and all steps of the stage; `total` is None if unknown.
+        Completed steps and total steps of the stage; `total` is None if unknown.
     part : tuple of int, optional
-        Number of the part and count of the parts.
+        Number of the part and total number of parts.
     elapsed_s : float
         Time since the command started.
     remaining_s : float, optional
-        Estimated time to the end of the stage; None before it can be measured.
+        Estimated time to the end of the stage, or None before it can be estimated.
     """
 
     stage: str
@@ -40,7 +40,7 @@ class Snapshot:
 
     @property
     def label(self) -> str:
-        """Return the name of the stage with the number of its part, safe for a terminal."""
+        """Return the name of the stage with the number of its part, escaped for a terminal."""
         name = for_terminal(" ".join(self.stage.split())) or tr("Working")
         if self.part is None:
             return name
@@ -49,7 +49,7 @@ class Snapshot:
 
 
 class StepClock:
-    """Estimate of the time that a stage still needs, from the steps completed so far."""
+    """Estimator of the remaining time of a stage from the steps completed so far."""
 
     def __init__(self, total: int | None) -> None:
         self.total = total
@@ -59,9 +59,9 @@ class StepClock:
         self._increases = 0
 
     def step(self, done: int, now_s: float) -> None:
-        """Record that `done` steps are complete."""
+        """Record that `done` steps are completed."""
         if self._first is None:
-            # A resumed stage begins at a number above 0.
+            # A resumed stage begins at a number greater than 0.
             self._first, self._last_s = (done, now_s), now_s
         elif done > self.done:
             self._increases += 1
@@ -69,7 +69,7 @@ class StepClock:
         self.done = done
 
     def remaining_s(self, now_s: float) -> float | None:
-        """Estimate the remaining time; None without a total or before enough steps are done."""
+        """Estimate the remaining time; None if the total or the step duration is unknown."""
         if self.total is None or self._first is None or self._increases < MIN_STEPS_FOR_ESTIMATE:
             return None
         if self.done >= self.total:
@@ -78,7 +78,7 @@ class StepClock:
         steps = self.done - first_done
         if steps <= 0 or self._last_s - first_s < MIN_TIME_FOR_ESTIMATE_S:
             return None
-        # A step that takes longer than the earlier mean slows the remaining ones too.
+        # A step that takes longer than the previous mean also slows down the remaining steps.
         overdue = (now_s - first_s) / (steps + steps / self._increases)
         per_step = max((self._last_s - first_s) / steps, overdue)
         return max(0.0, per_step * (self.total - self.done) - (now_s - self._last_s))

@@ -1,4 +1,4 @@
-"""Progress of a command on stderr: a line updated in place, plain lines, or JSON lines."""
+"""Progress of a command on stderr: an updating line, plain lines, or JSON lines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.core.progress import CancelToken, Progress, Silent
 from vomstudio.core.threads import start_thread
 
 DELAY_VARIABLE = "VOMSTUDIO_PROGRESS_DELAY_S"
-"""Environment variable that replaces `DEFAULT_DELAY_S`; tests use it."""
+"""Environment variable that overrides `DEFAULT_DELAY_S`; used by tests."""
 DEFAULT_DELAY_S = 2.0
 MIN_LINE_GAP_S = 3.0
 """Minimum time between two plain lines."""
@@ -25,10 +25,10 @@ PLAIN_PERIOD_S = 0.25
 
 
 class Reporter(Progress, Protocol):
-    """Progress of a command, which may consist of numbered parts with stages of their own."""
+    """Progress of a command, which may consist of numbered parts with their own stages."""
 
     def part(self, number: int, count: int) -> None:
-        """Begin part `number` (from 1) of `count`; the stages that follow belong to it."""
+        """Begin part `number` (from 1) of `count`; subsequent stages belong to this part."""
 
 
 class NoReport(Silent):
@@ -47,7 +47,7 @@ class JsonProgress:
         self._part: dict[str, int] = {}
 
     def part(self, number: int, count: int) -> None:
-        """See `Reporter`. Stage events carry the numbers as `part` and `parts`."""
+        """See `Reporter`. Stage events contain the numbers as `part` and `parts`."""
         self._part = {"part": number, "parts": count}
 
     def stage(self, name: str, total: int | None = None) -> None:
@@ -66,19 +66,19 @@ class JsonProgress:
 
 
 class Painter(Protocol):
-    """A way to show snapshots on a stream."""
+    """Interface for showing snapshots on a stream."""
 
     period_s: float
 
     def show(self, snapshot: Snapshot) -> None:
-        """Show the present state."""
+        """Show the current state."""
 
     def close(self) -> None:
-        """Leave the stream ready for other text."""
+        """Prepare the stream for other text."""
 
 
 class PlainLines:
-    """Painter for files and pipes: one line for each stage, none for short stages."""
+    """Painter for files and pipes, with one line per stage and none for short stages."""
 
     period_s = PLAIN_PERIOD_S
 
@@ -105,10 +105,10 @@ class PlainLines:
 
 
 class ProgressDisplay:
-    """Reporter that shows progress on a stream once a command has run for `delay_s`.
+    """Reporter that shows progress on a stream after a command has run for `delay_s`.
 
-    A thread draws, so that the elapsed time advances during steps that report nothing. Nothing is
-    imported for drawing before the delay has passed.
+    The drawing runs in a thread, so that the elapsed time advances during steps that report
+    nothing. No modules are imported for drawing before the delay has passed.
     """
 
     def __init__(self, stream: TextIO, *, begun_s: float, delay_s: float) -> None:
@@ -168,7 +168,7 @@ class ProgressDisplay:
 
 
 def choose_painter(stream: TextIO) -> Painter:
-    """Choose a line that is updated in place if the stream is a terminal that can do so."""
+    """Return a painter that updates a line in place if the terminal supports this."""
     if not stream.isatty() or (
         os.name == "posix" and os.environ.get("TERM", "") in ("", "dumb", "unknown")
     ):
@@ -188,11 +188,11 @@ def reporting(*, quiet: bool, writes_events: bool, begun_s: float) -> Iterator[R
     Parameters
     ----------
     quiet : bool
-        Show nothing, and suppress what libraries print.
+        Whether to show nothing and suppress the output of libraries.
     writes_events : bool
-        Write JSON lines.
+        Whether to write JSON lines.
     begun_s : float
-        Start of the command, `time.monotonic`.
+        Start time of the command (`time.monotonic`).
     """
     if quiet:
         with stderr_silenced():

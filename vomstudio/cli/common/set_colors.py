@@ -1,4 +1,4 @@
-"""Colours of the sets of a figure."""
+"""Colours of the sets in a figure."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str,
     Parameters
     ----------
     colors : mapping of str to str
-        Colours by the names that the user typed.
+        Colours by set name as typed by the user.
     names : collection of str
-        Names of the sets of the figure.
+        Names of the sets in the figure.
 
     Raises
     ------
     UsageError
-        For a set that is not in the figure.
+        If a set is not in the figure.
     """
     set_colors: dict[str, str] = {}
     for name, color in colors.items():

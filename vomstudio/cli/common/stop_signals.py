@@ -1,4 +1,4 @@
-"""Signals that end a command like Ctrl+C: with a message and without partial results."""
+"""Signals that end a command like Ctrl+C, with a message and without partial results."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _NAMES = ("SIGTERM", "SIGHUP")
 
 @contextlib.contextmanager
 def stop_signals_as_interrupts() -> Iterator[None]:
-    """Raise KeyboardInterrupt on SIGTERM and SIGHUP within the block.
+    """Raise KeyboardInterrupt on SIGTERM and SIGHUP in the block.
 
-    Signals that the parent ignores (nohup) remain ignored.
+    Signals that the parent process ignores (nohup) are still ignored.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,4 +1,4 @@
-"""Straight traces in `fit` and `trace`: the band of planes, and its combination with sets."""
+"""Straight traces in `fit` and `trace`: band of planes, and its combination with sets."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_sets(parser: Parser) -> None:
-    """Add the options about known sets."""
+    """Add the options for known sets."""
     parser.add_argument(
         "--sets-table",
         metavar="TABLE",
@@ -43,7 +43,7 @@ def read_sets(args: argparse.Namespace) -> list[SetPrior]:
 def figures_by_trace(
     bands: Mapping[Any, PlaneBand], priors: Sequence[SetPrior]
 ) -> dict[Any, BandFigures]:
-    """Return the figures of the bands by the name of their trace."""
+    """Return the figures of the bands by trace name."""
     from vomstudio.geology.band_figures import describe_band
 
     return {name: describe_band(band, priors) for name, band in bands.items()}
@@ -52,7 +52,7 @@ def figures_by_trace(
 def crossings(
     requests: Sequence[str], ids: Sequence[Any], bands: Mapping[Any, PlaneBand]
 ) -> list[dict[str, Any]]:
-    """Return the planes of pairs of straight traces. Raises UsageError, GeometryError."""
+    """Return the planes through pairs of straight traces. Raises UsageError, GeometryError."""
     from vomstudio.geology.plane_bands import crossing_plane
 
     planes = []

@@ -1,7 +1,7 @@
-"""A progress line on a terminal, drawn by rich and updated in place.
+"""Progress line on a terminal, drawn with rich and updated in place.
 
-`rich.live` hides the cursor while it draws, and a process that a library aborts leaves it hidden.
-One line that is written again after a carriage return needs no hidden cursor.
+`rich.live` hides the cursor while it draws, and it stays hidden if a library aborts the process. A
+single line that is rewritten after a carriage return does not need a hidden cursor.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, clock
 from vomstudio.core.words import tr
 
 DEFAULT_COLUMNS = 80
-"""Width if a terminal reports none."""
+"""Width if the terminal does not report one."""
 MIN_BAR_CELLS, MAX_BAR_CELLS = 10, 20
 _FRAMES, _ASCII_FRAMES = "⠋⠙⠹⠸⠼⠴⠦⠧⠇⠏", "|/-\\"
 _SPINNER, _FIGURES = Style(color="cyan"), Style(dim=True)
@@ -59,7 +59,7 @@ class TerminalLine:
             console.print(Segments(segments), end="", soft_wrap=True)
 
     def _segments(self, snapshot: Snapshot, columns: int) -> list[Segment]:
-        """Fit the line into the width by dropping the bar, then the figures, then the name."""
+        """Fit the line into the width by omitting the bar, then the figures, then the name."""
         spinner = self._frames[self._frame % len(self._frames)] + " "
         label = snapshot.label
         figures = _figures(snapshot)
@@ -81,7 +81,7 @@ class TerminalLine:
         bar = ProgressBar(total=snapshot.total, completed=snapshot.done, width=cells)
         options = self._console.options.update(width=cells)
         segments = [s for s in self._console.render(bar, options) if s.text != "\n"]
-        # Without colours, or in ASCII, the remaining part of a bar is omitted.
+        # Without colours, or in ASCII, the remaining part of the bar is omitted.
         missing = cells - sum(segment.cell_length for segment in segments)
         return [*segments, Segment(" " * missing)]
 
@@ -94,7 +94,7 @@ class TerminalLine:
         return self._console.width
 
     def _is_in_foreground(self) -> bool:
-        """Return False for a job in the background of a shell, which must not draw over it."""
+        """Return False for a background job of a shell, which must not draw over the shell."""
         try:
             return os.tcgetpgrp(self._stream.fileno()) == os.getpgrp()
         except (AttributeError, OSError, ValueError):  # Windows, or not the controlling terminal
@@ -102,7 +102,7 @@ class TerminalLine:
 
 
 def _figures(snapshot: Snapshot) -> list[str]:
-    """Return count, remaining time and elapsed time, the most important first."""
+    """Return count, remaining time and elapsed time, in decreasing importance."""
     figures = []
     if snapshot.total is not None and snapshot.total > 1:
         done = min(snapshot.done, snapshot.total)

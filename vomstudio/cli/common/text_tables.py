@@ -1,4 +1,4 @@
-"""Text output: small tables for a terminal, numbers with their usual digits."""
+"""Text output: small tables for a terminal, and numbers with their usual digits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.project.tables.number_format import number as number
 
 
 def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return aligned columns under heads and units: numbers to the right, words to the left."""
+    """Return aligned columns with headings and units; numbers are right-aligned, words left."""
     lines = [list(heads), list(units), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
     right = [
@@ -29,13 +29,13 @@ def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[st
 
 
 def labelled(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "") -> str:
-    """Return a line for each label and its text; labels fill `width`, or the longest."""
+    """Return one line per label and text; labels are padded to `width` or the longest label."""
     width = width or max(len(label) for label, _ in rows)
     return "\n".join(f"{indent}{label:<{width}} {text}" for label, text in rows)
 
 
 def inclination(value: Any, decimals: int = 1) -> str:
-    """Return two digits before the point, with a sign if negative."""
+    """Return an inclination with two digits before the decimal point and a sign if negative."""
     if value is None:
         return "-"
     sign = "-" if round(value, decimals) < 0 else ""

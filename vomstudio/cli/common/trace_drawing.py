@@ -1,4 +1,4 @@
-"""`vomstudio trace --from-ortho`: lines of a drawing are projected onto the surface."""
+"""`vomstudio trace --from-ortho`: projection of the lines of a drawing onto the surface."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> None:
-    """Run ``vomstudio trace`` for a path between points.
+    """Run ``vomstudio trace --from-ortho``.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         Parsed arguments.
     options : DrawnTraceOptions
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
@@ -95,9 +95,9 @@ def _add(
     sidecar: Sidecar,
     warnings: list[Finding],
 ) -> dict[str, list[dict[str, str]]]:
-    """Add a drawing to the project; messages are appended to `warnings`.
+    """Add a drawing to the project; findings are appended to `warnings`.
 
-    Returns the traces that were ``added`` or ``updated``, and the features that are ``unchanged``.
+    Returns the traces that were ``added`` or ``updated`` and the features that are ``unchanged``.
     """
     from vomstudio.project.records import get_feature
     from vomstudio.studio.headless_project import HeadlessProject

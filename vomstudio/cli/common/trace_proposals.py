@@ -1,4 +1,4 @@
-"""`vomstudio trace --propose`: lines above the noise, the most reliable first."""
+"""`vomstudio trace --propose`: lines above the noise level, most reliable first."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.extraction.trace_options import ProposalOptions
 
 
 def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None:
-    """Run ``vomstudio trace`` for proposed lines.
+    """Run ``vomstudio trace --propose``.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         Parsed arguments.
     options : ProposalOptions
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Lengths in the JSON of a model without metres, also under names without a unit.
+"""Lengths of a model that is not in metres, repeated in the JSON under unitless names.
 
-Scripts rely on names that end in `_m`. Lengths of a model from photos without scale are in its
+Scripts rely on names that end in `_m`. Lengths of a model from photos without scale are in model
 units, so the same values are repeated under names without the unit.
 """
 
@@ -12,21 +12,20 @@ from typing import Any
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import strip_metric_suffix
 
-# A row of the orientation table keeps its columns in any unit: the table's header states it.
+# A row of the orientation table keeps its columns in any unit, which the table header states.
 ROW_KEYS = {"pole_trend_deg", "n_points", "extent_m"}
 
 
 def add_unitless_names(result: Mapping[str, Any], *, metric: bool) -> dict[str, Any]:
-    """Return a result in which lengths without metres also have a name without a unit.
+    """Return a result in which lengths not in metres also have a name without a unit.
 
-    `NAME` is added to each `NAME_m` and `NAME_m2`, or `NAME_units` if `NAME` has another
-    meaning.
+    `NAME` is added for each `NAME_m` and `NAME_m2`, or `NAME_units` if `NAME` has another meaning.
     """
     return dict(result) if metric else _add_names(result)
 
 
 def unit_of(metric: bool) -> str:
-    """Return the unit of lengths in sentences."""
+    """Return the unit of lengths for use in sentences."""
     return "m" if metric else tr("units")
 
 

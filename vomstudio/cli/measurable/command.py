@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``measurable``."""
+    """Add the ``measurable`` command."""
     parser = add_command(
         subparsers,
         "measurable",
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding, ...]]:
-    """Return the plane that was typed, or the mean of a table's planes, with its warnings."""
+    """Return the plane given by the user or the mean plane of a table, with its findings."""
     if target.plane is not None:
         from vomstudio.geology.notation import plane_option
 
@@ -144,7 +144,7 @@ def _add_registration_error(
 
 
 def _result_text(measurable: MeasurableMap) -> str:
-    """Return the shares of the model by quality of a plane, and the best place for a trace."""
+    """Describe the shares of the model by plane quality, and the best location for a trace."""
     from vomstudio.products.surface.measurable_map import share_findings
 
     figures = text_tables.figures

@@ -1,4 +1,4 @@
-"""`vomstudio repeats`: repeatability of picks, compared with their stated errors."""
+"""`vomstudio repeats`: repeatability of picks compared with their stated errors."""
 
 from vomstudio.cli.repeats.command import add_parser, run
 

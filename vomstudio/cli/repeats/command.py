@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
-    """Add the command ``repeats``."""
+    """Add the ``repeats`` command."""
     parser = add_command(
         subparsers,
         "repeats",
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     args : Namespace
         Parsed arguments.
     out : Output
-        Receives the results, warnings and progress.
+        Object that receives the results, warnings and progress.
     """
     from vomstudio.geology.coverage.table_repeats import table_repeats
     from vomstudio.project.repeated_picks import read_repeated_picks

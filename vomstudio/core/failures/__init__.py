@@ -1,1 +1,1 @@
-"""Handling of the program's own errors: logged, shown and reported."""
+"""Logging, display and reporting of the program's own errors."""

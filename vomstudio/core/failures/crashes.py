@@ -1,6 +1,7 @@
 """Traces of native crashes, written by Python's faulthandler while the process dies.
 
-Each process has its own file, which is empty until it crashes and is removed at a normal end.
+Each process has its own file, which is empty until the process crashes and is removed when the
+process exits normally.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _file: TextIO | None = None
 
 
 def folder() -> Path:
-    """Return the folder of the traces, which may not exist."""
+    """Return the folder of the crash traces, which may not exist."""
     return log.folder() / "crashes"
 
 
@@ -38,7 +39,7 @@ def begin(role: str) -> None:
     name = f"{role}-{os.getpid()}-{time.strftime('%Y%m%d%H%M%S')}.txt"
     try:
         folder().mkdir(parents=True, exist_ok=True)
-        # Open as long as the process lives: the signal handler writes to it.
+        # Stays open as long as the process lives because the signal handler writes to it.
         _file = (folder() / name).open("w", encoding="utf-8")
     except OSError:
         return
@@ -46,7 +47,7 @@ def begin(role: str) -> None:
 
 
 def end() -> None:
-    """Remove the empty trace file at a normal end of the process."""
+    """Remove the empty trace file when the process exits normally."""
     global _file
     if _file is None:
         return
@@ -58,11 +59,11 @@ def end() -> None:
 
 
 def has_new_crash() -> bool:
-    """Return whether a window has crashed since the last call. Removes old and empty files."""
+    """Return whether a window has crashed since the last call, and remove old and empty files."""
     has_crashed = False
     for file in _files("*.txt"):
         role, pid = file.name.split("-")[:2]
-        # A longer number is not a process id.
+        # A longer number is not a process ID.
         if not (pid.isascii() and pid.isdigit() and len(pid) < 10) or _is_running(int(pid)):
             continue
         with contextlib.suppress(OSError):
@@ -79,7 +80,7 @@ def has_new_crash() -> bool:
 
 
 def _is_running(pid: int) -> bool:
-    # Runs at every start, and importing psutil is slow.
+    # This runs at every start, and importing psutil is slow.
     if pid == os.getpid():
         return True
     import psutil
@@ -88,7 +89,7 @@ def _is_running(pid: int) -> bool:
 
 
 def texts() -> list[tuple[str, str]]:
-    """Return role and trace of each stored crash, the oldest first."""
+    """Return the role and the trace of each stored crash, the oldest first."""
     crashes = []
     for file in _files("*"):
         with contextlib.suppress(OSError):

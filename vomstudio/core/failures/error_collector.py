@@ -29,9 +29,10 @@ class Failure:
     finding : Finding
         Message for the user.
     what : str
-        The error in a few words, such as "ValueError in tasks.py, line 40"; its key.
+        Short description of the error, such as "ValueError in tasks.py, line 40"; it identifies
+        the error.
     count : int
-        Number of occurrences in this run.
+        Number of occurrences in this session.
     """
 
     finding: Finding
@@ -40,7 +41,7 @@ class Failure:
 
     @property
     def repetitions(self) -> tuple[Finding, ...]:
-        """Number of occurrences, if more than one."""
+        """Number of occurrences as a finding, or empty if the error occurred only once."""
         return (Finding("program.repeated", count=self.count),) if self.count > 1 else ()
 
 
@@ -48,9 +49,9 @@ Listener = Callable[[Failure], None]
 
 
 class ErrorCollector:
-    """Collector of errors, which any thread may report.
+    """Collector of errors that any thread may report.
 
-    The listener is called in the reporting thread and must return quickly.
+    The listener is called in the thread that reports the error and must return quickly.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -61,7 +62,7 @@ class ErrorCollector:
         self._thread_state = threading.local()
 
     def listen(self, listener: Listener | None) -> None:
-        """Forward failures to `listener` instead of the present one; None for no listener."""
+        """Forward failures to `listener` instead of the current listener; None removes it."""
         self._listener = listener
 
     def forget(self) -> None:
@@ -81,7 +82,7 @@ class ErrorCollector:
         Returns
         -------
         bool
-            Whether it was forwarded; False for a repetition within `QUIET_S`.
+            Whether the error was forwarded; False if it repeats within `QUIET_S`.
         """
         what, finding = "an unknown error", Finding("program.internal-error", error="unknown")
         with contextlib.suppress(Exception):
@@ -94,7 +95,7 @@ class ErrorCollector:
         return self.report_finding(finding, what, details)
 
     def report_finding(self, finding: Finding, what: str, details: Callable[[], str] = str) -> bool:
-        """Forward an error that is identified by `what`, as `report` does.
+        """Forward an error that is identified by `what`, in the same way as `report`.
 
         Parameters
         ----------
@@ -102,10 +103,10 @@ class ErrorCollector:
         what : str
             Key of the error.
         details : callable
-            Returns the text for the log.
+            Function that returns the text for the log.
         """
         if getattr(self._thread_state, "busy", False):
-            # The listener has raised an error: avoid endless recursion.
+            # The listener itself has raised an error; avoid endless recursion.
             return False
         self._thread_state.busy = True
         try:
@@ -133,11 +134,11 @@ class ErrorCollector:
 
 
 ERRORS = ErrorCollector()
-"""The collector of this process."""
+"""Error collector of this process."""
 
 
 def error_location(error: BaseException) -> str:
-    """Return the type of an error and the line that raised it, preferably one of the program."""
+    """Return the type of an error and where it was raised, preferably in the program."""
     frames = traceback.extract_tb(error.__traceback__)
     name = type(error).__name__
     if not frames:

@@ -24,7 +24,7 @@ _previous_hooks: tuple[Any, Any, Any] | None = None
 
 
 def install(role: str) -> None:
-    """Log, show and survive uncaught exceptions until `uninstall` is called.
+    """Log and display uncaught exceptions without ending, until `uninstall` is called.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def install(role: str) -> None:
 
 
 def uninstall() -> None:
-    """Restore Python's hooks at a normal end of the process, or of a test."""
+    """Restore Python's hooks when the process or a test ends normally."""
     global _previous_hooks
     if _previous_hooks is None:
         return
@@ -103,10 +103,10 @@ def _print(error: BaseException) -> None:
 
 
 def _release_frames(error: BaseException) -> None:
-    """Release the last error, which Python stores with the local variables of its functions.
+    """Release the last error, which Python stores with the local variables of its frames.
 
-    Otherwise a painter stays open, so that every later paint fails, and the models of a closed
-    project stay in memory.
+    Otherwise a painter would stay open, so that every later paint would fail, and the models of a
+    closed project would stay in memory.
     """
     for name in ("last_exc", "last_type", "last_value", "last_traceback"):
         sys.__dict__.pop(name, None)

@@ -1,8 +1,8 @@
-"""A child process that ends with its parent, however the parent ends.
+"""Mechanism that ends a child process together with its parent, however the parent ends.
 
-A thread that listens cannot react while native code holds the GIL for minutes, so the system ends
-the child: a pipe that only the parent has open raises SIGIO in the child when it closes. Windows
-has no such pipes; there the child ends at the end of stdin.
+A listening thread cannot react while native code holds the GIL for minutes, so the operating
+system ends the child: a pipe that only the parent has open raises SIGIO in the child when it
+closes. Windows has no such pipes; there, the child ends when its stdin is closed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 from collections.abc import Mapping
 
 NAME = "VOMSTUDIO_LIFELINE"
-"""Environment variable with the descriptor of the pipe."""
+"""Environment variable that contains the file descriptor of the pipe."""
 
 
 class Lifeline:
@@ -21,7 +21,7 @@ class Lifeline:
     Attributes
     ----------
     descriptors : tuple of int
-        To be passed to the child (``pass_fds``); empty on Windows.
+        File descriptors to pass to the child (``pass_fds``); empty on Windows.
     """
 
     def __init__(self) -> None:
@@ -32,17 +32,17 @@ class Lifeline:
             self.descriptors = (reading,)
 
     def environment(self) -> Mapping[str, str]:
-        """Return the environment variables of the child."""
+        """Return the environment variables for the child."""
         return {NAME: str(self.descriptors[0])} if self.descriptors else {}
 
     def close_child_end(self) -> None:
-        """Close the child's end in this process, after the child has started."""
+        """Close the child's end of the pipe in this process, after the child has started."""
         for descriptor in self.descriptors:
             os.close(descriptor)
         self.descriptors = ()
 
     def close(self) -> None:
-        """Close the pipe: the child has ended, or ends now."""
+        """Close the pipe after the child has ended, or to end it now."""
         self.close_child_end()
         if self._writing is not None:
             os.close(self._writing)
@@ -50,7 +50,7 @@ class Lifeline:
 
 
 def end_with_parent() -> None:
-    """Let the system end this process when its parent is gone."""
+    """Let the operating system end this process when its parent ends."""
     descriptor = os.environ.pop(NAME, None)
     if descriptor is None:
         return
@@ -60,8 +60,8 @@ def end_with_parent() -> None:
 
         flags = fcntl.fcntl(int(descriptor), fcntl.F_GETFL)
         fcntl.fcntl(int(descriptor), fcntl.F_SETOWN, os.getpid())
-        # SIGIO comes when the other end closes, and its default action is to end the process.
+        # SIGIO is raised when the other end closes, and its default action is to end the process.
         fcntl.fcntl(int(descriptor), fcntl.F_SETFL, flags | os.O_ASYNC)
         if select.select([int(descriptor)], [], [], 0)[0]:
-            # The pipe is closed already.
+            # The pipe is already closed.
             os._exit(1)

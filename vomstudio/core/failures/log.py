@@ -1,4 +1,4 @@
-"""Log file of a user, shared by the window, its workers and the command line."""
+"""Log file of the user, shared by the window, its workers and the command line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import os
 from pathlib import Path
 
 _PROGRAM = logging.getLogger("vomstudio")
-# Without a handler Python prints log messages, but a command prints one sentence only.
+# Without a handler, Python prints log messages to the terminal, but a command prints only one
+# sentence.
 _PROGRAM.addHandler(logging.NullHandler())
 
 _handler: logging.Handler | None = None
@@ -26,14 +27,14 @@ def path() -> Path:
 
 
 def start(role: str) -> None:
-    """Log messages of the program and warnings of its libraries until `stop` is called.
+    """Log the program's messages and the warnings of its libraries until `stop` is called.
 
-    Raises no error if the log cannot be written.
+    No error is raised if the log cannot be written.
 
     Parameters
     ----------
     role : str
-        Role of this process, written into each line.
+        Role of this process, which is written into each line.
     """
     global _handler
     if _handler is not None:
@@ -57,7 +58,7 @@ def stop() -> None:
 
 
 def tail(lines: int) -> str:
-    """Return the newest lines of the log, empty without a log."""
+    """Return the last lines of the log, or an empty text if there is no log."""
     try:
         with path().open("rb") as stream:
             stream.seek(0, os.SEEK_END)
@@ -69,7 +70,7 @@ def tail(lines: int) -> str:
 
 
 class _LazyHandler(logging.Handler):
-    """Handler that opens the log at the first message.
+    """Handler that opens the log when the first message arrives.
 
     Most commands log nothing, and importing the rotating file handler takes time.
     """

@@ -13,7 +13,7 @@ _MAX_OLD_FILES = 2
 
 
 class SharedFile(RotatingFileHandler):
-    """Log file that several processes write to: one of them rotates it, the others reopen it."""
+    """Log file shared by several processes: one of them rotates it, and the others reopen it."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(
@@ -34,9 +34,10 @@ class SharedFile(RotatingFileHandler):
         return (current.st_dev, current.st_ino) != (opened.st_dev, opened.st_ino)
 
     def rotate(self, source: str, dest: str) -> None:
-        # Windows cannot rename a file that another process has open; the file grows meanwhile.
+        # Windows cannot rename a file that another process has open; the file continues to grow
+        # until then.
         with contextlib.suppress(OSError):
             super().rotate(source, dest)
 
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - its name in logging
-        """Ignore errors: a full disk is reported where the user's work is saved."""
+        """Ignore errors: a full disk is reported when the user's work is saved."""

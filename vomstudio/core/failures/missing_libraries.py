@@ -1,4 +1,4 @@
-"""System libraries that a dependency needs and that are not installed."""
+"""Detection of system libraries that a dependency needs but that are not installed."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _PACKAGES = {
     "libfontconfig": "libfontconfig1",
     "libdbus-1": "libdbus-1-3",
 }
-"""Packages of Debian and Ubuntu, by the name of the library without its version."""
+"""Debian and Ubuntu packages by library name without the version."""
 _LIBRARY = re.compile(r"\b(lib[\w.+-]+?)\.so[.\d]*")
 
 
 def missing_library(error: BaseException | str) -> Finding | None:
-    """Return the missing library and the package to install; None for another failure."""
+    """Return a finding with the missing library and its package, or None for other failures."""
     match = _LIBRARY.search(str(error))
     if match is None:
         return None

@@ -1,8 +1,9 @@
-"""Exit of a process in which threads may still be running.
+"""Exit from a process in which threads may still be running.
 
-The interpreter stops other threads when they next request the GIL. Inside a C++ library that ends
-the process by SIGABRT or SIGSEGV (python/cpython issue 87135), although all work is complete: this
-happened once in a hundred times to a window that was closed while a thread imported matplotlib.
+The interpreter stops other threads when they next request the GIL. If this happens inside a C++
+library, the process ends with SIGABRT or SIGSEGV (python/cpython issue 87135), although all work
+is complete. This happened about once in a hundred times when a window was closed while a thread
+was importing matplotlib.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ import sys
 def exit_without_finalising(code: int) -> None:
     """End the process with an exit code, without finalising the interpreter.
 
-    The process ends after its main thread and all threads that are not daemons. Close open files
-    before.
+    The process ends after its main thread and all non-daemon threads have finished. Close open
+    files before calling this function.
     """
     atexit.register(_exit, code)
 
 
 def _exit(code: int) -> None:
     for stream in (sys.stdout, sys.stderr):
-        # The streams are None if the program was started from a menu.
+        # The streams are None if the program was started from a desktop menu.
         with contextlib.suppress(AttributeError, OSError, ValueError):
             stream.flush()
     os._exit(code)

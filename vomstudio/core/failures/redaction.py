@@ -14,7 +14,7 @@ _FILE = re.compile(
     r"""|png|tiff?|dng|heic|mp4|mov|avi|gpkg|shp|dbf|dxf|tfw|xml|json|toml|vom|zip)\b""",
     re.IGNORECASE,
 )
-# A version has two dots or more; a number with one dot, or a long one, may be a coordinate.
+# A version number has at least two dots; a number with one dot or many digits may be a coordinate.
 _NUMBER = re.compile(
     r"(?<![\w.])(?P<version>\d+(?:\.\d+){2,})|(?<![\w.])-?(?:\d+\.\d*|\.\d+|\d+(?=[eE][-+]?\d)|\d{5,})"
     r"(?:[eE][-+]?\d+)?"
@@ -24,14 +24,14 @@ _NUMBER = re.compile(
 def scrub(text: str, private: Iterable[str] = ()) -> str:
     """Remove the user's paths and file names, private words and coordinates from a text.
 
-    Removes too much rather than too little: any decimal or long number is a coordinate, and of a
-    path outside the program only the extension remains.
+    The function removes too much rather than too little: it treats every decimal or long number as
+    a coordinate, and keeps only the extension of a path outside the program.
 
     Parameters
     ----------
     text : str
     private : iterable of str
-        Words to remove, such as names of projects.
+        Words to remove, such as project names.
     """
     words = sorted({word for word in private if len(word) > 2}, key=len, reverse=True)
     text = _PATH.sub(lambda match: _redact_path(match[0]), text)

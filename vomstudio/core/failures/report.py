@@ -1,6 +1,6 @@
 """Error report: a text file that the user can read before sending it.
 
-Developers read it, so it is not translated.
+The report is read by developers, so it is not translated.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ _LIBRARIES = (
 _LOG_LINES = 400
 
 Section = tuple[str, Callable[[], Sequence[str]]]
-"""Title of a section, and a function that returns its lines, which are not redacted."""
+"""Title of a section and a function that returns its lines, which are not redacted."""
 
 
 def compose(extra_sections: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
-    """Return the text of a report. A section that fails states so, and the others follow.
+    """Return the text of a report; a section that fails does not affect the others.
 
     Parameters
     ----------
     extra_sections : iterable of Section
     private : iterable of str
-        Names from the user, which are removed from the log and the crash traces.
+        Names given by the user, which are removed from the log and the crash traces.
     """
     words = list(private)
     parts = [
@@ -73,12 +73,12 @@ def compose(extra_sections: Iterable[Section] = (), private: Iterable[str] = ())
 
 
 def file_name() -> str:
-    """Return a file name for a report, with the time."""
+    """Return a file name for a report that contains the time."""
     return f"vomstudio-report-{time.strftime('%Y%m%d-%H%M%S')}.txt"
 
 
 def versions() -> list[str]:
-    """Return the versions of program, Python, system and libraries, without importing these."""
+    """Return the versions of program, Python, system and libraries without importing these."""
     lines = [
         f"VOM Studio {__version__}",
         f"Python {platform.python_version()} ({platform.python_implementation()})",
@@ -89,7 +89,7 @@ def versions() -> list[str]:
 
 
 def packages() -> dict[str, str]:
-    """Return the versions of the installed libraries, by their names in the package index."""
+    """Return the versions of the installed libraries by their names in the package index."""
     versions_by_name = {}
     for name in _LIBRARIES:
         try:

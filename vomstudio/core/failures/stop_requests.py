@@ -1,12 +1,12 @@
-"""Requests to end the process: handled, recorded, and effective while native code runs.
+"""Requests to end the process, which are recorded and also take effect in native code.
 
-A signal raises KeyboardInterrupt at any place. The exception is lost in callbacks, and in libraries
-that catch everything while they are imported. So the signal is recorded, and checked again before
-results are saved.
+A signal may raise KeyboardInterrupt at any point. The exception is lost in callbacks, and in
+libraries that catch every exception during their import. Therefore the signal is recorded and
+checked again before results are saved.
 
-Python handles signals between its own instructions, so native code can delay them. A second signal
-of the same kind is therefore left to the system, which ends the process at once (`listen`), and a
-thread ends a command that does not handle the first one (`watch`).
+Python handles signals between its own instructions, so native code can delay them. Therefore a
+second signal of the same kind is left to the operating system, which ends the process at once
+(`listen`), and a thread ends a command that does not handle the first signal (`watch`).
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ _signals: list[int] = []
 
 
 def listen(number: int) -> None:
-    """Handle a signal by `stop`; a second one ends the process, also inside native code."""
+    """Handle a signal with `stop`; a second one ends the process, even inside native code."""
     signal.signal(number, stop)
     end_on_second(number)
 
 
 def end_on_second(number: int) -> None:
-    """Make the system reset the handler of a signal after its first call.
+    """Make the operating system reset the handler of a signal after the first call.
 
-    Has no effect on Windows, where `stop` resets it once Python runs.
+    This has no effect on Windows, where `stop` resets the handler as soon as Python code runs.
     """
     if sys.platform not in _RESET_FLAGS or struct.calcsize("P") != 8:
         return
@@ -61,23 +61,23 @@ def stop(number: int, frame: FrameType | None) -> None:
     """Record a signal and raise KeyboardInterrupt, as the default handler of Ctrl+C does."""
     _signals.append(number)
     sys.unraisablehook = _unraisable
-    # The system has reset the handler already (`listen`), except on Windows.
+    # The operating system has already reset the handler (`listen`), except on Windows.
     signal.signal(number, signal.SIG_DFL)
     raise KeyboardInterrupt
 
 
 def watch() -> None:
-    """End the process soon after a signal that its main thread does not handle.
+    """End the process shortly after a signal that its main thread does not handle.
 
-    Call it in the main thread of a command. No cleanup is needed: outputs are replaced only by
-    complete files. Has no effect on Windows.
+    Call this function in the main thread of a command. No cleanup is needed because outputs are
+    only replaced by complete files. This has no effect on Windows.
     """
     if os.name != "posix":
         return
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    # A signal to a forked child must not reach this process through the shared pipe.
+    # A signal sent to a forked child must not reach this process through the shared pipe.
     os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
     start_thread(_watch, reading, name="stop signals")
 
@@ -95,24 +95,24 @@ def _watch(reading: int) -> None:
 
 
 def is_requested() -> bool:
-    """Return whether a signal was received since `forget`."""
+    """Return whether a signal has been received since the last call of `forget`."""
     return bool(_signals)
 
 
 def check() -> None:
-    """Raise KeyboardInterrupt if a signal was received since `forget`."""
+    """Raise KeyboardInterrupt if a signal has been received since the last call of `forget`."""
     if _signals:
         raise KeyboardInterrupt
 
 
 def forget() -> None:
-    """Clear received signals, before other work begins."""
+    """Clear the received signals before other work begins."""
     _signals.clear()
     if sys.unraisablehook is _unraisable:
         sys.unraisablehook = sys.__unraisablehook__
 
 
 def _unraisable(unraisable: sys.UnraisableHookArgs, /) -> None:
-    """Suppress the traceback of an interrupt in a callback, whose signal is recorded."""
+    """Suppress the traceback of an interrupt in a callback; the signal is recorded anyway."""
     if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(unraisable)

@@ -1,9 +1,9 @@
-"""Arrays in an .npz file (a ZIP of NPY members) from an unknown source.
+"""Reading of arrays from an untrusted .npz file (a ZIP archive of NPY members).
 
-Files in the folders of projects and reconstructions may come from elsewhere. A ZIP may expand to
-thousands of times its size, contain members that overlap, are encrypted or have the same name, and
-an NPY header may declare any size. All sizes are compared with those of the file before memory is
-allocated.
+Files in the folders of projects and reconstructions may come from unknown sources. A ZIP archive
+may expand to thousands of times its size or contain members that overlap, are encrypted or share a
+name, and an NPY header may declare any size. All sizes are compared with the size of the file
+before memory is allocated.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from vomstudio.core.files.regular import open_regular
 
 _MAX_MEMBERS = 10_000
 _MAX_DEFLATE_RATIO = 1100
-"""Maximum expansion of a deflated member: 1032, with a margin."""
+"""Maximum expansion ratio of a deflated member: 1032, plus a margin."""
 _ENCRYPTED_FLAG = 1
-"""Bit of a member's flags for encryption (APPNOTE.TXT, 4.4.4)."""
+"""Encryption bit in the flags of a member (APPNOTE.TXT, 4.4.4)."""
 _SUFFIX = ".npy"
 
 
 class Arrays(Mapping[str, AnyArray]):
-    """Arrays of a file by name, each read on access.
+    """Arrays of a file by name; each is read when it is accessed.
 
-    Raises KeyError for an unknown name, and ValueError for a damaged array.
+    Access raises KeyError for an unknown name and ValueError for a damaged array.
     """
 
     def __init__(self, archive: zipfile.ZipFile, members: dict[str, zipfile.ZipInfo]) -> None:
@@ -45,7 +45,7 @@ class Arrays(Mapping[str, AnyArray]):
             with self._archive.open(member) as stream:
                 return _read(stream, member.file_size)
         except Exception as error:
-            # For a damaged member zlib, zipfile and numpy raise exceptions of many types.
+            # For a damaged member, zlib, zipfile and numpy raise many types of exceptions.
             raise ValueError(f"{name}: {error}") from error
 
     def __iter__(self) -> Iterator[str]:
@@ -67,9 +67,9 @@ def open_arrays(path: str | Path) -> Iterator[Arrays]:
     Raises
     ------
     ValueError
-        If it is not a valid .npz file, or not a regular file.
+        If the file is not a valid .npz file or not a regular file.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
     try:
         opened = open_regular(path)
@@ -87,7 +87,7 @@ def open_arrays(path: str | Path) -> Iterator[Arrays]:
 def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
     """Return the members that are arrays, by name.
 
-    Raises ValueError if their sizes do not fit a file of `size` bytes.
+    Raises ValueError if the sizes of the members are not plausible for a file of `size` bytes.
     """
     infos = archive.infolist()
     if len(infos) > _MAX_MEMBERS:

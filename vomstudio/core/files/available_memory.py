@@ -1,7 +1,7 @@
 """Total, free and used memory on Linux, read from /proc and the control groups.
 
-A container may have less memory than its machine: the limit of its control group. A process that
-exceeds it is killed, even if the machine has free memory (Linux, `cgroup-v2.rst` and
+A container may have less memory than its machine because its control group has a limit. A process
+that exceeds this limit is killed, even if the machine has free memory (Linux, `cgroup-v2.rst` and
 `cgroup-v1/memory.rst`).
 """
 
@@ -15,21 +15,21 @@ from vomstudio.core.files.regular import read_whole
 
 _GROUPS = Path("/sys/fs/cgroup")
 _UNLIMITED = 1 << 60
-"""Version 1 of control groups states no limit as the largest number of pages."""
+"""Threshold for no limit: control groups version 1 report the largest number of pages."""
 
 
 def private_bytes() -> int | None:
-    """Return the private memory of this process, touched or not; None if unknown."""
+    """Return the private memory of this process in bytes, used or not, or None if unknown."""
     return _proc_bytes(Path("/proc/self/status"), "VmData")
 
 
 def machine_bytes() -> int | None:
-    """Return the memory of the machine; None if unknown."""
+    """Return the memory of the machine in bytes, or None if unknown."""
     return _proc_bytes(Path("/proc/meminfo"), "MemTotal")
 
 
 def free_bytes() -> int | None:
-    """Return the memory that this process can still allocate, with swap; None if unknown."""
+    """Return the memory in bytes that this process can still allocate, or None if unknown."""
     available = _proc_bytes(Path("/proc/meminfo"), "MemAvailable")
     if available is None:
         return None
@@ -39,7 +39,7 @@ def free_bytes() -> int | None:
 
 
 def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgroup")) -> int | None:
-    """Return the memory left in the control groups of this process, None without a limit.
+    """Return the memory left in the control groups of this process, or None if unlimited.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def _control_groups(
 ) -> Iterator[tuple[Path, str, str, tuple[str, str]]]:
     """Yield the control groups of this process, up to the mount point.
 
-    Each is the folder, the names of the files of its limit and its use, and the fields of
-    `memory.stat` with the page cache, which the system can reclaim.
+    Each item contains the folder, the names of the files with the limit and the usage, and the
+    fields of `memory.stat` that contain the page cache, which the system can reclaim.
     """
     try:
         lines = read_whole(membership).decode("utf-8", "replace").splitlines()
@@ -82,7 +82,8 @@ def _control_groups(
         else:
             continue
         parts = [part for part in name.split("/") if part not in ("", "..")]
-        # In a container the mounted group is its own, whatever its name is outside.
+        # In a container, the mounted group is the container's own group, whatever its name is
+        # outside.
         for count in range(len(parts) + 1):
             yield root.joinpath(*parts[:count]), limit, used, files
 
@@ -103,7 +104,7 @@ def _used(folder: Path, name: str, files: tuple[str, str]) -> int | None:
 
 
 def _number(path: Path) -> int | None:
-    """Return the number in a file; None if it has none, such as "max"."""
+    """Return the number in a file, or None if the content is not a number, such as "max"."""
     try:
         return int(read_whole(path))
     except (InputError, OSError, ValueError):
@@ -111,7 +112,7 @@ def _number(path: Path) -> int | None:
 
 
 def _proc_bytes(file: Path, name: str) -> int | None:
-    """Return the bytes in a line of a file of /proc."""
+    """Return the number of bytes stated in a line of a file in /proc."""
     try:
         for line in read_whole(file).decode("ascii").splitlines():
             if line.startswith(name):

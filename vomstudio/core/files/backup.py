@@ -1,4 +1,4 @@
-"""Backups of files that the user has made, before another file replaces them."""
+"""Backups of the user's files before they are replaced."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from vomstudio.core.findings import Finding
 
 
 def back_up(path: Path) -> Path:
-    """Copy a file to NAME.bak beside it, or NAME.bak2 and so on, unless it has such a copy.
+    """Copy a file to NAME.bak, NAME.bak2 and so on, unless an identical copy exists.
 
     Returns
     -------
     Path
-        The copy.
+        Path of the copy.
 
     Raises
     ------

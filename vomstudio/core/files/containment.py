@@ -1,9 +1,9 @@
 """Checks that the program writes only inside a folder from an unknown source.
 
-A project, a folder of a model or a folder of photos may contain links. Files that the program names
-itself must stay in the folder: it never writes through a link, neither of the file nor of a folder
-on the path. Links in paths that a user enters are followed (`atomic.check_target`), except inside a
-project.
+A project, model folder or photo folder may contain links. Files that the program names itself must
+stay inside the folder: the program never writes through a link, whether the link is the file or a
+folder on its path. Links in paths that a user enters are followed (`atomic.check_target`), except
+inside a project.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ PROJECT_SUFFIX = ".vom"
 
 
 def require_inside(path: str | Path, root: str | Path) -> Path:
-    """Return `path` if writing there stays inside the folder `root`.
+    """Return `path` if writing to it stays inside the folder `root`.
 
     Parameters
     ----------
     path : str or Path
     root : str or Path
-        Its own path may contain links.
+        Folder, whose own path may contain links.
 
     Raises
     ------
     TargetError
-        If the path leads out of `root`, or it or a folder on the way is a link.
+        If the path leads out of `root`, or if the file or a folder on its path is a link.
     """
     shown, folder = Path(path), Path(root)
     try:
@@ -49,7 +49,7 @@ def require_inside(path: str | Path, root: str | Path) -> Path:
 
 
 def check_generated_path(path: str | Path) -> Path:
-    """Check a file that the program names, in a folder that the user named (`require_inside`)."""
+    """Check the path of a generated file in a folder given by the user (`require_inside`)."""
     shown = Path(path)
     root = enclosing_project(shown)
     if root is None:
@@ -59,34 +59,34 @@ def check_generated_path(path: str | Path) -> Path:
 
 
 def enclosing_project(path: str | Path) -> Path | None:
-    """Return the outermost project folder in a path as it is written, or None."""
+    """Return the outermost project folder in a path, without resolving links, or None."""
     shown = Path(path)
     absolute = shown if shown.is_absolute() else Path.cwd() / shown
     return next((p for p in reversed(absolute.parents) if p.suffix == PROJECT_SUFFIX), None)
 
 
 def check_in_project(path: str | Path) -> None:
-    """Check a path inside a project (`require_inside`); accept all other paths."""
+    """Check a path inside a project with `require_inside`, and accept all other paths."""
     root = enclosing_project(path)
     if root is not None:
         require_inside(Path.cwd() / path, root)
 
 
 def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
-    """Create a folder with its missing parents and return it.
+    """Create a folder with its missing parents and return its path.
 
     Parameters
     ----------
     path : str or Path
     root : str or Path, optional
-        Folder that contains it; default: the project in its path.
+        Folder that must contain the new folder. If None, the project in its path is used.
 
     Raises
     ------
     TargetError
-        As `require_inside`.
+        As for `require_inside`.
     OSError
-        If it cannot be created.
+        If the folder cannot be created.
     """
     if root is None:
         check_in_project(path)
@@ -94,7 +94,7 @@ def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
         require_inside(path, root)
     project = enclosing_project(path)
     if project is not None and not project.is_dir():
-        # A new folder with nothing but a cache would look like a project.
+        # A new folder that contains only a cache would look like a project.
         raise TargetError(Finding("project.folder-missing"), file=project)
     created = Path(path)
     created.mkdir(parents=True, exist_ok=True)
@@ -102,7 +102,7 @@ def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
 
 
 def refuse_links(folder: str | Path) -> None:
-    """Raise TargetError if a folder or a folder below it contains a link, pipe or device."""
+    """Raise TargetError if a folder or any of its subfolders contains a link, pipe or device."""
     for here, folders, names in os.walk(folder):
         for name in (*folders, *names):
             place = require_inside(Path(here, name), here)

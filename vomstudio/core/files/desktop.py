@@ -1,7 +1,7 @@
-"""VOM Studio in the menu of a Linux desktop: entry, icon, and the type of project folders.
+"""Integration into a Linux desktop: menu entry, icon, and file type of project folders.
 
-Follows the Desktop Entry, Icon Theme and Shared MIME-info specifications of freedesktop.org, in the
-user's data folder.
+The module follows the Desktop Entry, Icon Theme and Shared MIME-info specifications of
+freedesktop.org and writes to the user's data folder.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ _TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
 
 
 def install() -> list[Path]:
-    """Write the menu entry, icon and file type of this user, replacing earlier ones.
+    """Write the menu entry, icon and file type for the current user, replacing previous ones.
 
     Returns
     -------
     list of Path
-        The files written.
+        Paths of the written files.
 
     Raises
     ------
     TargetError
-        If the system has no such menu, or a file cannot be written.
+        If the system does not have such a menu, or a file cannot be written.
     """
     if not sys.platform.startswith("linux"):
         raise TargetError(Finding("desktop.not-linux"))
@@ -66,12 +66,12 @@ def install() -> list[Path]:
 
 
 def uninstall() -> list[Path]:
-    """Remove the files that `install` writes.
+    """Remove the files written by `install`.
 
     Returns
     -------
     list of Path
-        The files removed, empty if none was installed.
+        Paths of the removed files; empty if none were installed.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def _installed_paths() -> list[Path]:
 
 
 def _refresh_indexes() -> None:
-    """Update the indexes of desktops that have them; other desktops read the files themselves."""
+    """Update the indexes of desktops that use them; other desktops read the files directly."""
     data = _data_folder()
     for command in (
         ["update-desktop-database", str(data / "applications")],
@@ -114,18 +114,18 @@ def _refresh_indexes() -> None:
 
 
 def desktop_files(command: Sequence[str]) -> dict[Path, str]:
-    """Return the text of the menu entry, the icon and the type of project folders.
+    """Return the files of the menu entry, the icon and the type of project folders.
 
     Parameters
     ----------
     command
-        Program and arguments that the entry starts. The program is an absolute path, since the
-        PATH of the desktop is unknown.
+        Program and arguments that the entry starts. The path of the program is absolute because
+        the PATH of the desktop is unknown.
 
     Returns
     -------
     dict
-        Texts by their paths, relative to a folder of shared data such as ``~/.local/share``.
+        Text of each file by path relative to a shared data folder such as ``~/.local/share``.
     """
     return {
         Path("applications", f"{NAME}.desktop"): _entry(command),
@@ -157,10 +157,10 @@ def _entry(command: Sequence[str]) -> str:
 
 
 def _quote(word: str) -> str:
-    """Quote an argument of `Exec`.
+    """Quote an argument of the `Exec` key.
 
-    In double quotes, special characters are escaped by a backslash and % is doubled; then all
-    backslashes are doubled, because it is a value of an entry.
+    In double quotes, special characters are escaped by a backslash and % is doubled. Then all
+    backslashes are doubled because the result is the value of a key.
     """
     escaped = "".join(f"\\{c}" if c in '"`$\\' else c for c in word).replace("%", "%%")
     return '"' + escaped.replace("\\", "\\\\") + '"'

@@ -1,4 +1,4 @@
-"""Causes of failures to write: the disk is full or read-only, or permission is missing."""
+"""Causes of write failures: a full disk, a read-only disk or missing permissions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _DISK_MESSAGES = (
 )
 """Messages of SQLite in COLMAP, of COLMAP itself and of C++ streams."""
 _PROBE_BYTES = 64 * 1024
-"""Size of the test file; less free space is of no use for a database or a picture."""
+"""Size of the test file; less free space is not enough for a database or a picture."""
 
 
 def is_full(folder: Path, error: BaseException) -> bool:
@@ -51,10 +51,10 @@ def is_forbidden(folder: Path, error: BaseException) -> bool:
 
 
 def _number(folder: Path, error: BaseException) -> int | None:
-    """Return the errno of a failure; if it is unknown, try to write and return that errno."""
+    """Return the errno of a failure; if unknown, determine it by writing a test file."""
     number = getattr(error, "errno", None)
     if number is None:
-        # An error of the program, raised from one of the system.
+        # The program raised this error because of a system error.
         number = getattr(error.__cause__, "errno", None)
     if isinstance(number, int) and number not in _UNCLEAR:
         return number
@@ -62,13 +62,13 @@ def _number(folder: Path, error: BaseException) -> int | None:
 
 
 def probe_write_errno(folder: Path) -> int | None:
-    """Return the errno of writing a test file in `folder`, None if writing succeeds."""
+    """Return the errno of writing a test file in `folder`, or None if writing succeeds."""
     probe = folder / f".vom-{secrets.token_hex(6)}.part"
     try:
         with open(probe, "xb", buffering=0) as stream:
             remaining = memoryview(bytes(_PROBE_BYTES))
             while remaining:
-                # A nearly full disk accepts a part first, without an error.
+                # A nearly full disk first accepts a part of the data without an error.
                 remaining = remaining[stream.write(remaining) :]
             os.fsync(stream.fileno())
     except OSError as error:
@@ -82,7 +82,7 @@ def probe_write_errno(folder: Path) -> int | None:
 
 
 def is_disk_message(message: object) -> bool:
-    """Return whether a message of a library is about a failure to write."""
+    """Return whether a message of a library reports a failure to write."""
     return any(text in str(message) for text in _DISK_MESSAGES)
 
 
@@ -91,13 +91,13 @@ def _sqlite_code(error: BaseException) -> int:
 
 
 def failure_reason(folder: Path, error: BaseException) -> str:
-    """Return the cause of a failure in a few words, for brackets in a sentence."""
+    """Return the cause of a failure in a few words, to be shown in brackets in a sentence."""
     if is_full(folder, error):
         return tr("the disk is full")
     if is_read_only(folder, error):
         return tr("the disk is read-only")
     if not isinstance(error, OSError | sqlite3.Error) and is_disk_message(error):
-        # Messages of C++ libraries are not meant for users.
+        # Messages of C++ libraries are not intended for users.
         return tr("a library could not write")
     return str(getattr(error, "strerror", None) or error)
 
@@ -121,6 +121,6 @@ def write_error(path: str | Path, error: BaseException) -> TargetError:
 
 
 def folder_write_error(folder: str | Path, error: BaseException) -> TargetError:
-    """Return the error for a folder of results to which a library could not write."""
+    """Return the error for a results folder to which a library could not write."""
     shown = Path(folder)
     return TargetError(Finding("disk.failed", reason=failure_reason(shown, error)), file=shown)

@@ -12,12 +12,12 @@ from vomstudio.core.findings import Finding
 def check_extension(
     path: str | Path, extensions: Iterable[str], field: str | None = "--output"
 ) -> str:
-    """Return the extension of an output in lower case.
+    """Return the extension of an output file in lower case.
 
     Raises
     ------
     UsageError
-        If it is not one of `extensions`.
+        If the extension is not one of `extensions`.
     """
     suffix = Path(path).suffix.lower()
     formats = tuple(extensions)

@@ -1,8 +1,8 @@
-"""Recognise the kind of a file by its content, and refuse kinds that a reader cannot use.
+"""Recognition of file kinds by content, and rejection of kinds that a reader cannot use.
 
-Extensions are not used: a GeoJSON may be called ``stations.csv``. Only the beginning of the file is
-examined, so the size of the file does not matter. Signatures are those of the formats' own
-specifications and of the list of `file(1)`.
+Extensions are not used: a GeoJSON file may be called ``stations.csv``. Only the beginning of a
+file is examined, so the size of the file does not matter. The signatures come from the format
+specifications and from the list of `file(1)`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 
 HEAD_BYTES = 1 << 16
-"""Bytes from the beginning of a file that are examined."""
+"""Number of bytes examined at the beginning of a file."""
 
 _MAX_XML_TAG = 2000
 _ZIP_ENTRY = b"PK\x03\x04"
@@ -26,16 +26,16 @@ _ZIP_ENTRY = b"PK\x03\x04"
 
 @dataclass(frozen=True)
 class FileKind:
-    """A kind of file.
+    """Kind of a file.
 
     Parameters
     ----------
     key : str
         Stable name for scripts.
     title : str
-        Name for a person.
+        Display name.
     remedy : str
-        What to do if a text table is needed.
+        What the user should do if a text table is needed.
     """
 
     key: str
@@ -183,8 +183,8 @@ _BINARY_WORDS = (
     (b"BZh", "archive"),
     (b"AC10", "dwg"),
 )
-"""Signatures of letters, which a header of a table may contain too: bytes of zero follow them."""
-# Possessive quantifiers: no file takes more than linear time.
+"""Signatures that consist of letters, as a table header may; zero bytes follow them."""
+# The possessive quantifiers guarantee linear time for any file.
 _TEXT_PATTERNS = (
     (re.compile(rb"(?:999[ \t\r]*+\n[^\n]*+\n[ \t]*+)*+0[ \t\r]*+\n\s*+SECTION\b"), "dxf"),
     (re.compile(rb"# Bundle file v"), "bundler"),
@@ -216,7 +216,7 @@ _JSON_MEMBERS: tuple[tuple[tuple[bytes, ...], str], ...] = (
     ((rb'"transform_matrix"\s*+:',), "nerf"),
     ((rb'"asset"\s*+:', rb'"(?:meshes|scenes|bufferViews)"\s*+:'), "gltf-json"),
 )
-"""Members that a JSON of each kind has, all of them."""
+"""Members that a JSON file of each kind contains; all of them are required."""
 _XML_ROOT = re.compile(
     rb"(?s)(?P<prolog>(?:(?><\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*+(?:\[.*?\]\s*+)?>)\s*+)*+)"
     rb"<(?:[\w.-]++:)?(?P<root>[\w.-]++)(?P<attributes>[^>]*+)"
@@ -246,12 +246,12 @@ _BYTE_ORDER_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 def recognise_kind(head: bytes) -> FileKind | None:
-    """Return the kind of a file by its first bytes, None for a text table or an unknown kind.
+    """Return the kind of a file from its first bytes, or None for tables and unknown kinds.
 
     Parameters
     ----------
     head : bytes
-        The beginning of the file; `HEAD_BYTES` are enough.
+        Beginning of the file; `HEAD_BYTES` bytes are enough.
     """
     head = head[:HEAD_BYTES]
     key = _binary_key(head) or _text_key(_to_utf8(head))
@@ -259,7 +259,7 @@ def recognise_kind(head: bytes) -> FileKind | None:
 
 
 def kind_of(path: str | Path) -> FileKind | None:
-    """Return the kind of a regular file, None if it is unknown or cannot be read."""
+    """Return the kind of a regular file, or None if it is unknown or cannot be read."""
     try:
         with open_regular(path) as file:
             return recognise_kind(file.read(HEAD_BYTES))
@@ -268,7 +268,7 @@ def kind_of(path: str | Path) -> FileKind | None:
 
 
 def refuse_other_kind(path: str | Path, accepted: Collection[str] = ()) -> None:
-    """Refuse a file that is recognised as another kind than a text table.
+    """Reject a file that is recognised as a kind other than a text table.
 
     Parameters
     ----------
@@ -287,7 +287,7 @@ def refuse_other_kind(path: str | Path, accepted: Collection[str] = ()) -> None:
 
 
 def other_kind(path: str | Path, kind: FileKind) -> InputError:
-    """Return the error for a file of a kind that cannot be used."""
+    """Return the error for a file whose kind cannot be used."""
     finding = Finding(
         "file.other-kind", kind=kind.key, title=tr(kind.title), remedy=tr(kind.remedy)
     )
@@ -295,21 +295,21 @@ def other_kind(path: str | Path, kind: FileKind) -> InputError:
 
 
 def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) -> None:
-    """Refuse content that is another kind than a text table, or is not text.
+    """Reject content that is not text or is of a kind other than a text table.
 
     Parameters
     ----------
     path : str or Path
         Path of the file, for the error.
     data : bytes
-        The whole content.
+        Complete content of the file.
     accepted : collection of str
-        As in `refuse_other_kind`.
+        As for `refuse_other_kind`.
 
     Raises
     ------
     InputError
-        As `refuse_other_kind`; the kind of unknown content is ``binary``.
+        As for `refuse_other_kind`; the kind of unknown content is ``binary``.
     """
     kind = recognise_kind(data)
     if kind is not None and kind.key not in accepted:
@@ -329,7 +329,7 @@ def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) 
 
 def _binary_key(head: bytes) -> str | None:
     if head.startswith(b"SQLite format 3\0"):
-        # Application id of OGC 12-128r18, and those of earlier versions.
+        # Application ID of OGC 12-128r18, and the IDs of earlier versions.
         return "geopackage" if head[68:72] in (b"GPKG", b"GP10", b"GP11") else "sqlite"
     if head.startswith(_ZIP_ENTRY):
         return next((key for name, key in _ZIP_KINDS if name in head), "zip")
@@ -346,7 +346,7 @@ def _binary_key(head: bytes) -> str | None:
 
 
 def _is_dbase(head: bytes) -> bool:
-    """Return whether the header contains a date and its own length, as dBASE files do."""
+    """Return whether the header contains a date and its own length, as in dBASE files."""
     if len(head) < 33 or not (1 <= head[2] <= 12 and 1 <= head[3] <= 31):
         return False
     size = int.from_bytes(head[8:10], "little")

@@ -1,7 +1,7 @@
-"""Lock of a folder: one program at a time.
+"""Lock of a folder, so that only one program uses it at a time.
 
-The lock is a small SQLite file with an open write transaction. Every system releases it when the
-process dies, and other processes can still read the holder's pid and host.
+The lock is a small SQLite file with an open write transaction. Every operating system releases it
+when the process dies, and other processes can still read the process ID and host of the holder.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ _HOLDER = "CREATE TABLE holder (pid INTEGER, host TEXT)"
 
 
 class FolderLock:
-    """Lock of one folder.
+    """Lock of a folder.
 
     Parameters
     ----------
     path : Path
-        The SQLite file of the lock.
+        SQLite file of the lock.
     busy, unwritable : str
-        Codes of the findings if another process has the lock (value ``holder``), and if it
-        cannot be written (value ``reason``).
+        Codes of the findings for a lock that another process holds (value ``holder``) and for a
+        lock that cannot be written (value ``reason``).
     patience_s : float
-        Time to wait for a process that has the lock and may be ending, in seconds.
+        Time to wait for another process that holds the lock and may be ending, in seconds.
     """
 
     def __init__(self, path: Path, busy: str, unwritable: str, patience_s: float = 0.0) -> None:
@@ -43,7 +43,7 @@ class FolderLock:
         Raises
         ------
         InputError
-            If another process has the lock.
+            If another process holds the lock.
         TargetError
             If the lock cannot be written.
         """
@@ -67,7 +67,7 @@ class FolderLock:
                 self.release()
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
                     raise InputError(Finding(busy, holder=holder), file=path.parent) from error
-                # A damaged file is not a lock: a valid one would report that it is locked.
+                # A damaged file is not a lock: a valid one would be reported as locked.
                 reason: str | None = failure_reason(path.parent, error)
                 if attempt == 1 and _remove(path) is None:
                     reason = None
@@ -77,9 +77,9 @@ class FolderLock:
                     ) from error
 
     def _require_plain(self) -> None:
-        """Raise sqlite3.DatabaseError if the file contains more than its holder.
+        """Raise sqlite3.DatabaseError if the file contains more than the record of its holder.
 
-        A file from an unknown source may have triggers, which run and may not terminate.
+        A file from an unknown source may contain triggers, which run and may not terminate.
         """
         schema = self._db.execute("SELECT sql FROM sqlite_master").fetchall()
         if schema not in ([], [(_HOLDER,)]):
@@ -106,7 +106,7 @@ def _remove_special_file(path: Path) -> None:
 
 
 def _remove(path: Path) -> str | None:
-    """Remove a lock file, and return the reason if that fails."""
+    """Remove a lock file and return the reason if that fails."""
     try:
         path.unlink(missing_ok=True)
         path.with_name(path.name + "-journal").unlink(missing_ok=True)
@@ -116,8 +116,8 @@ def _remove(path: Path) -> str | None:
 
 
 class ProjectLock(FolderLock):
-    """Lock of a project: one window at a time."""
+    """Lock of a project, so that only one window has it open at a time."""
 
     def __init__(self, path: Path) -> None:
-        """Acquire the lock. Raises InputError if another process has it."""
+        """Acquire the lock. Raises InputError if another process holds it."""
         super().__init__(path, "project.locked", "project.unwritable")

@@ -1,9 +1,10 @@
-"""Limits of the memory of readers and jobs, as a last safeguard.
+"""Memory limits for readers and jobs, as a last safeguard.
 
 Readers check the sizes that a file declares before they allocate memory, and jobs on photos select
-a size that fits. If one of them or a library fails to do so, it gets a MemoryError here instead of
-exhausting the memory of the machine. Linux only, where the private memory of a process can be
-limited (RLIMIT_DATA, getrlimit(2)), and only in processes of the program itself.
+a size that fits into memory. If a reader, a job or a library does not do so, it gets a MemoryError
+instead of exhausting the memory of the machine. The limits apply only on Linux, where the private
+memory of a process can be limited (RLIMIT_DATA, getrlimit(2)), and only in processes of the
+program itself.
 """
 
 from __future__ import annotations
@@ -18,29 +19,30 @@ from pathlib import Path
 from vomstudio.core.files.available_memory import free_bytes, machine_bytes, private_bytes
 
 _ALLOWANCE_BYTES = 1 << 30
-"""Allowance for libraries that are loaded and kernels that are compiled meanwhile."""
+"""Allowance for libraries that are loaded and kernels that are compiled in the meantime."""
 _BYTES_PER_FILE_BYTE = 128
-"""Maximum for valid files: LAZ points of 1.5 bytes need 80 bytes in memory, stored twice."""
+"""Maximum for valid files: LAZ points of 1.5 bytes need 80 bytes in memory and are stored twice.
+"""
 _BYTES_PER_FILE_BYTE_BY_SUFFIX = {".tif": 2064, ".tiff": 2064}
-"""Maximum ratio of Deflate (1032) for flat terrain, stored twice."""
+"""Maximum compression ratio of Deflate (1032), reached by flat terrain that is stored twice."""
 _BYTES_PER_PROCESSOR = 64 << 20
-"""Reserved stacks and heaps of the threads of libraries, most of which stay unused."""
+"""Stacks and heaps reserved by the threads of libraries, most of which remain unused."""
 
 _lock = threading.Lock()
 _is_enabled = False
 
 
 def enable_limits() -> None:
-    """Enable the limits in this process, which must be one of the program's own."""
+    """Enable the limits in this process, which must be a process of the program itself."""
     global _is_enabled
     _is_enabled = True
 
 
 @contextlib.contextmanager
 def limit_for_file(path: Path) -> Iterator[None]:
-    """Limit the memory of this process by the size of a file, while the file is read."""
+    """Limit the memory of this process according to the size of a file while it is read."""
     limit = _file_limit(path) if _is_enabled else None
-    # The limit belongs to the process, so only one applies at a time.
+    # The limit applies to the whole process, so there can be only one at a time.
     if limit is None or not _lock.acquire(blocking=False):
         yield
         return
@@ -53,10 +55,10 @@ def limit_for_file(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def limit_to_free_memory() -> Iterator[None]:
-    """Limit the memory of this process to the free memory, swap included.
+    """Limit the memory of this process to the free memory, including swap.
 
-    Otherwise the system would end the process, or another one. Reading a file inside the block may
-    lower the limit.
+    Otherwise the operating system would end this or another process. Reading a file inside the
+    block may lower the limit.
     """
     used, free = private_bytes(), free_bytes()
     if not _is_enabled or used is None or free is None:
@@ -69,7 +71,7 @@ def limit_to_free_memory() -> Iterator[None]:
 
 
 def is_memory_error(error: BaseException) -> bool:
-    """Return whether an error is caused by a lack of memory; C++ libraries report it by text."""
+    """Return whether an error, possibly reported as text, is due to a lack of memory."""
     if isinstance(error, MemoryError):
         return True
     if isinstance(error, OSError) and error.errno == errno.ENOMEM:
@@ -94,7 +96,7 @@ _MEMORY_MESSAGES = (
 
 @contextlib.contextmanager
 def _limit_private_memory(limit: int) -> Iterator[None]:
-    """Limit the private memory of this process, in bytes, without raising an existing limit."""
+    """Limit the private memory of this process in bytes, without raising an existing limit."""
     import resource
 
     previous = resource.getrlimit(resource.RLIMIT_DATA)
@@ -110,14 +112,14 @@ def _limit_private_memory(limit: int) -> Iterator[None]:
 
 
 def _file_limit(path: Path) -> int | None:
-    """Return the limit of private memory in bytes, None if the system does not support one."""
+    """Return the limit of private memory in bytes, or None if the system does not support it."""
     used, total = private_bytes(), machine_bytes()
     if used is None or total is None:
         return None
     try:
         size = path.stat().st_size
         if path.suffix.lower() == ".gltf":
-            # Its buffers and textures are separate files in the same folder.
+            # The buffers and textures are separate files in the same folder.
             size = sum(entry.stat().st_size for entry in os.scandir(path.parent))
     except OSError:
         return None

@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def decode_name(name: str) -> str:
-    """Decode a name that is not UTF-8 as Windows Latin (cp1252); other names are not changed."""
+    """Decode a name that is not UTF-8 as cp1252; other names are not changed."""
     try:
         name.encode("utf-8")
     except UnicodeEncodeError:
@@ -21,22 +21,22 @@ def decode_name(name: str) -> str:
 def replace_surrogates(text: str) -> str:
     """Replace each lone surrogate by a question mark, for output as UTF-8.
 
-    The name of a file that is not UTF-8 contains lone surrogates.
+    A file name that is not valid UTF-8 contains lone surrogates.
     """
     return text.encode("utf-8", "replace").decode()
 
 
 @contextlib.contextmanager
 def utf8_name(path: Path) -> Iterator[Path]:
-    """Yield a UTF-8 path of an existing file: its own, or that of a temporary link.
+    """Yield a UTF-8 path of an existing file: its own path or that of a temporary link.
 
-    On Linux a name is any sequence of bytes, but GDAL, FFmpeg and libE57 accept only UTF-8. Files
-    beside it are not found through the link.
+    On Linux, a file name is any sequence of bytes, but GDAL, FFmpeg and libE57 accept only UTF-8.
+    Other files in the same folder cannot be found through the link.
 
     Raises
     ------
     OSError
-        If no link can be created.
+        If the link cannot be created.
     """
     try:
         os.fspath(path).encode("utf-8")

@@ -1,7 +1,7 @@
 """Safe access to files found by name: only regular files of a plausible size.
 
-The names of files beside a photo or a model come from an unknown source. A pipe may block for ever,
-a device has no end, and a file of the right name may have any size.
+The names of files next to a photo or a model come from an unknown source. A pipe may block
+forever, a device has no end, and a file with the expected name may have any size.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
 SIDECAR_BYTES = 16 << 20
-"""Maximum size of a description beside a model or a photo."""
+"""Maximum size of a sidecar file of a model or a photo."""
 JSON_BYTES = 1 << 30
-"""Maximum size of JSON, above that of a reconstruction of thousands of photos."""
+"""Maximum size of a JSON file, larger than a reconstruction of thousands of photos."""
 _MAX_JSON_VALUES = 8_000_000
 
 
 def is_regular(path: str | Path) -> bool:
-    """Return whether there is a regular file at the path, following links; never blocks."""
+    """Return whether the path, after following links, is a regular file; never blocks."""
     try:
         return stat.S_ISREG(os.stat(path).st_mode)
     except (OSError, ValueError):
@@ -36,7 +36,7 @@ def is_regular(path: str | Path) -> bool:
 
 
 def is_folder(path: str | Path) -> bool:
-    """Return whether there is a folder, False if `Path.is_dir` would raise an error."""
+    """Return whether the path is a folder; return False if `Path.is_dir` would raise an error."""
     try:
         return stat.S_ISDIR(os.stat(path).st_mode)
     except (OSError, ValueError):
@@ -44,7 +44,7 @@ def is_folder(path: str | Path) -> bool:
 
 
 def path_exists(path: str | Path) -> bool:
-    """Return whether a path exists, False if `Path.exists` would raise an error."""
+    """Return whether a path exists; return False if `Path.exists` would raise an error."""
     try:
         os.stat(path)
     except (OSError, ValueError):
@@ -63,9 +63,10 @@ def require_regular(path: str | Path) -> None:
 
 
 def require_regular_siblings(path: str | Path) -> None:
-    """Raise InputError if a device, pipe or socket has a name that begins like that of a file.
+    """Raise InputError if a device, pipe or socket has a name that starts like the file.
 
-    For libraries that open files beside the given one, and would block on such a file.
+    Use this check for libraries that also open files next to the given one and would block on such
+    a file.
     """
     shown = Path(path)
     stem = shown.stem.casefold()
@@ -90,22 +91,22 @@ def open_regular(path: str | Path) -> BufferedReader:
     Raises
     ------
     InputError
-        If it is not a regular file.
+        If the path is not a regular file.
     OSError
-        If it cannot be opened.
+        If the file cannot be opened.
     """
     return os.fdopen(_descriptor(path), "rb")
 
 
 def open_unbuffered(path: str | Path) -> FileIO:
-    """Open a file as `open_regular` does, to read into an existing buffer."""
+    """Open a file in the same way as `open_regular`, to read into an existing buffer."""
     return os.fdopen(_descriptor(path), "rb", buffering=0)
 
 
 def _descriptor(path: str | Path) -> int:
     require_regular(path)
     try:
-        # Not blocking, in case a pipe has replaced the file since the check.
+        # Open without blocking, in case a pipe has replaced the file since the check.
         return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
     except ValueError as error:
         # The name contains a zero byte.
@@ -113,7 +114,7 @@ def _descriptor(path: str | Path) -> int:
 
 
 def read_whole(path: str | Path) -> bytes:
-    """Read a file of any size. Raises as `open_regular`."""
+    """Read a file of any size. Raises the same errors as `open_regular`."""
     with open_regular(path) as file:
         return file.read()
 
@@ -130,7 +131,7 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
     Raises
     ------
     InputError
-        If nothing is written within some seconds, or more than `limit`.
+        If nothing is written within some seconds, or if there are more than `limit` bytes.
     OSError
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -141,7 +142,7 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
             try:
                 part = os.read(descriptor, 1 << 20)
             except BlockingIOError:
-                # A writer has opened the pipe: wait for it without a time limit.
+                # A writer has opened the pipe, so wait for it without a time limit.
                 select.select([descriptor], [], [], 1.0)
                 continue
             parts.append(part)
@@ -162,18 +163,18 @@ _MAX_SILENCE_S = 3.0
 
 
 def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
-    """Read a file of at most `limit` bytes.
+    """Read a file with a maximum size of `limit` bytes.
 
     Raises
     ------
     InputError
-        If it is larger or not a regular file.
+        If the file is larger or not a regular file.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
     with open_regular(path) as file:
-        # `read` allocates what is requested, so request the size of the file, and nothing if it
-        # is too large.
+        # `read` allocates the requested size, so request the size of the file, or nothing if the
+        # file is too large.
         size = os.fstat(file.fileno()).st_size
         data = file.read(size + 1) if size <= limit else b""
     if max(size, len(data)) > limit:
@@ -182,18 +183,19 @@ def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
 
 
 def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
-    """Read a JSON file of at most `limit` bytes from an unknown source.
+    """Read a JSON file from an unknown source with a maximum size of `limit` bytes.
 
     Raises
     ------
     ValueError
-        With the reason, if it is larger, not a regular file, not JSON or nested too deeply.
+        If the file is too large, not a regular file, not JSON or nested too deeply; states the
+        reason.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     """
     try:
         data = read_small(path, limit)
-        # A value takes about 60 bytes in memory, and 2 bytes in the file.
+        # A value takes about 60 bytes in memory but only 2 bytes in the file.
         if sum(data.count(sign) for sign in (b",", b"[", b"{")) > _MAX_JSON_VALUES:
             raise ValueError(tr("more than {limit} values", limit=_MAX_JSON_VALUES))
         return json.loads(data)
@@ -204,7 +206,7 @@ def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
 
 
 def read_small_text(path: str | Path, limit: int = SIDECAR_BYTES) -> str:
-    """Read a UTF-8 file as `read_small` does. Also raises UnicodeDecodeError."""
+    """Read a UTF-8 file in the same way as `read_small`. Also raises UnicodeDecodeError."""
     return read_small(path, limit).decode("utf-8")
 
 

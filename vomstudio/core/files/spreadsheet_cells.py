@@ -1,8 +1,9 @@
 """Escaping of text that a spreadsheet would evaluate as a formula.
 
 Excel and LibreOffice evaluate a cell that begins with =, +, -, @, a tab or a carriage return, and
-the formula may load or send data (OWASP, "CSV injection"). A leading apostrophe makes it text. Text
-that begins with an apostrophe gets another one, so that every text can be restored.
+the formula may load or send data (OWASP, "CSV injection"). A leading apostrophe turns the cell
+into text. A text that already begins with an apostrophe gets another one, so that every text can
+be restored.
 """
 
 from __future__ import annotations
@@ -15,20 +16,21 @@ _FORMULA_STARTS = frozenset("=+-@\t\r'")
 
 
 def escape_formula(text: str) -> str:
-    """Return the text of a cell, with an apostrophe if it would be evaluated."""
+    """Return the text of a cell, prefixed with an apostrophe if it would be evaluated."""
     text = replace_control_characters(text)
     return f"'{text}" if text[:1] in _FORMULA_STARTS and text else text
 
 
 def escape_foreign_cell(cell: str) -> str:
-    """Escape a cell of a foreign table, except numbers and dashes for missing values."""
+    """Escape a cell of a foreign table, except for numbers and dashes (missing values)."""
     return cell if _NUMBER.fullmatch(cell) else escape_formula(cell)
 
 
 def comment_line(words: str) -> str:
-    """Return a line of the `#` block above a table, with its line end.
+    """Return a line of the `#` comment block above a table, including the line ending.
 
-    It contains names of files and models, and a spreadsheet splits it into cells like other lines.
+    The line contains names of files and models, and a spreadsheet splits it into cells like any
+    other line.
     """
     line = _QUOTED_FORMULA.sub(r'\1 "', replace_control_characters(" ".join(words.split())))
     return f"# {_INNER_FORMULA.sub(_escape_match, line)}\n"
@@ -44,5 +46,5 @@ _QUOTED_FORMULA = re.compile(r'([,;])"(?=[=+\-@])')
 
 
 def unescape_formula(cell: str) -> str:
-    """Return the text from which `escape_formula` made a cell; other cells are not changed."""
+    """Return the original text of a cell that `escape_formula` may have changed."""
     return cell[1:] if cell[:1] == "'" and cell[1:2] in _FORMULA_STARTS and cell[1:] else cell

@@ -1,4 +1,4 @@
-"""Folder for state and unnamed work, also for a user whose home folder is not writable."""
+"""Folder for state and unnamed work, even if the user's home folder is not writable."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 
 
 def state_folder() -> Path:
-    """Return the user's state folder of the program, or a temporary one if it is not writable."""
+    """Return the user's state folder, or a temporary folder if it is not writable."""
     return _first_writable(_default_folder())
 
 
 def home_is_writable() -> bool:
-    """Return whether `state_folder` is the regular one, which the system does not empty."""
+    """Return whether `state_folder` is the permanent folder, which the system does not clear."""
     return state_folder() == _default_folder()
 
 
@@ -29,7 +29,7 @@ def _default_folder() -> Path:
 def _first_writable(default: Path) -> Path:
     if _is_writable(default):
         return default
-    # A fixed name, so that work is found after a crash.
+    # Use a fixed name so that work can be found after a crash.
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
     fallback = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
     if _is_private(fallback):
@@ -37,7 +37,7 @@ def _first_writable(default: Path) -> Path:
     try:
         return Path(tempfile.mkdtemp(prefix="vomstudio-"))
     except OSError:
-        # Writing there will raise an error with the reason.
+        # Writing to the folder will raise an error that states the reason.
         return default
 
 
@@ -51,7 +51,7 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether the folder belongs to this user alone; its parent is shared."""
+    """Return whether the folder belongs to this user alone; its parent folder is shared."""
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()

@@ -1,8 +1,8 @@
-"""The catalogue of findings: severity and text of every code, in a module per subject.
+"""Catalogue of findings: severity and text of every code, with one module per subject.
 
-A text states the event, the value or file, and the remedy, in at most 25 words (STYLE of the
-project). Placeholders are those of `str.format`. A text that depends on a number is given twice:
-for one and for several of the value ``count``.
+A text states the event, the value or file, and the remedy, in at most 25 words (see the project's
+STYLE). Placeholders are those of `str.format`. A text that depends on a number is given in two
+forms, singular and plural, which are selected by the value ``count``.
 """
 
 from __future__ import annotations
@@ -24,5 +24,5 @@ TEXTS: dict[str, Entry] = {
 
 
 def texts_of(code: str) -> tuple[str, ...]:
-    """Return the text of a code, or its texts for one and for several."""
+    """Return the text of a code, or its singular and plural texts."""
     return TEXTS[code][1:]

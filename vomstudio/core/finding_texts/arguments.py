@@ -1,4 +1,4 @@
-"""Texts of the findings about values that Python functions receive."""
+"""Texts of the findings about arguments passed to Python functions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about the words of the command line."""
+"""Texts of the findings about words on the command line."""
 
 from __future__ import annotations
 

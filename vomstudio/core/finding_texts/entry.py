@@ -1,4 +1,4 @@
-"""Type of the entries of the catalogue."""
+"""Type of the catalogue entries."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from typing import Literal
 
 Severity = Literal["info", "warning", "error"]
 Entry = tuple[Severity, str] | tuple[Severity, str, str]
-"""Severity and text, or severity and the texts for one and for several of ``{count}``."""
+"""Severity and text, or severity with the singular and plural texts for ``{count}``."""

@@ -1,4 +1,4 @@
-"""Texts of the findings about facets and fields of a surface."""
+"""Texts of the findings about facets and fields on a surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about maps of fracture traces."""
+"""Texts of the findings about fracture trace maps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about frames: CRS, units, up axis."""
+"""Texts of the findings about frames: CRS, units and up axis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about meshes and clouds."""
+"""Texts of the findings about meshes and point clouds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about nets, roses and their figures."""
+"""Texts of the findings about stereonets, rose diagrams and their figures."""
 
 from __future__ import annotations
 

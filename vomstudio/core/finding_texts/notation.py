@@ -1,4 +1,4 @@
-"""Texts of the findings about written orientations."""
+"""Texts of the findings about the notation of orientations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about the placing of models and values that are typed for it."""
+"""Texts of the findings about the placement of models and the values entered for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about sections, planes extended over a model, and logs."""
+"""Texts of the findings about sections, planes extended through a model, and logs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Texts of the findings about sets of photos, before and after their alignment.
+"""Texts of the findings about photo sets, before and after their alignment.
 
-The codes without a dot belong to the survey check. Each has the values ``photos`` (names of the
-affected photos; empty for all) and ``value`` (the number behind the finding).
+The codes without a dot belong to the survey check. Each of them has the values ``photos`` (names of
+the affected photos; empty for all) and ``value`` (the number on which the finding is based).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Texts of the findings about orthophotos, elevation models and drawings made on them."""
+"""Texts of the findings about orthophotos, elevation models and drawings on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts of the findings about models, fields and other state of an open project."""
+"""Texts of the findings about models, fields and other states of an open project."""
 
 from __future__ import annotations
 

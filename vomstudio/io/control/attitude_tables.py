@@ -60,22 +60,22 @@ class AttitudeTable:
     Attributes
     ----------
     angles, sigma : (n, 3) float64
-        Degrees of yaw, pitch and roll; NaN if not stated. Yaw is the azimuth of the view,
-        clockwise; pitch is 0 level and -90 straight down; roll is 0 with the image's long side
-        level, clockwise as the photographer tilts the camera.
+        Yaw, pitch and roll in degrees; NaN if not stated. Yaw is the azimuth of the view,
+        clockwise; pitch is 0 for a level view and -90 straight down; roll is 0 if the long side of
+        the image is level, and increases clockwise as the photographer tilts the camera.
     down : (n, 3) float64
-        Direction of gravity in the frame of the camera (x right, y down, z forward), unit vectors;
-        NaN if pitch and roll define it, or if it is unknown.
+        Unit vectors of gravity in the camera frame (x right, y down, z forward); NaN if pitch and
+        roll define the direction, or if it is unknown.
     norths : tuple of str
         North reference of each yaw: "grid", "true" or "magnetic".
     doubted : bool
-        Yaws are from a compass, which may have a common error.
+        Whether the yaws come from a compass, which may have a common error.
     days : tuple of date or None
         Dates of the readings, if known.
     places : (n, 2) float64
-        Longitude and latitude, NaN if unknown.
+        Longitude and latitude; NaN if unknown.
     notes : tuple of Finding
-        Assumptions, or why there are no photos.
+        Assumptions, or the reasons why there are no photos.
     """
 
     photos: tuple[str, ...]
@@ -90,21 +90,21 @@ class AttitudeTable:
 
 
 def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
-    """Read a table of attitudes, or the `geo.txt` of OpenDroneMap.
+    """Read a table of attitudes or a `geo.txt` file of OpenDroneMap.
 
     The columns are `photo, yaw, pitch, roll[, sigma_yaw, sigma_pitch, sigma_roll][, north]`, or
-    synonyms of other programs; yaw, or pitch and roll, may be missing.
+    their names in other programs; either yaw, or pitch and roll, may be missing.
 
     Parameters
     ----------
     path : str or Path
     north : str
-        North reference if the table does not state it: "grid", "true" or "magnetic".
+        North reference if the table does not state one: "grid", "true" or "magnetic".
 
     Raises
     ------
     InputError
-        With file, line and column.
+        If the table is not valid; states file, line and column.
     """
     path = Path(path)
     if is_geo(path):
@@ -149,7 +149,7 @@ def attitude_table(
     places: FloatArray | None = None,
     notes: tuple[Finding, ...] = (),
 ) -> AttitudeTable:
-    """Return a table with NaN or None for values that are not given."""
+    """Return a table in which values that are not given are NaN or None."""
     n = len(photos)
     return AttitudeTable(
         photos,
@@ -165,14 +165,14 @@ def attitude_table(
 
 
 def empty_attitude_table(notes: Sequence[Finding]) -> AttitudeTable:
-    """Return a table without photos, with the reasons."""
+    """Return a table without photos that contains the reasons."""
     return attitude_table((), np.empty((0, 3)), notes=tuple(notes))
 
 
 def down_of(table: AttitudeTable) -> FloatArray:
-    """Return the (n, 3) direction of gravity in the frame of each camera.
+    """Return the direction of gravity (n, 3) in the frame of each camera.
 
-    It is the measured one, or follows from pitch and roll; NaN if neither is known.
+    The direction is measured or computed from pitch and roll; NaN if neither is known.
     """
     down = table.down.copy()
     has_tilt = np.isnan(down[:, 0]) & np.isfinite(table.angles[:, 1:]).all(axis=1)
@@ -182,10 +182,10 @@ def down_of(table: AttitudeTable) -> FloatArray:
 
 
 def _require_angles(table: NamedTable, angles: FloatArray) -> None:
-    """Check the angles and wrap roll to half a turn. Raises InputError."""
+    """Check the angles, and wrap roll to ±180 degrees. Raises InputError."""
     angles[:, 2] = np.where(angles[:, 2] > 180.0, angles[:, 2] - 360.0, angles[:, 2])
     for column, minimum, maximum in ((0, -360.0, 360.0), (1, -90.0, 90.0), (2, -180.0, 180.0)):
-        # A gimbal that points straight down may swing slightly beyond.
+        # A gimbal that points straight down may swing slightly beyond the vertical.
         overshoot = MAX_OVERSHOOT_DEG if column == 1 else 0.0
         is_outside = (angles[:, column] < minimum - overshoot) | (
             angles[:, column] > maximum + overshoot

@@ -1,4 +1,4 @@
-"""Ground control of any format: points, marks, CRS, and their location."""
+"""Ground control in any format: points, marks, CRS, and default file locations."""
 
 from __future__ import annotations
 
@@ -28,16 +28,17 @@ def read_marks(path: str | Path) -> list[Mark]:
 
 
 def crs_of(path: str | Path) -> str | None:
-    """Return the CRS of a file's points, "EPSG:n" (or WKT) with metres; None if not stated.
+    """Return the CRS of the points in a file ("EPSG:n" or WKT, in metres), or None.
 
-    Points in degrees are returned in their UTM zone. Raises InputError.
+    Points in degrees are converted to their UTM zone. The result is None if the file states no CRS.
+    Raises InputError.
     """
     path = Path(path)
     return choose_format(path).crs(path)
 
 
 def marks_beside(control: Path) -> Path:
-    """Return the default file of marks for a control file: itself, or one beside it."""
+    """Return the default marks file of a control file: the file itself or one next to it."""
     format_ = choose_format(control)
     if format_.holds_marks:
         return control
@@ -48,7 +49,7 @@ def marks_beside(control: Path) -> Path:
 
 
 def find_control(photos: Path) -> tuple[Path, Path] | None:
-    """Return control and marks in the folder of the photos or beside it; None without both."""
+    """Return the control and marks files in or next to the photo folder, or None."""
     for folder in (photos, photos.parent):
         if (folder / CONTROL).is_file() and (folder / MARKS).is_file():
             return folder / CONTROL, folder / MARKS
@@ -60,9 +61,10 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
 
 
 def _exchanged_degrees_finding(control: Path, stated: str, code: str) -> Finding | None:
-    """Return ``control.swapped-degrees`` if exchanged degrees would explain the other CRS.
+    """Return ``control.swapped-degrees`` if swapped degrees would explain the other CRS.
 
-    That is the case if points would be in the zone `code` with longitude and latitude exchanged.
+    This is the case if the points would be in the zone `code` after swapping longitude and
+    latitude.
     """
     from vomstudio.io.gis.crs import to_degrees, utm_zone
 
@@ -84,10 +86,10 @@ def _exchanged_degrees_finding(control: Path, stated: str, code: str) -> Finding
 
 
 def agreed_crs(control: Path, crs: str | None) -> str | None:
-    """Return the CRS of a model that is placed by a control file; None for a local frame.
+    """Return the CRS of a model that is placed by a control file, or None for a local frame.
 
-    It is the requested one, which must be that of the file if stated, or else the file's. Raises
-    UsageError.
+    This is the requested CRS, which must match that of the file if the file states one; without a
+    request, it is the CRS of the file. Raises UsageError.
     """
     from vomstudio.io.gis.crs import metric_crs
 

@@ -1,4 +1,4 @@
-"""Interface of a ground control format."""
+"""Interface of ground control formats."""
 
 from __future__ import annotations
 
@@ -11,35 +11,36 @@ from vomstudio.io.control.points import ControlPoint, Mark
 
 @dataclass(frozen=True)
 class ControlFormat:
-    """One format, detected by the content of its files.
+    """Ground control format, which is detected from the content of a file.
 
-    All functions raise InputError, with line and column or element, for invalid files.
+    All functions raise InputError with line and column or element if a file is not valid.
 
     Attributes
     ----------
     name : str
-        Name for the user.
+        Display name.
     matches : callable
-        Returns whether a file has this format; False for a missing file.
+        Function that returns whether a file has this format; False if the file is missing.
     points : callable
-        Returns the points of a file, in a projected CRS in metres (`io.control.projection`), or in
-        a local frame.
+        Function that returns the points of a file, either in a projected CRS in metres
+        (`io.control.projection`) or in a local frame.
     marks : callable
-        Returns the marks of a file, in pixels of the stored photo, from the outer corner of its
-        top left pixel.
+        Function that returns the marks of a file, in pixels of the stored photo measured from the
+        outer corner of its top-left pixel.
     crs : callable
-        Returns "EPSG:n" or WKT of `points`; None if the file does not state one.
+        Function that returns "EPSG:n" or WKT of `points`, or None if the file does not state a CRS.
     holds_marks : bool
-        Its files have both points and marks.
+        Whether a file contains both points and marks.
     found_as : tuple of str
-        Default file names beside the photos.
+        Default file names next to the photos.
     certain : bool
-        False if a matching file may have another, more specific format.
+        Whether matching is conclusive. If False, a matching file may have another, more specific
+        format.
     extensions : tuple of str
-        Usual extensions, for file dialogs.
+        Usual file extensions, for file dialogs.
     marks_beside : callable or None
-        Returns the file in the same folder with the marks of a file of points; None without
-        exactly one.
+        Function that returns the file with the marks for a file of points in the same folder, or
+        None unless there is exactly one.
     """
 
     name: str

@@ -1,10 +1,10 @@
-"""OpenDroneMap's `geo.txt`.
+"""Camera position file `geo.txt` of OpenDroneMap.
 
-It has a line with the coordinate system, then for every photo
-`image x y [z] [yaw pitch roll] [horizontal_accuracy vertical_accuracy]`.
+The first line states the coordinate system. Each further line describes a photo as `image x y [z]
+[yaw pitch roll] [horizontal_accuracy vertical_accuracy]`.
 
-Yaw, pitch and roll are those of OpenDroneMap: the pitch is 0 for a camera that points straight
-down and 90 for one that looks forward, with the top of the photo forward.
+Yaw, pitch and roll follow the convention of OpenDroneMap: the pitch is 0 for a camera that points
+straight down and 90 for a camera that looks forward, with the top of the photo facing forward.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ _COLUMNS = ("x", "y", "z", "yaw", "pitch", "roll", "horizontal_accuracy", "verti
 
 @dataclass(frozen=True, eq=False)
 class GeoFile:
-    """Content of a `geo.txt`.
+    """Content of a `geo.txt` file.
 
     Attributes
     ----------
     crs : str
-        As understood by pyproj.
+        CRS in a form that pyproj accepts.
     line : int
-        Line of the header.
+        Line number of the header.
     places : (n, 3) float64
-        As written, NaN without a height.
+        Coordinates as written; NaN if there is no height.
     angles : (n, 3) float64
-        NaN if not stated.
+        Yaw, pitch and roll; NaN if not stated.
     sigma : (n, 2) float64
-        Horizontal and vertical, NaN if not stated.
+        Horizontal and vertical accuracy; NaN if not stated.
     """
 
     path: Path
@@ -55,7 +55,7 @@ class GeoFile:
 
 
 def is_geo(path: Path) -> bool:
-    """Return whether a file begins with a coordinate system, followed by the name of a photo."""
+    """Return whether a file starts with a coordinate system followed by a photo name."""
     if not is_odm(path):
         return False
     rows = _rows(path)
@@ -64,7 +64,7 @@ def is_geo(path: Path) -> bool:
 
 
 def read_geo(path: Path) -> GeoFile:
-    """Read the file. Raises InputError with line and column."""
+    """Read a `geo.txt` file. Raises InputError with line and column."""
     rows = _rows(path)
     line, header = rows[0][0], " ".join(rows[0][1])
     crs = projection_of(path, line, header)
@@ -124,7 +124,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _too_few_cells(cells: list[str]) -> Finding:
-    """Return the finding about a line without coordinates, or with another delimiter."""
+    """Return the finding for a line without coordinates or with another delimiter."""
     text = " ".join(cells)
     sign = next((sign for sign in ",;" if text.count(sign) >= 2), None)
     if sign is not None:
@@ -133,7 +133,7 @@ def _too_few_cells(cells: list[str]) -> Finding:
 
 
 def _end_of_name(cells: list[str]) -> int:
-    """Return where the name ends, which may have spaces: two numbers end it."""
+    """Return the end of a name that may contain spaces; it is followed by two numbers."""
     for index in range(1, len(cells) - 1):
         if _number(cells[index]) is not None and _number(cells[index + 1]) is not None:
             return index

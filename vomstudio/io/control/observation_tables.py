@@ -1,8 +1,9 @@
-"""Tables of observations that place a model.
+"""Tables of observations that determine the placement of a model.
 
-They are pairs of points, scale bars, camera positions, level lines in photos, and compass readings
-of parts of the model. Columns are found by their header, in any order; a header that begins with
-`#` is valid, as in Metashape. Without a header the columns have the order given here.
+The observations are pairs of points, scale bars, camera positions, level lines in photos, and
+compass readings of parts of the model. Columns are identified by their header, in any order; a
+header that begins with `#`, as in Metashape, is valid. If there is no header, the columns have the
+order given here.
 """
 
 from __future__ import annotations
@@ -35,21 +36,21 @@ _PAIR_COLUMNS = ("label", "model_x", "model_y", "model_z", "x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """n points of the model with their World coordinates.
+    """Points of the model (n) with their World coordinates.
 
     Attributes
     ----------
     model, world : (n, 3) float64
     sigma : (n, 3) float64
-        Metres, NaN if not stated.
+        Standard deviations in metres; NaN if not stated.
     check : (n,) bool
-        Check points, not used for the registration.
+        Whether each point is a check point, which is not used for the registration.
     notes : tuple of Finding
-        Findings of reading them.
+        Findings from reading the tables.
     crs : str or None
-        CRS of World; None for local coordinates.
+        CRS of the World frame, or None for local coordinates.
     covariance : (n, 3, 3) float64 or None
-        Errors of `model`, NaN for clicked points; None if all were clicked.
+        Covariances of `model`, NaN for clicked points; None if all points were clicked.
     """
 
     labels: tuple[str, ...]
@@ -63,13 +64,13 @@ class Pairs:
 
     @property
     def is_clicked(self) -> BoolArray:
-        """Whether each point (n,) was clicked on the model and not marked in photos."""
+        """Whether each point (n,) was clicked on the model instead of marked in photos."""
         if self.covariance is None:
             return np.ones(len(self.labels), bool)
         return np.asarray(~np.isfinite(self.covariance).all(axis=(1, 2)))
 
     def joined_with(self, other: Pairs) -> Pairs:
-        """Return these pairs followed by others. Raises UsageError if a label is in both."""
+        """Return these pairs followed by others. Raises UsageError if both contain a label."""
         for label in set(self.labels) & set(other.labels):
             raise UsageError(Finding("control.repeated-point", label=label))
         return Pairs(
@@ -85,7 +86,7 @@ class Pairs:
 
 
 def _joined_covariance(*tables: Pairs) -> FloatArray | None:
-    """Return the errors of the positions of all tables, None if all were clicked."""
+    """Return the covariances of the positions in all tables, or None if all were clicked."""
     if all(table.covariance is None for table in tables):
         return None
     missing_covariances = (np.full((len(table.labels), 3, 3), np.nan) for table in tables)
@@ -102,7 +103,7 @@ class ScaleBar:
     """Distance between two points of the pairs.
 
     `sigma_m` is None if not stated, `check` marks a bar that is not used for the registration, and
-    `file` and `line` are None if it was not read from a file.
+    `file` and `line` are None if the bar was not read from a file.
     """
 
     first: str
@@ -116,23 +117,23 @@ class ScaleBar:
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Positions of photos.
+    """Positions of the cameras of photos.
 
     Attributes
     ----------
     places : (n, 3) float64
-        As written, NaN without a height.
+        Coordinates as written; NaN if there is no height.
     degrees : bool
-        x and y are longitude and latitude.
+        Whether x and y are longitude and latitude.
     sigma : (n, 3) float64
-        Metres, NaN if not stated.
+        Standard deviations in metres; NaN if not stated.
     crs, line
-        CRS of x and y as the file states it in a line; None if not stated.
+        CRS of x and y, and the line in which the file states it; None if not stated.
     heights : tuple of str
         Reference of each height: "ellipsoid", "sea level", "below sea level", or "" if not stated;
-        () if not stated for any.
+        empty if no height has a reference.
     notes : tuple of Finding
-        Findings about the table, or about what the photos state.
+        Findings about the table or about the metadata of the photos.
     """
 
     photos: tuple[str, ...]
@@ -148,7 +149,7 @@ class Positions:
 
 @dataclass(frozen=True, eq=False)
 class LevelTable:
-    """Level lines in photos. `ends` (n, 2, 2) are pixels."""
+    """Level lines in photos. `ends` (n, 2, 2) contains the pixel coordinates of their ends."""
 
     photos: tuple[str, ...]
     ends: FloatArray
@@ -156,18 +157,18 @@ class LevelTable:
 
 @dataclass(frozen=True, eq=False)
 class CompassTable:
-    """n planes and lines of the model that were read by compass.
+    """Planes and lines of the model (n) that were measured with a compass.
 
     Attributes
     ----------
     is_plane : (n,) bool
-        False for lines.
+        Whether each reading is a plane; False for lines.
     azimuth_deg, inclination_deg : (n,) float64
-        As read: dip direction and dip of planes, trend and plunge of lines.
+        Values as read: dip direction and dip of planes, trend and plunge of lines.
     model : (n, 3) float64
-        Unit vectors in the model's frame, normals of planes.
+        Unit vectors in the frame of the model; for planes, the normals.
     sigma : (n,) float64
-        Degrees, NaN if not stated.
+        Standard deviations in degrees; NaN if not stated.
     """
 
     labels: tuple[str, ...]
@@ -178,14 +179,14 @@ class CompassTable:
     sigma: FloatArray
 
     def vectors(self) -> FloatArray:
-        """Return (n, 3) unit vectors of the readings: downward poles of planes, and lines."""
+        """Return unit vectors (n, 3) of the readings: downward poles of planes, and lines."""
         poles = planes_to_poles(self.azimuth_deg, self.inclination_deg)
         lines = lines_to_vectors(self.azimuth_deg, self.inclination_deg)
         return np.where(self.is_plane[:, None], poles, lines)
 
 
 def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
-    """Read pairs of points on the model and in World.
+    """Read pairs of points on the model and in the World frame.
 
     The columns are `label, model_x, model_y, model_z, x, y, z[, use][, sigma_x, sigma_y,
     sigma_z]`.
@@ -194,13 +195,13 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
     ----------
     path : str or Path
     crs : str, optional
-        CRS in which the model is placed; World coordinates in another one are converted.
+        CRS in which the model is placed; World coordinates in another CRS are converted.
 
     Raises
     ------
     InputError
-        With file, line and column, and for World coordinates that are not metric
-        (`vomstudio.io.gate.points.points_to_world`).
+        If the table is not valid (states file, line and column), or if the World coordinates are
+        not metric (`vomstudio.io.gate.points.points_to_world`).
     """
     table = NamedTable(path, _PAIR_COLUMNS)
     labels = table.words(LABEL, "label")
@@ -226,7 +227,7 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
 
 
 def read_points(path: str | Path) -> Pairs:
-    """Read points with coordinates from any ground control file.
+    """Read points with coordinates from a ground control file of any format.
 
     `model` is NaN if the file does not state positions on the model. Raises InputError with file,
     line and column.
@@ -253,7 +254,7 @@ def _has_model_positions(path: Path) -> bool:
 
 
 def read_scale_bars(path: str | Path) -> list[ScaleBar]:
-    """Read `from, to, length_m[, sigma_m][, use]`. Raises InputError."""
+    """Read a table `from, to, length_m[, sigma_m][, use]`. Raises InputError."""
     table = NamedTable(path, ("from", "to", "length_m"))
     first = table.words(("from", "first", "start", "label 1", "point 1"), "from")
     second = table.words(("to", "second", "end", "label 2", "point 2"), "to")
@@ -285,9 +286,9 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
 
 
 def read_positions(path: str | Path) -> Positions:
-    """Read `photo, x, y, z[, sigma_x, sigma_y, sigma_z]`, or the `geo.txt` of OpenDroneMap.
+    """Read a table `photo, x, y, z[, sigma_x, sigma_y, sigma_z]` or a `geo.txt` file.
 
-    Longitude, latitude and altitude are recognised by the header. Raises InputError.
+    Longitude, latitude and altitude are recognised from the header. Raises InputError.
     """
     path = Path(path)
     if is_geo(path):
@@ -314,7 +315,7 @@ def read_positions(path: str | Path) -> Positions:
 
 
 def read_level_lines(path: str | Path) -> LevelTable:
-    """Read `photo, x1, y1, x2, y2`, pixels of two ends of a level line. Raises InputError."""
+    """Read a table `photo, x1, y1, x2, y2` with the pixels of the ends. Raises InputError."""
     table = NamedTable(path, ("photo", "x1", "y1", "x2", "y2"))
     photos = table.words(PHOTO, "photo")
     names = ("x1", "y1", "x2", "y2")
@@ -325,9 +326,9 @@ def read_level_lines(path: str | Path) -> LevelTable:
 
 
 def read_compass(path: str | Path) -> CompassTable:
-    """Read an orientation table with the same planes and lines in the model's frame.
+    """Read an orientation table together with the same planes and lines in the model frame.
 
-    These are unit vectors `model_x, model_y, model_z` (normals of planes), and optionally
+    The latter are unit vectors `model_x, model_y, model_z` (normals for planes) and optionally
     `sigma_deg`. Raises InputError and UsageError.
     """
     table = NamedTable(path, ())

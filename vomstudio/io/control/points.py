@@ -1,6 +1,6 @@
 """Ground control: points with surveyed coordinates, and their marks in photos.
 
-Marked labels without coordinates are tie points: positions that photos share.
+Marked labels without coordinates are tie points, which are visible in several photos.
 """
 
 from __future__ import annotations
@@ -8,15 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 CONTROL, MARKS = "control.csv", "marks.csv"
-"""Default names of the tables beside the photos."""
+"""Default names of the tables next to the photos."""
 
 
 @dataclass(frozen=True)
 class ControlPoint:
-    """A ground control point.
+    """Ground control point.
 
-    `position` is east, north, up in the CRS of the project, metres; `sigma_m` is that of each
-    coordinate, None if not stated; `check` marks a check point, which is not used for the model.
+    `position` contains east, north and up in the CRS of the project, in metres. `sigma_m` contains
+    the standard deviation of each coordinate, or None if not stated. `check` marks a check point,
+    which is not used for the model.
     """
 
     label: str
@@ -27,10 +28,10 @@ class ControlPoint:
 
 @dataclass(frozen=True)
 class Mark:
-    """A mark in a photo.
+    """Mark in a photo.
 
-    `photo` is its name in the folder, or the last part of it; x and y are pixels, (0.5, 0.5) is
-    the centre of the top left pixel.
+    `photo` is the name of the photo in the folder, or the last part of it. x and y are pixel
+    coordinates, where (0.5, 0.5) is the centre of the top-left pixel.
     """
 
     label: str

@@ -1,4 +1,4 @@
-"""Conversion of control points to the CRS of a model: projected, in metres."""
+"""Conversion of control points to the CRS of a model, which is projected and in metres."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ def project_points(
     Parameters
     ----------
     path : Path
-        File of the points, for messages.
+        File of the points, for error messages.
     points : sequence of ControlPoint
-        Empty for a format that is not read in degrees.
+        Points to convert; empty for a format that does not allow degrees.
     text : str or None
-        CRS as the file states it, in `line`.
+        CRS as stated by the file in `line`.
     line : int, optional
-        Line in which the file states the CRS, for messages.
+        Line in which the file states the CRS, for error messages.
 
     Returns
     -------
     points : list of ControlPoint
-        Longitude and latitude are converted to their UTM zone.
+        Converted points; longitude and latitude are converted to their UTM zone.
     crs : str or None
-        "EPSG:n" or WKT; None if none or a local one is stated.
+        "EPSG:n" or WKT; None if no CRS or a local one is stated.
 
     Raises
     ------
     InputError
-        For a CRS that is unknown or not in metres.
+        If the CRS is unknown or not in metres.
     """
     from pyproj import CRS
     from pyproj.exceptions import CRSError

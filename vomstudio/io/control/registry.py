@@ -1,7 +1,7 @@
 """Registry of ground control formats.
 
-A new format is a module in `vomstudio/io/control/formats` that defines `CONTROL_FORMAT`, or a
-third-party package that names a `ControlFormat` in the entry point group
+A new format is either a module in `vomstudio/io/control/formats` that defines `CONTROL_FORMAT`, or
+a third-party package that declares a `ControlFormat` in the entry point group
 `vomstudio.control_formats`.
 """
 
@@ -21,23 +21,23 @@ GROUP = "vomstudio.control_formats"
 
 @functools.cache
 def find_formats() -> LoadedPlugins[ControlFormat]:
-    """Return the formats of control points, including plugins."""
+    """Return the formats of ground control, including plugins."""
     from vomstudio.io.control import formats
 
     return find_plugins(formats, "CONTROL_FORMAT", ControlFormat, GROUP)
 
 
 def extensions() -> tuple[str, ...]:
-    """Return every extension of ground control files, for file dialogs."""
+    """Return all extensions of ground control files, for file dialogs."""
     return tuple(
         dict.fromkeys(e for control_format in find_formats().all for e in control_format.extensions)
     )
 
 
 def choose_format(path: Path) -> ControlFormat:
-    """Return the format of a file by its content, specific formats first.
+    """Detect the format of a file from its content, trying specific formats first.
 
-    Raises InputError for a damaged file.
+    Raises InputError if the file is damaged.
     """
     formats_found = find_formats()
     for format_ in sorted(formats_found.all, key=lambda control_format: not control_format.certain):

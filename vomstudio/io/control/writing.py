@@ -1,4 +1,4 @@
-"""Writing of ground control as tables, as `io.control.formats.tables` reads them."""
+"""Writing of ground control tables in the form that `io.control.formats.tables` reads."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ _CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 def write_control(
     path: Path, points: Iterable[ControlPoint], crs: str | None = None
 ) -> Path | None:
-    """Write the table of points, completely or not at all; without points the file is removed.
+    """Write the table of points, completely or not at all, or remove it if there are none.
 
     Parameters
     ----------
     path : Path
     points : iterable of ControlPoint
     crs : str or None
-        "EPSG:n" of the points, or WKT in one line, which a comment of the table states.
+        "EPSG:n" of the points, or WKT on one line, which is written as a comment of the table.
 
     Returns
     -------
     Path or None
-        New path of an existing table with other content.
+        Path of the backup if an existing table had different content.
 
     Raises
     ------
@@ -60,9 +60,9 @@ def write_control(
 
 
 def write_pairs(path: Path, pairs: Pairs) -> Path | None:
-    """Write points on a model as the table of `register --pairs`.
+    """Write points on a model as the table for `register --pairs`.
 
-    Returns and raises as `write_control`.
+    The return value and the errors are those of `write_control`.
     """
     has_sigma = bool(np.isfinite(pairs.sigma).any())
     head = ["label", "model_x", "model_y", "model_z", "x", "y", "z", "use"]
@@ -83,9 +83,9 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
 
 
 def write_compass(path: Path, table: CompassTable) -> Path | None:
-    """Write compass readings as the table of `register --orientations`.
+    """Write compass readings as the table for `register --orientations`.
 
-    Returns and raises as `write_control`.
+    The return value and the errors are those of `write_control`.
     """
     head = ["id", "element", "dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg"]
     head += ["model_x", "model_y", "model_z", "sigma_deg"]
@@ -108,9 +108,9 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
 
 
 def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
-    """Write the table of marks, completely or not at all; without marks the file is removed.
+    """Write the table of marks, completely or not at all, or remove it if there are none.
 
-    Returns and raises as `write_control`.
+    The return value and the errors are those of `write_control`.
     """
     rows = [
         [escape_formula(m.label), escape_formula(m.photo), _digits(m.x), _digits(m.y)]
@@ -133,7 +133,7 @@ def _write(
             ) from error
         return moved_file
     text = io.StringIO()
-    # Unquoted, a line that begins with # or > would not belong to the table.
+    # Without quotes, a line that begins with # or > would not be read as part of the table.
     needs_quotes = any(not row[0][:1].isalnum() for row in rows)
     writer = csv.writer(
         text, lineterminator="\n", quoting=csv.QUOTE_ALL if needs_quotes else csv.QUOTE_MINIMAL

@@ -1,1 +1,1 @@
-"""Files that other programs for structural geology read: their columns, their words."""
+"""Export of files in the formats of other programs for structural geology."""

@@ -1,4 +1,4 @@
-"""Delimited text in the columns of another program."""
+"""Delimited text with the columns that another program expects."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Row = Mapping[str, Any]
 
 
 def write_tables(tables: Mapping[Path, str], *, force: bool) -> list[Path]:
-    """Write texts as UTF-8 files, all or none. Raises TargetError."""
+    """Write texts as UTF-8 files, either all or none. Raises TargetError."""
     paths = list(tables)
     with atomic_group(paths, force) as temporaries:
         for temporary, text in zip(temporaries, tables.values(), strict=True):
@@ -26,7 +26,7 @@ def write_tables(tables: Mapping[Path, str], *, force: bool) -> list[Path]:
 
 
 def delimited_text(names: Sequence[str], rows: Iterable[Sequence[Any]], delimiter: str) -> str:
-    """Return a header line and one line per row; cells that contain the delimiter are quoted."""
+    """Return a header line and one line per row, quoting cells that contain the delimiter."""
     out = io.StringIO()
     writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
     writer.writerow(names)
@@ -38,14 +38,14 @@ def _cell(value: Any) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
     if isinstance(value, float):
-        # Far finer than any measurement; more digits would show rounding errors.
+        # This is much finer than any measurement; more digits would show rounding errors.
         return f"{value:.12g}"
     text = " ".join(replace_control_characters(str(value)).split())
     return escape_foreign_cell(text) if isinstance(value, str) else text
 
 
 def degrees(value: float | None) -> float | None:
-    """Return an angle without digits from rounding errors."""
+    """Return an angle rounded to remove digits that result from rounding errors."""
     return None if value is None else round(float(value), 6) + 0.0
 
 
@@ -55,5 +55,5 @@ def label(row: Row) -> str:
 
 
 def sibling_path(out: Path, name: str) -> Path:
-    """Return NAME_name.suffix."""
+    """Return the path NAME_name.suffix next to a file NAME.suffix."""
     return out.with_name(f"{out.stem}_{name}{out.suffix}")

@@ -1,9 +1,9 @@
 """Fault slips for FaultKin and Win-Tensor.
 
-- FaultKin (R. W. Allmendinger, R. A. Marrett, T. Cladouhos): tab-separated text under a line of
-  names: strike and dip of the fault by the right-hand rule, trend and plunge of the striae, and the
+- FaultKin (R. W. Allmendinger, R. A. Marrett, T. Cladouhos): tab-separated text with a header
+  line: strike and dip of the fault by the right-hand rule, trend and plunge of the striae, and the
   sense of slip as two letters, T (thrust) or N (normal) and R (right-lateral) or L (left-lateral).
-- Win-Tensor (D. Delvaux): the columns of its data sheet, tab-separated, to be pasted into it:
+- Win-Tensor (D. Delvaux): tab-separated columns of its data sheet, into which they are pasted:
   format 11 (fault with striae), dip and dip direction, plunge and azimuth of the striae, sense N,
   I, S, D or X (unknown), confidence C, P, S or X.
 """
@@ -39,7 +39,7 @@ def is_line_on_plane(row: Row) -> bool:
 
 
 def faultkin(rows: Sequence[Row]) -> str:
-    """Return the table of lines on planes whose slip has a direction."""
+    """Return the table of lines on planes for which the direction of slip is known."""
     return delimited_text(FAULTKIN, [_faultkin(row) for row in rows], "\t")
 
 
@@ -56,9 +56,9 @@ def _faultkin(row: Row) -> list[object]:
 
 
 def faultkin_sense(slip_rake_deg: float) -> str:
-    """Return the two letters of a directed rake.
+    """Return the two letters for a directed rake.
 
-    If the slip has no component of one kind, its letter is the default: N, and L.
+    If the slip has no component of a kind, the default letter is used: N or L.
     """
     is_strike_slip = abs(slip_rake_deg) % 180.0 < ANGLE_TOLERANCE_DEG
     is_thrust = slip_rake_deg > 0.0 and not is_strike_slip
@@ -67,7 +67,7 @@ def faultkin_sense(slip_rake_deg: float) -> str:
 
 
 def wintensor(rows: Sequence[Row]) -> str:
-    """Return the table of lines on planes; an unknown sense is X."""
+    """Return the table of lines on planes; an unknown sense of slip is written as X."""
     return delimited_text(WINTENSOR, [_wintensor(n, row) for n, row in enumerate(rows, 1)], "\t")
 
 

@@ -1,9 +1,9 @@
-"""Layers as GeoJSON, one file each, in the CRS of the project.
+"""Layers as GeoJSON, with one file per layer, in the CRS of the project.
 
-RFC 7946 allows longitude and latitude only, in which an outcrop loses millimetres and all
-distances on a map. The coordinates are therefore those of the project, with the `crs` member of
-the specification of 2008, which GDAL and QGIS support. It is null for a local frame: a file
-without it would be read as degrees.
+RFC 7946 only allows longitude and latitude, in which an outcrop loses millimetres and distances can
+no longer be measured on a map. Therefore the coordinates are those of the project, and the CRS is
+stated in the `crs` member of the 2008 specification, which GDAL and QGIS support. It is null for a
+local frame, because a file without it would be interpreted as degrees.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _GEOMETRY = {"point": "Point", "line": "LineString", "ring": "Polygon"}
 
 
 def geojson_files(out: Path, layers: Sequence[Layer], crs: str | None) -> dict[Path, str]:
-    """Return the texts: `planes` as `out`, the other layers as NAME_layer beside it."""
+    """Return the texts of `planes` (`out`) and of the other layers (NAME_layer next to it)."""
     names = [out if layer.name == "planes" else sibling_path(out, layer.name) for layer in layers]
     return {path: _collection(layer, crs) for path, layer in zip(names, layers, strict=True)}
 
@@ -47,7 +47,7 @@ def _collection(layer: Layer, crs: str | None) -> str:
 
 
 def _urn(crs: str) -> str:
-    """Return the name of an EPSG code in GeoJSON; other systems by their text."""
+    """Return the name of an EPSG code in GeoJSON, or the text of other systems."""
     authority, _, code = crs.partition(":")
     return f"urn:ogc:def:crs:EPSG::{code}" if authority == "EPSG" and code.isdigit() else crs
 
@@ -69,6 +69,6 @@ def _plain(value: Any) -> Any:
 
 
 def properties_of(layer: Layer, row: int) -> Mapping[str, Any]:
-    """Return the available figures of one feature."""
+    """Return the known figures of one feature."""
     values = {name: _plain(column[row]) for name, column in layer.columns.items()}
     return {name: value for name, value in values.items() if value not in (None, "")}

@@ -1,13 +1,12 @@
 """Orientations and points of surfaces for GemPy and LoopStructural.
 
 - GemPy 3 (`gempy.API.io_API`): orientations as X, Y, Z, azimuth (of the dip), dip, polarity (-1 if
-  overturned) and formation; points of surfaces as X, Y, Z, formation. `nugget` is the variance that
-  GemPy adds to an orientation's gradient: that of the plane's error (its 95 % region has a
-  half-angle of 2.45 standard deviations), and GemPy's default of 0.01 if unknown.
+  overturned) and formation; points on surfaces as X, Y, Z, formation. `nugget` is the variance that
+  GemPy adds to the gradient of an orientation: the variance of the plane (whose 95 % region has a
+  half-angle of 2.45 standard deviations), or GemPy's default of 0.01 if it is unknown.
 - LoopStructural (`GeologicalModel.data`): X, Y, Z, feature_name, and nx, ny, nz of the upward
-normal
-  (downward for an overturned bed: toward the younger side); points of surfaces by `interface`, one
-  number for each surface of a feature.
+  normal (downward for an overturned bed, that is, towards the younger side); points on surfaces by
+  `interface`, one number for each surface of a feature.
 """
 
 from __future__ import annotations
@@ -27,12 +26,12 @@ LOOPSTRUCTURAL_COLUMNS = ("X", "Y", "Z", "feature_name", "nx", "ny", "nz", "inte
 
 
 def surface_name(kind: object, set_name: object) -> str:
-    """Return the surface of a feature: its set, else its type."""
+    """Return the surface of a feature: its set or, without one, its type."""
     return str(set_name or kind or "surface")
 
 
 def gempy_orientations(rows: Sequence[Row]) -> str:
-    """Return the table of planes with a position."""
+    """Return the table of the planes that have a position."""
     return delimited_text(GEMPY_ORIENTATION_COLUMNS, [_gempy(row) for row in rows], ",")
 
 
@@ -50,7 +49,7 @@ def _gempy(row: Row) -> list[Any]:
 
 
 def nugget(row: Row) -> float:
-    """Return the variance of a component of the plane's unit normal."""
+    """Return the variance of each component of a plane's unit normal."""
     error = row["total95_deg"]
     return UNKNOWN_NUGGET if error is None else math.radians(error) ** 2 / CHI2_TWO
 
@@ -66,7 +65,7 @@ def gempy_points(layers: Sequence[Layer]) -> str:
 
 
 def loopstructural(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
-    """Return planes with a position by their normals, and vertices of traces by surface."""
+    """Return planes with a position by their normals, and trace vertices by surface."""
     out: list[list[Any]] = []
     for row in rows:
         sign = -1.0 if row["overturned"] else 1.0
@@ -82,7 +81,7 @@ def loopstructural(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
 
 
 def _traces(layers: Sequence[Layer]) -> list[tuple[object, object, Any]]:
-    """Return type, set and vertices of each trace."""
+    """Return the type, set and vertices of each trace."""
     traces: list[tuple[object, object, Any]] = []
     for layer in layers:
         if layer.name != "traces":

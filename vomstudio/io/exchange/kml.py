@@ -1,8 +1,8 @@
-"""Layers as KML 2.2 for Google Earth and similar programs, in degrees of WGS 84.
+"""Layers as KML 2.2 for Google Earth and similar programs, in WGS 84 degrees.
 
-Planes and lines are drawn as map symbols, at their heights; traces, lineations and patches as they
-are. Each type of feature has its colour. Heights are those of the project: above the geoid if its
-CRS defines them so, as KML requires.
+Planes and lines are drawn as map symbols at their heights; traces, lineations and patches are drawn
+with their own geometry. Each feature type has its colour. Heights are those of the project: above
+the geoid if the CRS defines them so, as required by KML.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ _WHITE = "#ffffff"
 def kml_text(
     out: Path, layers: Sequence[Layer], crs: str | None, colors: Mapping[str, str], title: str
 ) -> str:
-    """Return the KML text of layers.
+    """Return the KML text of the layers.
 
     Parameters
     ----------
     out : Path
-        File for which the text is written.
+        Path of the file to which the text will be written.
     layers : sequence of Layer
     crs : str or None
         CRS of the layers.
     colors : mapping of str to str
-        "#rrggbb" by lower-case name of the feature type.
+        Colours as "#rrggbb" by the name of the feature type in lower case.
     title : str
 
     Raises
     ------
     InputError
-        If the project has no CRS, or a position is outside the area of the CRS.
+        If the project has no CRS, or if a position is outside the area of the CRS.
     """
     if crs is None:
         raise InputError(Finding("kml.no-crs"), file=out)
@@ -74,7 +74,7 @@ def kml_text(
 
 
 def _parts(layer: Layer, row: int, size: float) -> list[FloatArray]:
-    """Return the lines by which a feature is drawn."""
+    """Return the lines with which a feature is drawn."""
     shape = layer.shapes[row]
     figures = properties_of(layer, row)
     if layer.kind != "point":
@@ -127,7 +127,7 @@ def _coordinates(parent: ElementTree.Element, points: FloatArray, crs: str, out:
 
 
 def _style(document: ElementTree.Element, name: str, color: str) -> None:
-    # KML colours are alpha, blue, green, red.
+    # KML colours are in the order alpha, blue, green, red.
     red, green, blue = (color[i : i + 2] for i in (1, 3, 5))
     kml_color = f"ff{blue}{green}{red}".lower()
     style = _add(document, "Style", id=name)
@@ -146,6 +146,6 @@ def _add(
 ) -> ElementTree.Element:
     child = ElementTree.SubElement(parent, tag, attributes)
     if text is not None:
-        # Characters that XML does not allow would make the file unreadable.
+        # Characters that are not allowed in XML would make the file unreadable.
         child.text = "".join(c for c in text if c >= " " or c in "\n\t")
     return child

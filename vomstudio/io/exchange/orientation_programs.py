@@ -1,13 +1,13 @@
 """Planes and lines for Stereonet, Orient and GeMS.
 
-- Stereonet (R. W. Allmendinger, N. Cardozo): tab-separated text of two named columns, planes by the
-  right-hand rule, one kind of data per file.
+- Stereonet (R. W. Allmendinger, N. Cardozo): tab-separated text with two named columns, planes by
+  the right-hand rule, one kind of data per file.
 - Orient (F. W. Vollmer): tab-separated text whose header defines the columns (Orient user manual,
   appendix "Data File Format"): Station, X, Y, Z, the angles of a plane and of a line, Type, Domain,
   Comment.
-- GeMS (U.S. Geological Survey 2020, Techniques and Methods 11-B10): the fields of the feature class
-  OrientationPoints, in order, followed by the coordinates. Unknown numbers are -9 and unknown
-  words #, as in the standard.
+- GeMS (U.S. Geological Survey 2020, Techniques and Methods 11-B10): fields of the feature class
+  OrientationPoints, in order, followed by the coordinates. As in the standard, -9 stands for
+  unknown numbers and # for unknown words.
 """
 
 from __future__ import annotations
@@ -60,13 +60,13 @@ def is_plane(row: Row) -> bool:
 
 
 def stereonet_planes(rows: Sequence[Row]) -> str:
-    """Return the table of strike (right-hand rule) and dip."""
+    """Return the table of strikes (right-hand rule) and dips."""
     pairs = [(degrees(r["strike_rhr_deg"]), degrees(r["dip_deg"]), label(r)) for r in rows]
     return delimited_text(("strike", "dip", "label"), pairs, "\t")
 
 
 def stereonet_lines(rows: Sequence[Row]) -> str:
-    """Return the table of trend and plunge."""
+    """Return the table of trends and plunges."""
     pairs = [(degrees(r["trend_deg"]), degrees(r["plunge_deg"]), label(r)) for r in rows]
     return delimited_text(("trend", "plunge", "label"), pairs, "\t")
 
@@ -95,7 +95,7 @@ def _orient(row: Row) -> list[Any]:
 
 
 def gems(rows: Sequence[Row]) -> str:
-    """Return the table of features with a position, as required for points of a map."""
+    """Return the table of features that have a position, as required for points on a map."""
     names = (*GEMS, "X", "Y", "Z")
     return delimited_text(names, [[*_gems(row), row["x"], row["y"], row["z"]] for row in rows], ",")
 
@@ -130,7 +130,7 @@ def _gems(row: Row) -> list[Any]:
 
 
 def _symbol(row: Row) -> str | None:
-    """Return the symbol of bedding; other types have user-defined names."""
+    """Return the symbol of bedding; the names of other types are user-defined."""
     if not is_plane(row) or (row["kind"] or "").casefold() != "bedding":
         return None
     if row["overturned"]:

@@ -1,1 +1,1 @@
-"""Input gate: the frame of coordinates, and whether it is metric."""
+"""Checks of imported coordinates: their frame, and whether it is metric."""

@@ -1,4 +1,4 @@
-"""CRS and units of coordinates: from the options, else from the statements of the file."""
+"""CRS and units of coordinates, from the options or from the statements of the file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.io.gis.crs import crs_name, parse_crs_option
 
 MAX_SHOWN_CHARACTERS = 80
 _SAME_UNIT = 2e-7
-"""Relative; files write the US survey foot with seven digits."""
+"""Relative tolerance; files state the US survey foot with seven digits."""
 
 
 def choose_axes(
@@ -31,25 +31,25 @@ def choose_axes(
     Parameters
     ----------
     text : str or None
-        Code, name or WKT that the file states.
+        Code, name or WKT of the CRS stated by the file.
     options : FrameOptions
         Options of the caller, which override the statements of the file.
     file : Path
-        For messages.
+        File of the coordinates, for error messages.
     height_unit : str, optional
-        Unit of the heights that the file states beside the CRS, a name of `METRES`.
+        Unit of the heights that the file states in addition to the CRS, as a key of `METRES`.
 
     Returns
     -------
     StatedAxes
     findings : tuple of Finding
-        ``frame.crs-unreadable`` for a stated CRS that is not known, ``frame.crs-replaced`` if the
-        options name another CRS than the file.
+        ``frame.crs-unreadable`` if the stated CRS is not known, and ``frame.crs-replaced`` if the
+        options specify a CRS other than that of the file.
 
     Raises
     ------
     UsageError
-        For an option that is not a usable CRS, and for a unit that is not the one of the CRS.
+        If an option is not a usable CRS, or if a unit is not that of the CRS.
     """
     findings: list[Finding] = []
     try:
@@ -76,13 +76,13 @@ def choose_axes(
 
 
 def unreadable(file: Path, text: str) -> Finding:
-    """Return the finding about a CRS that is not known."""
+    """Return the finding for a CRS that is not known."""
     shown = " ".join(text.split())[:MAX_SHOWN_CHARACTERS]
     return Finding("frame.crs-unreadable", file=file.name, crs=shown)
 
 
 def require_crs(axes: StatedAxes, file: Path) -> str:
-    """Return the CRS to convert from. Raise UsageError if neither file nor options name one."""
+    """Return the CRS to convert from. Raises UsageError if file and options state none."""
     if axes.crs is None:
         raise UsageError(Finding("frame.no-crs"), file=file, field="--to-crs")
     return axes.crs
@@ -105,11 +105,11 @@ def assumed_frame(
     file : Path
     options : FrameOptions
     up, unit : str
-        Up axis and unit in use.
+        Up axis and unit that are used.
     has_up, has_unit : bool
         Whether the file states them.
     severity : optional
-        The catalogue's if omitted.
+        Severity of the finding. If None, that of the catalogue is used.
     """
     if (has_up or options.up is not None) and (has_unit or options.unit is not None):
         return ()
@@ -127,12 +127,12 @@ def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> S
 
 
 def _check_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
-    """Return the axes with a unit that was given.
+    """Return the axes with the unit given in the options.
 
     Raises
     ------
     UsageError
-        If their CRS has another unit.
+        If the CRS of the axes has another unit.
     """
     if axes.kind == "local":
         return StatedAxes()

@@ -1,7 +1,7 @@
-"""Lines and polygons drawn in a GIS or CAD program, in metres.
+"""Lines and polygons that were drawn in a GIS or CAD program, in metres.
 
-Reads GeoPackage, GeoJSON, shapefiles, DXF and all other vector formats of GDAL. Layers in degrees
-are rejected, because their lengths are not metric; GeoJSON without a ``crs`` is in degrees
+GeoPackage, GeoJSON, shapefiles, DXF and all other vector formats of GDAL are supported. Layers in
+degrees are rejected because their lengths are not metric; GeoJSON without a ``crs`` is in degrees
 (RFC 7946) and is converted.
 """
 
@@ -36,25 +36,25 @@ from vomstudio.io.gis.wkb_shapes import excluded_surfaces_finding, shapes_from_w
 
 _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
 OUTLINE_LAYERS = ("patches", "lithologies")
-"""Suffixes of layer names that contain outlines in drawings of this program."""
+"""Suffixes of layer names that contain outlines in drawings created by this program."""
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnLayer:
-    """Lines or polygons of a layer, as single parts.
+    """Lines or polygons of a layer, split into single parts.
 
     Parameters
     ----------
     path : Path
-        The file.
+        Path of the file.
     shapes : (n,) array of shapely geometries
         Lines or polygons in metres.
     feature : (n,) array of int
-        Number of the feature of each part, from 1.
+        1-based number of the feature to which each part belongs.
     columns : mapping of str to (n,) array
         Requested attributes by name.
     crs : str or None
-        "EPSG:n" or WKT, None if the file states none.
+        "EPSG:n" or WKT; None if the file states no CRS.
     warnings : tuple of Finding
     fields : tuple of str
         Names of all attributes of the layer.
@@ -84,22 +84,22 @@ class DrawnLayer:
 
 @dataclass(frozen=True, eq=False)
 class RawLayer:
-    """Features of a layer as read, with heights, before any are excluded.
+    """Features of a layer as read, with heights, before any of them are excluded.
 
     Parameters
     ----------
     path : Path
-        The file.
+        Path of the file.
     shapes : (n,) array of shapely geometries or None
-        Coordinates in metres, 2D if the file has no heights.
+        Geometries in metres, 2D if the file has no heights.
     feature : (n,) array of int
         Row of each shape in the file.
     columns, crs, fields
-        As in `DrawnLayer`.
+        As for `DrawnLayer`.
     warnings, excluded : tuple
         Findings about coordinates, and about entities of a drawing that were not read.
     field : str or None
-        Argument name, for shapes passed to the Python interface instead of a file.
+        Name of the argument if shapes are passed to the Python interface instead of a file.
     """
 
     path: Path
@@ -113,7 +113,7 @@ class RawLayer:
     field: str | None = None
 
     def only(self, rows: BoolArray) -> RawLayer:
-        """Return the layer with only the features where `rows` (n,) is true."""
+        """Return the layer with only those features for which `rows` (n,) is True."""
         return replace(
             self,
             shapes=self.shapes[rows],
@@ -122,7 +122,7 @@ class RawLayer:
         )
 
     def outline_mask(self) -> BoolArray:
-        """Return a mask (n,) of the features on outline layers of drawings of this program."""
+        """Return a mask (n,) of the features on outline layers of this program's drawings."""
         names = next((v for n, v in self.columns.items() if n.casefold() == "layer"), ())
         is_outline = np.zeros(len(self.shapes), np.bool_)
         for row, name in enumerate(names):
@@ -138,29 +138,30 @@ def read_raw_lines(
     options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> RawLayer:
-    """Read all features of a layer of lines in World, with heights.
+    """Read all features of a layer of lines in the World frame, with heights.
 
-    GeoJSON without a ``crs`` is in degrees by its standard and is converted to a metric CRS.
+    GeoJSON without a ``crs`` is in degrees according to its standard and is converted to a metric
+    CRS.
 
     Parameters
     ----------
     path : str or Path
     layer : str, optional
-        Name of the layer, if there are several.
+        Name of the layer, required if there are several.
     columns : iterable of str
         Names of the attributes to read.
     progress : Progress, optional
     options : FrameOptions
-        Frame options of the caller, which complete the statements of the file.
+        Frame options of the caller, which complement the statements of the file.
     model : ModelFrame, optional
-        Frame of the data that the drawing belongs to, to which it is converted.
+        Frame of the data to which the drawing belongs; the drawing is converted to this frame.
 
     Raises
     ------
     InputError
-        If the file is not a drawing, and as `points_to_world`.
+        If the file is not a drawing, and as for `points_to_world`.
     UsageError
-        If the layer must be named.
+        If there are several layers and none is named.
     """
     return _read(Path(path), layer, _LINES, columns, progress, options, model)
 
@@ -172,21 +173,21 @@ def read_raw_areas(
     options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> RawLayer:
-    """Read all features of a layer of polygons in World, as `read_raw_lines`."""
+    """Read all polygons of a layer in the World frame, in the same way as `read_raw_lines`."""
     return _read(Path(path), layer, _AREAS, (), progress, options, model)
 
 
 def raw_shapes(
     shapes: ObjectArray, name: str, crs: str | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> RawLayer:
-    """Convert shapes (n,) passed to the Python interface to a layer in World.
+    """Convert shapes (n,) passed to the Python interface to a layer in the World frame.
 
-    Without a CRS they are taken as World coordinates in metres.
+    If no CRS is given, the shapes are assumed to be in World coordinates, metres.
 
     Raises
     ------
     InputError, UsageError
-        As `points_to_world`.
+        As for `points_to_world`.
     """
     path = Path(name)
     rows = np.arange(len(shapes), dtype=np.int64)
@@ -197,29 +198,30 @@ def raw_shapes(
 
 
 def extract_lines(raw: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
-    """Return the lines of a layer as single parts, heights dropped.
+    """Return the lines of a layer as single parts, without heights.
 
     Parameters
     ----------
     raw : RawLayer
     include_rings : bool
-        False excludes closed lines, with the finding ``lines.closed``.
+        Whether to include closed lines. If False, they are excluded and reported as
+        ``lines.closed``.
 
     Raises
     ------
     InputError
-        Without such shapes.
+        If the layer contains no lines.
     """
     return _build_layer(raw, _LINES, (), include_rings)
 
 
 def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
-    """Return all polygons of a layer as one shapely area, heights dropped, and the layer.
+    """Return all polygons of a layer as one shapely area without heights, and the layer.
 
     Raises
     ------
     InputError
-        Without such shapes.
+        If the layer contains no polygons.
     """
     import shapely
 
@@ -268,7 +270,7 @@ def _read(
         iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress, flat=False)),
         VectorLayer("", None),
     )
-    # A table without geometry has no layer of shapes.
+    # A table without geometry is not a layer of shapes.
     shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
     excluded: list[Finding] = []
@@ -277,7 +279,7 @@ def _read(
         keep, excluded = select_lines(path, columns, surfaces)
     elif surfaces.any():
         excluded.append(excluded_surfaces_finding(int(surfaces.sum())))
-    # Report a surface once, not again as a shape without coordinates.
+    # Report a surface only once, not again as a shape without coordinates.
     keep = keep & ~(shapely.is_missing(shapes) & (surfaces > 0))
     if not keep.all():
         shapes = shapes[keep]
@@ -314,10 +316,10 @@ def _unreadable(path: Path) -> InputError:
 
 
 def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -> str | None:
-    """Return the only layer that can contain such shapes, None if none can."""
+    """Return the only layer that may contain such shapes, or None if there is none."""
     layers = list_layers(path, lambda: _unreadable(path), progress)
     symbols = symbol_layers(layer.name for layer in layers)
-    # GDAL: None means no geometry, Unknown means any kind.
+    # In GDAL, None means no geometry, and Unknown means any kind.
     accepted = ("Unknown", *kinds, "Curve", "GeometryCollection")
     candidates = [
         layer.name
@@ -341,16 +343,16 @@ def _frame(
     *,
     alone: bool,
 ) -> tuple[StatedCrs, FrameOptions]:
-    """Return the CRS that a drawing states, and the options that complete it.
+    """Return the CRS stated by a drawing, and the options that complement it.
 
     Parameters
     ----------
     crs : str or None
-        As GDAL reports it: WGS 84 for GeoJSON without a ``crs``, by its standard.
+        CRS as reported by GDAL: WGS 84 for GeoJSON without a ``crs``, according to its standard.
     bounds : (2, 2) float
-        Lowest and highest x and y.
+        Minimum and maximum of x and y.
     alone : bool
-        Whether the drawing belongs to no model, to whose CRS it would be converted.
+        Whether the drawing does not belong to a model to whose CRS it would be converted.
     """
     if is_geojson_without_crs(path):
         if options.crs is not None:
@@ -376,7 +378,7 @@ def _convert_to_world(
     options: FrameOptions,
     model: ModelFrame | None,
 ) -> tuple[ObjectArray, WorldPoints]:
-    """Convert shapes (n,) to World, with or without heights."""
+    """Convert shapes (n,), with or without heights, to the World frame."""
     import shapely
 
     points, row = shapely.get_coordinates(shapes, include_z=True, return_index=True)
@@ -401,9 +403,9 @@ def _convert_to_world(
 
 
 def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
-    """Convert closed lines to polygons in a layer without polygons, and return a finding.
+    """Convert closed lines to polygons if a layer has no polygons, and return findings.
 
-    CAD drawings have no polygons.
+    CAD drawings do not contain polygons.
     """
     import shapely
 
@@ -426,9 +428,9 @@ def _parts(
     kinds: tuple[str, ...],
     include_rings: bool,
 ) -> tuple[ObjectArray, IntArray, list[Finding]]:
-    """Return single parts of the requested kinds, the row of each, and messages about others.
+    """Return single parts of the requested kinds, their rows, and findings about others.
 
-    numbers : (n,) row of each shape in its file, for the messages
+    numbers : (n,) row of each shape in its file, for the findings
     """
     import shapely
 
@@ -442,7 +444,7 @@ def _parts(
     kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in kinds else (1, 2))
     size = shapely.length(parts)
     if "Polygon" in kinds:
-        # Parts of a self-intersecting outline may cancel out.
+        # The parts of a self-intersecting outline may cancel each other.
         size = shapely.area(shapely.make_valid(parts))
     has_size = kind & (size > 0)
     feature = finite.astype(np.int64)[at]

@@ -1,4 +1,4 @@
-"""Options for the frame of input files, declared once for every door."""
+"""Options for the frame of input files, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ UpAxis = Literal["z", "y"]
 
 @dataclass(frozen=True)
 class FrameOptions(Options):
-    """Up axis, unit and CRS of a file; None for the statement of the file.
+    """Up axis, unit and CRS of a file. If None, the statement of the file is used.
 
     Raises
     ------
     UsageError
-        For a value that is not one of the choices.
+        If a value is not one of the choices.
     """
 
     up: UpAxis | None = option(
@@ -51,15 +51,15 @@ class FrameOptions(Options):
 
     @property
     def is_given(self) -> bool:
-        """Whether any option was given."""
+        """Whether any option is given."""
         return self != FrameOptions()
 
     @property
     def first_given(self) -> str | None:
-        """Flag of the first option that was given, None if none was."""
+        """Flag of the first option that is given, or None if there is none."""
         options = given_options(self)
         return next((each.flag for each in declarations(type(self)) if each.name in options), None)
 
 
 DEFAULT_FRAME = FrameOptions()
-"""No options: the frame is the one that the file states."""
+"""No options; the frame is that stated by the file."""

@@ -1,8 +1,8 @@
-"""Check that lengths in a coordinate reference system are lengths on the ground.
+"""Check that lengths in a coordinate reference system match lengths on the ground.
 
 A map projection scales distances but not heights. If the scale differs from 1 by more than
-`MAX_SCALE_ERROR`, dips and lengths are wrong: a bed of 30 degrees dips 21.9 degrees in Web Mercator
-at 46 degrees north.
+`MAX_SCALE_ERROR`, dips and lengths are wrong: in Web Mercator at 46 degrees north, a bed that dips
+30 degrees appears to dip 21.9 degrees.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.io.gis.crs import crs_name, utm_zone
 
 MAX_SCALE_ERROR = 0.005
-"""Largest deviation of the point scale from 1, and of the scales in two directions, relative."""
+"""Maximum relative deviation of the point scale from 1 and between two directions."""
 _UTM_ZONE = re.compile(r"EPSG:32([67])(0[1-9]|[1-5]\d|60)")
 _UTM_SCALE = 0.9996
 _EARTH_RADIUS_M = 6_371_000.0
@@ -29,19 +29,19 @@ _AREA_TOLERANCE_DEG = 0.1
 
 @dataclass(frozen=True)
 class MapScale:
-    """The point scale of a projection at some data.
+    """Point scale of a projection at the location of some data.
 
     Parameters
     ----------
     scale : float
-        Length on the map divided by length on the ground, in the direction and at the place where
-        it differs most from 1.
+        Length on the map divided by length on the ground, in the direction and at the location
+        where it differs most from 1.
     anisotropy : float
-        Largest scale divided by smallest scale at one place, minus 1.
+        Largest scale divided by smallest scale at the same location, minus 1.
     is_in_area : bool
-        Whether the data lie within the area of use of the CRS.
+        Whether the data are within the area of use of the CRS.
     suggested_crs : str
-        ``EPSG:n`` of the UTM zone (WGS 84) at the data.
+        ``EPSG:n`` of the UTM zone (WGS 84) that contains the data.
     """
 
     scale: float
@@ -51,24 +51,24 @@ class MapScale:
 
     @property
     def is_metric(self) -> bool:
-        """Whether lengths on the map are lengths on the ground within `MAX_SCALE_ERROR`."""
+        """Whether map lengths equal lengths on the ground within `MAX_SCALE_ERROR`."""
         return abs(self.scale - 1.0) <= MAX_SCALE_ERROR and self.anisotropy <= MAX_SCALE_ERROR
 
 
 def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
-    """Compute the point scale of a projected CRS at some data.
+    """Compute the point scale of a projected CRS at the location of some data.
 
     Parameters
     ----------
     crs : str
         Code, name or WKT.
     bounds : (2, 2) or (2, 3) float
-        Lowest and highest x, y of the data, in the unit of the CRS.
+        Minimum and maximum x, y of the data, in the unit of the CRS.
 
     Returns
     -------
     MapScale or None
-        None if the data lie where the projection is not defined.
+        Point scale, or None if the projection is not defined at the data.
 
     References
     ----------
@@ -106,29 +106,29 @@ def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
 def check_metric(
     crs: str, bounds: FloatArray, *, file: str | Path | None = None, field: str = "CRS"
 ) -> tuple[Finding, ...]:
-    """Check that a projected CRS is metric at some data.
+    """Check that a projected CRS is metric at the location of some data.
 
     Parameters
     ----------
     crs : str
         Code, name or WKT of a projected CRS.
     bounds : (2, 2) or (2, 3) float
-        Lowest and highest x, y of the data, in the unit of the CRS.
+        Minimum and maximum x, y of the data, in the unit of the CRS.
     file, field : optional
-        File of the data, and option or column that named the CRS, for the error.
+        File of the data, and option or column that specifies the CRS, for error messages.
 
     Returns
     -------
     tuple of Finding
-        ``frame.outside-area`` if the data lie outside the area of use of the CRS.
+        ``frame.outside-area`` if the data are outside the area of use of the CRS.
 
     Raises
     ------
     InputError
-        With the code ``frame.not-metric`` if lengths differ from those on the ground, or differ
-        with direction, by more than `MAX_SCALE_ERROR`; with ``frame.undefined-place`` if the
-        projection is not defined at the data; with ``frame.swapped-axes`` if it would be metric
-        with x and y exchanged.
+        With the code ``frame.not-metric`` if lengths differ from those on the ground, or vary with
+        direction, by more than `MAX_SCALE_ERROR`; with ``frame.undefined-place`` if the projection
+        is not defined at the data; with ``frame.swapped-axes`` if the CRS would be metric after
+        swapping x and y.
     """
     bounds = np.asarray(bounds, np.float64)[:, :2]
     if not np.isfinite(bounds).all() or _is_inside_utm_zone(crs, bounds):
@@ -165,7 +165,7 @@ def degrees_finding(bounds: FloatArray) -> Finding | None:
     Parameters
     ----------
     bounds : (2, 3) float
-        Lowest and highest corner of data without a CRS.
+        Lower-left and upper-right corners of data without a CRS.
     """
     low, high = np.asarray(bounds, np.float64)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
@@ -178,7 +178,7 @@ def degrees_finding(bounds: FloatArray) -> Finding | None:
 
 
 def _places(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return x and y of the corners, of the middles of the edges and, last, of the centre."""
+    """Return x and y of the corners, of the midpoints of the edges and finally of the centre."""
     (x0, y0), (x1, y1) = np.asarray(bounds, np.float64)[:, :2]
     xm, ym = (x0 + x1) / 2.0, (y0 + y1) / 2.0
     x = np.array([x0, x0, x1, x1, x0, x1, xm, xm, xm])
@@ -200,9 +200,9 @@ def _is_in_area(area: object, longitude: FloatArray, latitude: FloatArray) -> bo
 
 
 def _is_inside_utm_zone(crs: str, bounds: FloatArray) -> bool:
-    """Return whether data in a UTM zone of WGS 84 are certainly within the zone.
+    """Return whether data in a WGS 84 UTM zone are certainly within that zone.
 
-    Decided without importing PROJ, which would delay the first picture of a model.
+    The check avoids importing PROJ, which would delay the first display of a model.
     """
     if (zone := _UTM_ZONE.fullmatch(crs)) is None:
         return False

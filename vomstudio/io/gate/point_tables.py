@@ -1,4 +1,4 @@
-"""Reading tables of points in World, for commands, Python functions and the window."""
+"""Reading of point tables in World coordinates, for commands, functions and the window."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from vomstudio.io.text.tables import PointGroups, TextTable, coordinate_columns,
 
 @dataclass(frozen=True, eq=False)
 class GroupsInWorld:
-    """Groups of points in World.
+    """Groups of points in the World frame.
 
     Parameters
     ----------
     groups : PointGroups
-        With coordinates in World, and the messages of reading and placing them.
+        Groups with World coordinates, and the findings from reading and placing them.
     crs : str or None
-        CRS of World.
+        CRS of the World frame.
     """
 
     groups: PointGroups
@@ -35,13 +35,13 @@ class GroupsInWorld:
 
 @dataclass(frozen=True, eq=False)
 class PairsInWorld:
-    """Pairs of points on both sides of a fault.
+    """Pairs of points on the two sides of a fault.
 
     Parameters
     ----------
     names : list of str
     points : (n, 6) float64
-        East, north, up in metres on the hanging wall, then on the footwall.
+        East, north and up in metres on the hanging wall, followed by those on the footwall.
     warnings : tuple of Finding
     """
 
@@ -56,22 +56,22 @@ def read_points(
     options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> GroupsInWorld:
-    """Read the points of a text table, by feature, in World.
+    """Read the points of a text table in World coordinates, grouped by feature.
 
     Parameters
     ----------
     path : str or Path
     by : str, optional
-        Column that names the feature of each point; see `vomstudio.io.text.tables.read_points`.
+        Column with the feature of each point; see `vomstudio.io.text.tables.read_points`.
     options : FrameOptions
         Frame options of the caller.
     model : ModelFrame, optional
-        The model that the points belong to; without a statement of their own they are in its World.
+        Frame of the model to which the points belong, used if the table does not state a frame.
 
     Raises
     ------
     InputError, UsageError
-        For a table that cannot be read, and as `points_to_world`.
+        If the table cannot be read, and as for `points_to_world`.
     """
     groups = tables.read_points(path, by)
     placed = points_to_world(
@@ -84,17 +84,17 @@ def read_points(
 def read_places(
     table: OrientationTable, options: FrameOptions = DEFAULT_FRAME, model: ModelFrame | None = None
 ) -> WorldPoints | None:
-    """Return the coordinates of the rows of an orientation table, in World.
+    """Return the coordinates of the rows of an orientation table in the World frame.
 
     Returns
     -------
     WorldPoints or None
-        (n, 3), NaN for rows without coordinates; None if the table has no columns x, y, z.
+        Points (n, 3), NaN for rows without coordinates; None if the table has no columns x, y, z.
 
     Raises
     ------
     InputError, UsageError
-        As `points_to_world`.
+        As for `points_to_world`.
     """
     text = table.table
     if text.names is None:
@@ -111,12 +111,12 @@ def read_places(
 def read_boundaries(
     table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME
 ) -> Boundaries:
-    """Read points with names and notes, such as the boundaries of a log, in World.
+    """Read points with names and notes, such as the boundaries of a log, in World coordinates.
 
     Raises
     ------
     InputError, UsageError
-        For a table that cannot be read, and as `points_to_world`.
+        If the table cannot be read, and as for `points_to_world`.
     """
     text = _table(table)
     read = log_reading.extract_boundaries(text)
@@ -127,12 +127,12 @@ def read_boundaries(
 def read_pairs(
     table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME
 ) -> PairsInWorld:
-    """Read pairs of points on both sides of a fault, in World.
+    """Read pairs of points on the two sides of a fault in World coordinates.
 
     Raises
     ------
     InputError, UsageError
-        For a table that cannot be read, and as `points_to_world`.
+        If the table cannot be read, and as for `points_to_world`.
     """
     text = _table(table)
     names, points = log_reading.extract_pairs(text)

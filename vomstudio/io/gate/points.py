@@ -1,4 +1,4 @@
-"""Conversion of table coordinates to World: east, north, up in metres."""
+"""Conversion of table coordinates to the World frame: east, north, up in metres."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
 
 @dataclass(frozen=True)
 class ModelFrame:
-    """The frame of the model that points belong to.
+    """Frame of the model to which points belong.
 
     Parameters
     ----------
     crs : str or None
-        CRS of World, in metres; None for a model without one.
+        CRS of the World frame in metres, or None if the model has no CRS.
     """
 
     crs: str | None = None
@@ -36,16 +36,16 @@ class ModelFrame:
 
 @dataclass(frozen=True, eq=False)
 class WorldPoints:
-    """Points in World.
+    """Points in the World frame.
 
     Parameters
     ----------
     points : (n, 3) float64
-        East, north, up in metres.
+        East, north and up in metres.
     crs : str or None
-        CRS of World; None for local coordinates.
+        CRS of the World frame, or None for local coordinates.
     findings : tuple of Finding
-        Assumptions and conversions.
+        Findings about assumptions and conversions.
     """
 
     points: FloatArray
@@ -62,44 +62,46 @@ def points_to_world(
     options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> WorldPoints:
-    """Establish the frame of the points of a table and convert them to World.
+    """Determine the frame of the points of a table and convert them to the World frame.
 
     Parameters
     ----------
     points : (n, 3) float
-        As in the file; rows with NaN are preserved.
+        Coordinates as in the file; rows with NaN are preserved.
     file : Path
-        The table, for messages and for `NAME.prj` beside it.
+        Path of the table, for error messages and for `NAME.prj` next to it.
     comments : sequence of str
-        Comments of the table, which may name its CRS.
+        Comments of the table, which may state its CRS.
     stated : StatedCrs, optional
-        What the file states about its CRS, if it is not a table with comments.
+        Statement of the file about its CRS, if the file is not a table with comments.
     options : FrameOptions
         Frame options of the caller.
     model : ModelFrame, optional
-        Frame of the model that the points belong to. Points whose table states another CRS are
-        converted to it; points without a stated frame are in its World.
+        Frame of the model to which the points belong. Points whose table states another CRS are
+        converted to it; points without a stated frame are assumed to be in the World frame of the
+        model.
 
     Returns
     -------
     WorldPoints
-        With ``frame.assumed`` if neither table, options nor model define the frame.
+        Points in the World frame, with ``frame.assumed`` if neither table, options nor model define
+        the frame.
 
     Raises
     ------
     InputError
-        For coordinates that are not metric (``frame.degrees``, ``frame.geocentric``,
-        ``frame.depths``, ``frame.other-axes``, ``frame.not-metric``, ``frame.undefined-place``)
-        and are not converted by `options.to_crs`.
+        If the coordinates are not metric (``frame.degrees``, ``frame.geocentric``,
+        ``frame.depths``, ``frame.other-axes``, ``frame.not-metric``, ``frame.undefined-place``) and
+        are not converted by `options.to_crs`.
     UsageError
-        For options that contradict the table or each other.
+        If options contradict the table or each other.
     """
     points = np.ascontiguousarray(points, np.float64)
     findings: tuple[Finding, ...] = ()
     if stated is None:
         stated, findings = table_crs(file, comments)
     if options.up == "y":
-        # x East, y Up, z South.
+        # x is East, y is Up, z is South.
         points = np.ascontiguousarray(points[:, [0, 2, 1]] * [1.0, -1.0, 1.0])
     axes, axis_findings = choose_axes(stated.text, options, file=file)
     findings += axis_findings
@@ -116,7 +118,7 @@ def points_to_world(
         raise InputError(reason, file=file, field="CRS")
     findings += unit_findings(axes)
     if axes.crs is None or axes.unit_m is None:
-        # A local system has units and no place on Earth.
+        # A local system has units but no position on Earth.
         return WorldPoints(points * axes.metres, None if model is None else model.crs, findings)
     field = "--crs" if options.crs is not None else "CRS"
     checked = check_metric(axes.crs, bounds[:, :2], file=file, field=field)
@@ -159,7 +161,7 @@ def _local_points(
 def _convert(
     points: FloatArray, axes: StatedAxes, target: str, findings: tuple[Finding, ...], file: Path
 ) -> WorldPoints:
-    """Convert points to another CRS, and check that it is metric there."""
+    """Convert points to another CRS and check that it is metric there."""
     source = axes.crs
     if source is None:
         reason = refusal(axes, _bounds(points))
@@ -181,7 +183,7 @@ def _convert(
 
 
 def _is_exchanged(points: FloatArray, conversion: Reprojection, code: str) -> bool:
-    """Return whether points are metric in the target if longitude and latitude are exchanged."""
+    """Return whether points are metric in the target CRS if their degrees are swapped."""
     try:
         exchanged = conversion.apply(points[:, [1, 0, 2]])
         return not check_metric(code, _bounds(exchanged)[:, :2])
@@ -190,7 +192,7 @@ def _is_exchanged(points: FloatArray, conversion: Reprojection, code: str) -> bo
 
 
 def _is_same(axes: StatedAxes, world: str) -> bool:
-    """Return whether a CRS is that of World, apart from its unit."""
+    """Return whether a CRS is that of the World frame, apart from its unit."""
     from pyproj import CRS
 
     if axes.crs is None:

@@ -17,8 +17,8 @@ from vomstudio.io.gis.crs import crs_name, metric_crs
 class Reprojection:
     """Conversion from a CRS to a projected CRS in metres.
 
-    Heights are scaled to metres and otherwise unchanged; heights of geocentric coordinates become
-    ellipsoidal.
+    Heights are converted to metres but otherwise unchanged; heights of geocentric coordinates
+    become ellipsoidal heights.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Reprojection:
     def create(
         cls, source: str, target: str, *, height_factor: float = 1.0, field: str = "--to-crs"
     ) -> Reprojection:
-        """Prepare the conversion. Raises UsageError for a target that is not in metres."""
+        """Prepare the conversion. Raises UsageError if the target is not in metres."""
         from pyproj import CRS, Transformer
 
         code = metric_crs(target, field)
@@ -60,17 +60,17 @@ class Reprojection:
         Parameters
         ----------
         points : (n, 3) float
-            x, y, z in the unit of the source; longitude first for a geographic CRS.
+            x, y, z in the unit of the source CRS; longitude comes first in a geographic CRS.
 
         Returns
         -------
         (n, 3) float
-            East, north, up in metres.
+            East, north and up in metres.
 
         Raises
         ------
         InputError
-            With the code ``frame.undefined-place`` for points where a CRS is not defined.
+            With the code ``frame.undefined-place`` for points at which a CRS is not defined.
         """
         from pyproj import CRS
 
@@ -87,9 +87,10 @@ class Reprojection:
         return np.ascontiguousarray(converted)
 
     def jacobian(self, point: FloatArray) -> FloatArray:
-        """Return the (3, 3) derivative of the conversion at a point, for normals.
+        """Return the derivative (3, 3) of the conversion at a point, for converting normals.
 
-        Central differences over a step far above rounding and far below the curvature of the map.
+        Central differences with a step far above rounding errors and far below the curvature of the
+        map.
         """
         scale = max(1e-6 * float(np.abs(point[:2]).max()), 1e-6)
         steps = np.diag([scale, scale, max(scale, 1e-3)])

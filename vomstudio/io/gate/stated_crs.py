@@ -1,4 +1,4 @@
-"""The CRS that a text table states: in its comments, or in `NAME.prj` beside it."""
+"""CRS that is stated by a text table, in its comments or in `NAME.prj` next to it."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _LOCAL = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
 
 @dataclass(frozen=True)
 class StatedCrs:
-    """Coordinate reference system that a table states.
+    """Coordinate reference system stated by a table.
 
     Parameters
     ----------
     text : str or None
-        Code, name or WKT; None if the table names none.
+        Code, name or WKT; None if the table states no CRS.
     is_local : bool
         Whether the table states that its coordinates are local.
     unit_m : float or None
-        Metres per unit of local coordinates, if it is stated.
+        Metres per unit of local coordinates, if stated.
     """
 
     text: str | None = None
@@ -41,16 +41,16 @@ class StatedCrs:
 
 
 def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
-    """Return the CRS that the comments of a table name.
+    """Return the CRS that is stated in the comments of a table.
 
-    Understood are ``CRS: EPSG:32633`` and ``CoordinateSystem: WKT`` (as Metashape writes it),
+    The accepted forms are ``CRS: EPSG:32633``, ``CoordinateSystem: WKT`` (as written by Metashape),
     WKT on a separate line, and a code at the start of a comment or of an item of a list in it, if
-    all comments name the same one.
+    all comments state the same code.
 
     Parameters
     ----------
     comments : sequence of str
-        Without their ``#``.
+        Comments without their ``#``.
     """
     for comment in comments:
         if (named := _NAMED.match(comment)) is None:
@@ -71,20 +71,21 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
 
 
 def table_crs(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Finding, ...]]:
-    """Return the CRS of a table of coordinates, from its comments, else `NAME.prj` beside it.
+    """Return the CRS of a table of coordinates from its comments, or else from `NAME.prj`.
 
     Parameters
     ----------
     path : Path
-        The table; a path without a file has no `NAME.prj`.
+        Path of the table; a path that is not a file has no `NAME.prj`.
     comments : sequence of str
 
     Returns
     -------
     StatedCrs
     findings : tuple of Finding
-        ``frame.crs-unreadable`` for a CRS that is not known, which then counts as not stated;
-        ``frame.crs-replaced`` if the comments and `NAME.prj` disagree: the comments are used.
+        ``frame.crs-unreadable`` for a CRS that is not known and is therefore treated as not stated;
+        ``frame.crs-replaced`` if the comments and `NAME.prj` disagree, in which case the comments
+        are used.
     """
     stated = crs_in_comments(comments)
     findings: list[Finding] = []

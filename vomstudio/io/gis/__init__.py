@@ -1,1 +1,1 @@
-"""Coordinate systems, and file formats of GIS and CAD."""
+"""Coordinate reference systems, and file formats of GIS and CAD programs."""

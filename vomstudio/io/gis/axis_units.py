@@ -1,8 +1,9 @@
-"""Unit of each axis of a file, by the coordinate reference system that it names.
+"""Units of the axes of a file according to the coordinate reference system it states.
 
-The only place that decides this, for every format. The horizontal and vertical units are those of
-the CRS (compound ones have two); heights without a unit have that of the horizontal axes; a unit of
-heights that a file states besides the CRS overrides both (CONVENTIONS).
+This is the only module that determines the units, for every format. The horizontal and vertical
+units are those of the CRS (a compound CRS has two); heights without a unit have the unit of the
+horizontal axes; a unit of heights that a file states in addition to the CRS overrides both
+(CONVENTIONS).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ UNKNOWN: Units = ("unknown", "unknown", "unknown")
 MAX_DEGREES = 400.0
 """Maximum coordinate in degrees or gons."""
 _UNIT_TOLERANCE = 2e-7
-"""Relative; files state the US survey foot with seven digits, and the two feet differ by 2e-6."""
+"""Relative tolerance: the US survey foot has seven digits in files, and the feet differ by 2e-6."""
 _UNIT_NAMES = {
     "m": to_translate("metres"),
     "ft": to_translate("feet"),
@@ -37,24 +38,24 @@ _UNIT_NAMES = {
 
 @dataclass(frozen=True)
 class StatedAxes:
-    """Axes that a file states.
+    """Axes stated by a file.
 
     Parameters
     ----------
     crs : str or None
-        "EPSG:n" or WKT of the stored x, y (and z); None without east, north and up axes.
+        "EPSG:n" or WKT for the stored x, y (and z); None if the axes are not east, north and up.
     kind : str
-        Kind of the named CRS; "local" is one with a unit and no place on Earth.
+        Kind of the stated CRS; "local" is a CRS with a unit but without a position on Earth.
     units : Units
-        Units as the file states them.
+        Units as stated by the file.
     unit_m, height_m : float or None
         Metres per unit of x and y, and of z; None if unknown or not a length.
     has_heights : bool
-        Whether heights have their own statement, besides that of x and y.
+        Whether the unit of heights is stated separately from that of x and y.
     replaced_height_unit : str or None
-        Unit of heights of the CRS, if the file states another one.
+        Unit of heights of the CRS if the file states a different one.
     unusual_directions : frozenset of str
-        Directions of axes that are not east (or along a meridian), north and up.
+        Directions of axes other than east (or along a meridian), north and up.
     """
 
     crs: str | None = None
@@ -68,15 +69,15 @@ class StatedAxes:
 
     @property
     def metres(self) -> tuple[float, float, float]:
-        """Metres per unit of x, y and z; 1 if unknown, and for degrees."""
+        """Metres per unit of x, y and z; 1 for unknown units and degrees."""
         flat = self.unit_m or 1.0
         return flat, flat, self.height_m or flat
 
     @property
     def height_factor(self) -> float:
-        """Factor from the unit of heights to that of x and y.
+        """Factor from the unit of heights to the unit of x and y.
 
-        In a local system `unit_factor` converts both to metres.
+        In a local system, `unit_factor` converts both to metres.
         """
         if self.kind not in ("projected", "local") or not self.unit_m or not self.height_m:
             return 1.0
@@ -84,7 +85,7 @@ class StatedAxes:
 
     @property
     def unit_factor(self) -> float:
-        """Metres per unit of a local system, else 1."""
+        """Metres per unit of a local system; 1 for other systems."""
         return self.unit_m if self.kind == "local" and self.unit_m else 1.0
 
 
@@ -94,9 +95,9 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
     Parameters
     ----------
     text : str or None
-        Code, name or WKT of the CRS; None if the file names none.
+        Code, name or WKT of the CRS; None if the file states no CRS.
     height_unit : str, optional
-        Unit of heights that the file states besides the CRS, a name of `METRES`.
+        Unit of heights that the file states in addition to the CRS, as a key of `METRES`.
 
     Raises
     ------
@@ -139,11 +140,11 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
         unit_m = None
         if not has_heights:
             high, height_m = "unknown", None
-    # A compound system may state another unit of z than that of the stored model.
+    # A compound system may state a unit of z other than that of the stored model.
     has_mixed_units = unit_m is not None and height_m is not None and not _is_same(unit_m, height_m)
     stored_crs = None
     if flat is not None and kind not in ("local", "none") and not unusual_directions:
-        # A datum shift of a system with an EPSG code is defined by the EPSG register.
+        # The datum shift of a system with an EPSG code is defined by the EPSG register.
         use_horizontal_part = (
             has_mixed_units
             or replaced_height_unit is not None
@@ -163,9 +164,9 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
 
 
 def _unusual_directions(flat: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
-    """Return the directions of pyproj axes that are not east, north or up.
+    """Return the directions of pyproj axes other than east, north and up.
 
-    Both axes of a polar system point along meridians, in the same direction.
+    Both axes of a polar system point along meridians in the same direction.
     """
     directions = {str(axis.direction) for axis in flat}
     unusual: set[Literal["west", "south", "down"]] = set()
@@ -196,7 +197,7 @@ def _is_same(one: float, other: float) -> bool:
 
 
 def _axis_unit(axis: Any) -> tuple[str, float | None]:
-    """Return name and metres of the unit of a pyproj axis; None for an angle."""
+    """Return the name of the unit of a pyproj axis and its length in metres (None for angles)."""
     name, factor = str(axis.unit_name), float(axis.unit_conversion_factor)
     if name in ("degree", "grad", "gon", "radian") or (
         axis.direction in ("north", "east") and _is_same(factor, 0.017453292519943295)
@@ -211,7 +212,7 @@ def _axis_unit(axis: Any) -> tuple[str, float | None]:
 
 
 def _crs_name(crs: Any) -> str:
-    """Return "EPSG:n" if the code has the same units, else WKT."""
+    """Return "EPSG:n" if the code has the same units, otherwise WKT."""
     code = crs.to_epsg()
     if code is not None:
         from pyproj import CRS
@@ -231,7 +232,7 @@ def unit_text(unit: str) -> str:
 
 
 def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
-    """Return the findings about units that are converted or assumed; none for metres."""
+    """Return the findings about converted or assumed units; there are none for metres."""
     flat, _, high = axes.units
     findings: list[Finding] = []
     if axes.has_heights and flat == "unknown":
@@ -259,20 +260,20 @@ def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
 
 
 def refusal(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
-    """Return why coordinates with these axes have no true scale, or no up; else None.
+    """Return the reason why coordinates have no true scale or up direction, or None.
 
     Parameters
     ----------
     axes : StatedAxes
     bounds : (2, 3) float
-        Lowest and highest corner of the data, as written.
+        Lower-left and upper-right corners of the data, as written.
     """
     if axes.kind == "geocentric":
         return Finding("frame.geocentric")
     if "down" in axes.unusual_directions:
         return Finding("frame.depths")
     if axes.unusual_directions and float(np.asarray(bounds)[:, 1].sum()) > 0:
-        # Negative coordinates show that y increases to the north nevertheless, as in GIS.
+        # Negative coordinates show that y nevertheless increases to the north, as in GIS.
         return Finding("frame.other-axes")
     if axes.kind != "geographic":
         return None
@@ -282,7 +283,7 @@ def refusal(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
 
 
 def suggested_zone(bounds: FloatArray) -> str:
-    """Return ``EPSG:n`` of the UTM zone (WGS 84) at the middle of data in degrees."""
+    """Return ``EPSG:n`` of the UTM zone (WGS 84) at the centre of data in degrees."""
     longitude, latitude = np.asarray(bounds, np.float64)[:, :2].mean(axis=0)
     if not np.isfinite([longitude, latitude]).all():
         return "EPSG:326xx"

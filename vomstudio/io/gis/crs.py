@@ -1,4 +1,4 @@
-"""Coordinate reference systems by name."""
+"""Parsing and properties of coordinate reference systems."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def parse_crs(text: str) -> tuple[str, float]:
     Parameters
     ----------
     text : str
-        Such as "32633", "EPSG:32633", "utm 33n" (WGS 84), a name of EPSG, or WKT.
+        Text such as "32633", "EPSG:32633", "utm 33n" (WGS 84), an EPSG name, or WKT.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def parse_crs(text: str) -> tuple[str, float]:
     Raises
     ------
     InputError
-        If it is not a CRS for x, y and z of a model.
+        If the text is not a CRS that can be used for x, y and z of a model.
     """
     from pyproj import CRS
     from pyproj.exceptions import CRSError
@@ -75,9 +75,9 @@ def parse_crs(text: str) -> tuple[str, float]:
 
 
 def unit_in_metres(code: str) -> float:
-    """Return the metres per unit of x and y of a CRS; 1 if it has no east and north."""
+    """Return the metres per unit of x and y of a CRS, or 1 if its axes are not east and north."""
     if _WGS_84_UTM.fullmatch(code):
-        # Avoid importing PROJ, which would delay the first picture of a model.
+        # Avoid importing PROJ, which would delay the first display of a model.
         return 1.0
     try:
         return parse_crs(code)[1]
@@ -86,19 +86,19 @@ def unit_in_metres(code: str) -> float:
 
 
 def world_crs(code: str | None, unit_m: float) -> str | None:
-    """Return the CRS of World, which is in metres, for a model in a CRS.
+    """Return the CRS of the World frame, which is in metres, for the CRS of a model.
 
     Parameters
     ----------
     code : str or None
         CRS of the model.
     unit_m : float
-        Metres per unit of its x and y.
+        Metres per unit of x and y.
 
     Returns
     -------
     str or None
-        `code` if its unit is the metre, else the same projection in metres, as WKT.
+        `code` if its unit is the metre, otherwise the same projection in metres as WKT.
     """
     if code is None or unit_m == 1.0:
         return code
@@ -109,7 +109,7 @@ def world_crs(code: str | None, unit_m: float) -> str | None:
     for part in parts:
         part.pop("id", None)
         part["name"] = f"{part['name']}, in metres"
-        # False eastings and northings have units of their own in the parameters.
+        # False eastings and northings have their own units in the parameters.
         for axis in part["coordinate_system"]["axis"]:
             axis["unit"] = "metre"
     stated.pop("id", None)
@@ -124,7 +124,7 @@ def crs_name(code: str) -> str:
 
 
 def convergence_deg(code: str, x: float, y: float) -> float | None:
-    """Compute the meridian convergence at a place of a projected CRS.
+    """Compute the meridian convergence at a point of a projected CRS.
 
     Parameters
     ----------
@@ -135,8 +135,8 @@ def convergence_deg(code: str, x: float, y: float) -> float | None:
     Returns
     -------
     float or None
-        Angle in degrees from true north to grid north, positive to the east: grid azimuth = true
-        azimuth - convergence. None if the CRS does not cover the place.
+        Angle from true north to grid north in degrees, positive to the east: grid azimuth = true
+        azimuth - convergence. None if the CRS does not cover the point.
     """
     from pyproj import Proj
     from pyproj.exceptions import ProjError
@@ -151,13 +151,13 @@ def convergence_deg(code: str, x: float, y: float) -> float | None:
 
 
 def utm_zone(longitude_deg: float, latitude_deg: float) -> str:
-    """Return "EPSG:n" of the UTM zone (WGS 84) of a place in degrees."""
+    """Return "EPSG:n" of the UTM zone (WGS 84) that contains a point given in degrees."""
     zone = min(int((longitude_deg + 180) // 6) + 1, 60)
     return f"EPSG:{(32600 if latitude_deg >= 0 else 32700) + zone}"
 
 
 def parse_crs_option(text: str, field: str = "--crs") -> tuple[str, float]:
-    """Parse a CRS as `parse_crs`, and raise UsageError with the option `field`."""
+    """Parse a CRS with `parse_crs`, raising UsageError with the option `field`."""
     try:
         return parse_crs(text)
     except InputError as error:
@@ -165,12 +165,12 @@ def parse_crs_option(text: str, field: str = "--crs") -> tuple[str, float]:
 
 
 def metric_crs(text: str, field: str) -> str:
-    """Parse a projected CRS in metres, and return "EPSG:n" or WKT.
+    """Parse a projected CRS in metres and return "EPSG:n" or WKT.
 
     Raises
     ------
     UsageError
-        With the option `field`, if it is not a projected CRS in metres.
+        If the text is not a projected CRS in metres; states the option `field`.
     """
     code, unit = parse_crs_option(text, field)
     if unit != 1.0:
@@ -193,7 +193,8 @@ def degrees_to_grid(
     Returns
     -------
     callable
-        From longitude and latitude to x and y; None if the CRS does not cover the place.
+        Function from longitude and latitude to x and y, or None if the CRS does not cover the
+        point.
     """
     from pyproj import Transformer
 
@@ -209,7 +210,7 @@ def degrees_to_grid(
 def to_degrees(
     code: str, x: npt.ArrayLike, y: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Convert coordinates of a CRS to longitude and latitude (WGS 84).
+    """Convert coordinates in a CRS to longitude and latitude (WGS 84).
 
     Parameters
     ----------
@@ -219,7 +220,7 @@ def to_degrees(
     Returns
     -------
     longitude, latitude : (n,) float
-        In degrees. None instead of both if the CRS does not cover a place.
+        Coordinates in degrees. The result is None if the CRS does not cover a point.
     """
     import numpy as np
 
@@ -236,37 +237,37 @@ def _to_wgs84(code: str) -> Any:
 
 
 def read_sidecar(file: Path) -> str:
-    """Return the text of `NAME.prj` beside a file.
+    """Return the text of the `NAME.prj` file next to a file.
 
     Raises
     ------
     FileNotFoundError
         If the file does not exist.
     OSError, InputError
-        If it cannot be read.
+        If the file cannot be read.
     """
     # Names in a Windows code page do not affect the numbers.
     return convert_to_utf8(read_small(sidecar_path(file), _MAX_BYTES)).decode("utf-8", "replace")
 
 
 def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | None, Finding | None]:
-    """Return the CRS that `NAME.prj` beside a model names.
+    """Return the CRS that is stated by the `NAME.prj` file next to a model.
 
-    Heights may have another unit there: see `vomstudio.io.gis.axis_units`. An outcrop is less than
-    a degree wide, so a CRS in degrees beside a wider model belongs to another file.
+    The file may state another unit of heights: see `vomstudio.io.gis.axis_units`. An outcrop is
+    less than a degree wide, so a CRS in degrees next to a wider model belongs to another file.
 
     Parameters
     ----------
     model : Path
     bounds : (2, 3) float, optional
-        Lowest and highest corner of the model.
+        Lower-left and upper-right corners of the model.
 
     Returns
     -------
     crs : str or None
         WKT, or a code such as ``EPSG:32633``.
     finding : Finding or None
-        ``frame.crs-unreadable`` or ``frame.crs-unused`` for a file that cannot be used.
+        ``frame.crs-unreadable`` or ``frame.crs-unused`` if the file cannot be used.
     """
     name = sidecar_path(model).name
     try:
@@ -293,7 +294,7 @@ def _shown(text: str) -> str:
 
 
 def _can_have_kind(kind: str, bounds: FloatArray) -> bool:
-    """Return whether a model may have coordinates of this kind."""
+    """Return whether the coordinates of a model may be of this kind."""
     import numpy as np
 
     if not np.isfinite(bounds).all():
@@ -306,5 +307,5 @@ def _can_have_kind(kind: str, bounds: FloatArray) -> bool:
 
 
 def sidecar_path(model: Path) -> Path:
-    """Return the path of the file with the CRS of a model whose format cannot store one."""
+    """Return the path of the CRS file for a model whose format cannot store a CRS."""
     return model.with_suffix(".prj")

@@ -1,4 +1,4 @@
-"""Projected reference systems by name and area, from the database of PROJ."""
+"""Projected reference systems by name and area, from the PROJ database."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NamedCrs:
-    """Projected CRS of the database.
+    """Projected CRS of the PROJ database.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class NamedCrs:
 
 @cache
 def projected_systems() -> tuple[NamedCrs, ...]:
-    """Return all valid systems by code: about 5000, loaded once within half a second."""
+    """Return all valid systems by code, about 5000, which load once within half a second."""
     from pyproj.database import query_crs_info
     from pyproj.enums import PJType
 
@@ -46,7 +46,7 @@ def projected_systems() -> tuple[NamedCrs, ...]:
 def search_systems(text: str, max_count: int = 50) -> list[NamedCrs]:
     """Find systems whose code, name or area contains every word of a text.
 
-    Systems with all words in code and name precede others, and shorter names longer ones.
+    Systems with all words in code and name come first, and shorter names precede longer ones.
 
     Parameters
     ----------

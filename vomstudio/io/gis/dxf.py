@@ -1,13 +1,13 @@
-"""Writing DXF of release 12 (1992), which every program reads, as text.
+"""Writing of text DXF files of release 12 (1992), which every program can read.
 
-Coordinates are the shortest decimals that restore each double.
+Coordinates are written as the shortest decimals that restore each double.
 
-Own code, because libraries were measured to be slower or less accurate (two busy cores). 200,000
-points took 0.9 s and 33 MB; ezdxf 1.4.5 18 s and 187 MB; its r12writer 3.0 s, with coordinates
-rounded to 1e-6, without layer colours and extended data; GDAL 4.4 s, with errors of 5e-9, also
-without. 100 planes with traces, discs and their figures took 0.15 s, ezdxf 1.0 s, of which 0.3 s
-for its import; 2000 took 2.8 s, ezdxf 12.9. The tests read the files by ezdxf and GDAL and compare
-every double.
+This module does not use a library because all of those measured were slower or less accurate (two
+busy cores). Writing 200,000 points took 0.9 s and 33 MB; ezdxf 1.4.5 took 18 s and 187 MB; its
+r12writer took 3.0 s, with coordinates rounded to 1e-6 and without layer colours and extended data;
+GDAL took 4.4 s, with errors of 5e-9 and also without these. 100 planes with traces, discs and their
+figures took 0.15 s, compared with 1.0 s for ezdxf, of which 0.3 s for its import; 2000 planes took
+2.8 s, compared with 12.9 s. The tests read the files with ezdxf and GDAL and compare every double.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ def _escape(letter: str) -> str:
 
 
 def layer_names(names: Iterable[str]) -> dict[str, str]:
-    """Return a unique valid name of DXF release 12 for each layer, compared without case."""
+    """Return a valid DXF release 12 name for each layer, unique regardless of case."""
     used: set[str] = set()
     result: dict[str, str] = {}
     for name in names:
         if name in result:
             continue
-        # Remove accents that Unicode separates from letters.
+        # Remove accents that Unicode decomposition has separated from letters.
         letters = unicodedata.normalize("NFKD", name.strip())
         letters = "".join(c for c in letters if not unicodedata.combining(c))
         plain = re.sub(r"[^\w$-]", "_", letters, flags=re.ASCII) or "layer"
@@ -62,7 +62,7 @@ def layer_names(names: Iterable[str]) -> dict[str, str]:
 
 
 class DxfWriter:
-    """Writer of a drawing: the constructor writes the header, `close` the end."""
+    """Writer of a drawing; the constructor writes the header and `close` the end."""
 
     def __init__(
         self,
@@ -79,11 +79,11 @@ class DxfWriter:
         ----------
         file : text file
         layers : mapping of str to int
-            Colour number by name, as from `layer_names`.
+            Colour number by layer name, as returned by `layer_names`.
         bounds : (2, 3) float or None
         comment : str
         metric : bool
-            Whether the unit is the metre; otherwise it is unknown.
+            Whether the unit is the metre; if False, the unit is unknown.
         """
         self._file = file
         write = self._write
@@ -91,7 +91,7 @@ class DxfWriter:
             write((999, plain_text(comment)[:MAX_TEXT_LENGTH]))
         write((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"))
         if metric:
-            # A variable of later releases, which other programs ignore.
+            # This variable belongs to later releases; other programs ignore it.
             write((9, "$INSUNITS"), (70, METRES))
         if bounds is not None:
             for name, corner in zip(("$EXTMIN", "$EXTMAX"), bounds.tolist(), strict=True):
@@ -118,7 +118,7 @@ class DxfWriter:
         points : (n, 3) float
         layer : str
         colors : (n,) int, optional
-            Colour numbers; default: the colour of the layer.
+            Colour numbers. If None, the colour of the layer is used.
         """
         if not len(points):
             return
@@ -155,7 +155,7 @@ class DxfWriter:
             self._write(*zip((11, 21, 31), end.tolist(), strict=True))
 
     def text(self, point: AnyArray, text: str, height: float, layer: str) -> None:
-        """Write text centred at a point (3,), readable on the map; `height` in drawing units."""
+        """Write horizontal text centred at a point (3,), with a height in drawing units."""
         self._write((0, "TEXT"), (8, plain_text(layer)), *_point_groups(point), (40, height))
         self._write((1, plain_text(text)), (72, 1), (73, 2))
         self._write(*zip((11, 21, 31), point.tolist(), strict=True))
@@ -171,7 +171,7 @@ class DxfWriter:
         self._file.write("".join(map(template.__mod__, zip(*columns, strict=True))))
 
     def _write_values(self, values: Mapping[str, Any]) -> None:
-        """Write values as extended data, one text `name=value` for each."""
+        """Write values as extended data, with one text `name=value` per value."""
         texts = [f"{name}={_format(value)}" for name, value in values.items() if _has_value(value)]
         if texts:
             groups = [(1000, plain_text(text)[:MAX_TEXT_LENGTH]) for text in texts]
@@ -204,7 +204,7 @@ def _format(value: Any) -> str:
 
 @functools.cache
 def _palette() -> AnyArray:
-    """Return RGB (255, 3) of colour numbers from 1: 24 hues in ten shades, and greys."""
+    """Return the RGB values (255, 3) of colours from 1: 24 hues in ten shades, and greys."""
     first = [
         (255, 0, 0),
         (255, 255, 0),
@@ -229,13 +229,13 @@ def _palette() -> AnyArray:
 
 @functools.cache
 def color_table() -> AnyArray:
-    """Return RGB (256, 3) by colour number; number 0 is white."""
+    """Return the RGB values (256, 3) by colour number; number 0 is white."""
     return np.concatenate([[[255, 255, 255]], _palette()]).astype(np.uint8)
 
 
 @functools.cache
 def _nearest() -> ByteArray:
-    """Return the nearest colour number of each of 32 x 32 x 32 colours."""
+    """Return the nearest colour number for each of 32 x 32 x 32 colours."""
     from scipy.spatial import cKDTree
 
     steps = np.arange(32) * 255.0 / 31.0
@@ -245,14 +245,14 @@ def _nearest() -> ByteArray:
 
 
 def color_numbers(rgb: ByteArray) -> ByteArray:
-    """Return the numbers (n,) of the nearest colours of release 12."""
+    """Return the numbers (n,) of the nearest release 12 colours."""
     r, g, b = (rgb.astype(np.int32) * 31 + 127).T // 255
     numbers: ByteArray = _nearest()[(r * 32 + g) * 32 + b]
     return numbers
 
 
 def color_number(hex_: str) -> int:
-    """Return the number of a colour "#rrggbb"; white (black on paper) for other text."""
+    """Return the colour number for "#rrggbb", or white (black on paper) for other text."""
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", hex_):
         return WHITE
     rgb = np.array([[int(hex_[k : k + 2], 16) for k in (1, 3, 5)]], np.uint8)

@@ -1,7 +1,8 @@
-"""Number of entities of a DXF drawing after its blocks are inserted.
+"""Counting of the entities of a DXF drawing after its blocks have been inserted.
 
-A block may contain others many times, and these others again, so a short file can expand to more
-entities than a library can process. They are counted before a library expands them.
+A block may contain other blocks many times, and these may again contain blocks, so a short file can
+expand to more entities than a library can process. The entities are counted before a library
+expands them.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ _NON_ENTITIES = {b"SECTION", b"ENDSEC", b"BLOCK", b"ENDBLK", b"TABLE", b"ENDTAB"
 
 
 def count_block_entities(path: Path) -> float:
-    """Count the entities that inserted blocks expand to.
+    """Count the entities to which inserted blocks expand.
 
     Raises
     ------
     InputError
-        If a block contains itself, or the entities are more than `MAX_EXPANDED_ENTITIES`.
+        If a block contains itself, or if there are more than `MAX_EXPANDED_ENTITIES` entities.
     OSError
     """
     total = _Drawing(dxf_pieces(path)).count_expanded()
@@ -38,7 +39,7 @@ def count_block_entities(path: Path) -> float:
 
 
 class _Drawing:
-    """Entities by the block that contains them; those outside blocks have an empty block name."""
+    """Entities by the block that contains them; the block name is "" outside blocks."""
 
     def __init__(self, pieces: Iterator[DxfPiece]) -> None:
         self._entities: Counter[bytes] = Counter()
@@ -58,7 +59,7 @@ class _Drawing:
 
     @staticmethod
     def _parse_insert(piece: DxfPiece) -> tuple[bytes, float, float]:
-        """Return the name of an inserted block, and the columns and rows of its grid."""
+        """Return the name of an inserted block and the number of columns and rows of its grid."""
         values = dict(piece.groups())
         across, down = (
             float(text) if (text := value_text(values.get(code, 1))).isdigit() else 1.0
@@ -67,7 +68,7 @@ class _Drawing:
         return value_text(values.get(2, b"")).upper(), across, down
 
     def count_expanded(self) -> float:
-        """Return the number of expanded entities, infinite if a block contains itself."""
+        """Return the number of expanded entities, which is infinite if a block contains itself."""
         return sum(times * self._size(name, ()) for name, times in self._inserts[b""])
 
     def _size(self, block: bytes, parents: tuple[bytes, ...]) -> float:

@@ -1,7 +1,8 @@
-"""Groups of a DXF drawing, entity by entity.
+"""Reading of the groups of a DXF drawing, entity by entity.
 
-A DXF is a list of groups, each a code and a value: two lines of text, or a number and bytes. Group
-code 0 begins an entity, a block, a section or an entry of a table (AutoCAD DXF Reference).
+A DXF file is a list of groups, each of which consists of a code and a value: either two lines of
+text, or a number and bytes. Group code 0 begins an entity, a block, a section or a table entry
+(AutoCAD DXF Reference).
 """
 
 from __future__ import annotations
@@ -20,22 +21,22 @@ Groups = list[tuple[int, Value]]
 
 MAX_BYTES = 512 << 20
 _BINARY = b"AutoCAD Binary DXF\r\n\x1a\0"
-# A code has only digits: a line 0 before a line with a letter is a code, not a value.
+# A code has only digits: a line 0 before a line with a letter is a code and not a value.
 _ENTITY_START = re.compile(
     rb"(?m)^[ \t]*0[ \t]*\r?\n[ \t]*(?=[0-9]*[A-Za-z_])([A-Za-z0-9_]+)[ \t]*\r?(?:\n|\Z)"
 )
-# A line 60 may also be a value; only the groups show which.
+# A line 60 may also be a value; only the groups show which it is.
 _INVISIBLE = re.compile(rb"(?m)^[ \t]*60[ \t]*\r?\n[ \t]*1[ \t]*\r?$")
 
 
 @dataclass(frozen=True)
 class DxfPiece:
-    """Part of a drawing from one group of code 0 to the next.
+    """Part of a drawing from one group with code 0 to the next.
 
     Parameters
     ----------
     kind : bytes
-        Value of the first group, in capitals.
+        Value of the first group in upper case.
     """
 
     kind: bytes
@@ -45,7 +46,7 @@ class DxfPiece:
     _groups: Groups | None = None
 
     def groups(self) -> Groups:
-        """Return the groups after the first, up to the first invalid one; parsed on request."""
+        """Return the groups after the first, up to an invalid one, parsed on request."""
         if self._groups is not None:
             return self._groups
         lines = self._data[self._begin : self._end].splitlines()
@@ -58,19 +59,19 @@ class DxfPiece:
 
     @property
     def span(self) -> tuple[int, int]:
-        """Begin and end of the groups after the first, in the text of the drawing."""
+        """Start and end of the groups after the first one in the text of the drawing."""
         return self._begin, self._end
 
     @property
     def may_be_invisible(self) -> bool:
-        """Whether a group may state that the entity is invisible."""
+        """Whether a group may mark the entity as invisible."""
         if self._groups is not None:
             return (60, 1) in self._groups
         return _INVISIBLE.search(self._data, self._begin, self._end) is not None
 
 
 def dxf_pieces(path: str | Path) -> Iterator[DxfPiece]:
-    """Yield the parts of a drawing, up to the first invalid one.
+    """Yield the parts of a drawing up to the first invalid part.
 
     Raises
     ------
@@ -88,12 +89,12 @@ def is_binary(data: bytes) -> bool:
 
 
 def value_text(value: Value) -> bytes:
-    """Return a value of a group as text."""
+    """Return the value of a group as text."""
     return value if isinstance(value, bytes) else str(value).encode()
 
 
 def text_pieces(data: bytes) -> Iterator[DxfPiece]:
-    """Yield the parts of a text DXF."""
+    """Yield the parts of a text DXF file."""
     kind, begin = b"", 0
     for match in chain(_ENTITY_START.finditer(data), (None,)):
         yield DxfPiece(kind, data, begin, len(data) if match is None else match.start())
@@ -132,7 +133,7 @@ _SIZES = (
     (range(1060, 1071), 2),
     (range(1071, 1072), 4),
 )
-"""Bytes of a value by its code: 0 for zero-terminated text, -1 for a length byte and data."""
+"""Bytes of a value by group code: 0 for zero-terminated text, -1 for a length byte and data."""
 _SIZE_BY_CODE = {code: size for codes, size in _SIZES for code in codes}
 
 
@@ -148,7 +149,7 @@ def _binary(data: bytes) -> Iterator[DxfPiece]:
 
 
 def binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
-    """Yield code and value of the groups of a binary DXF."""
+    """Yield the code and value of each group of a binary DXF file."""
     at = len(_BINARY)
     while at + 2 <= len(data):
         (code,) = struct.unpack_from("<H", data, at)

@@ -22,7 +22,7 @@ _UNITS = {1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.
 _UNITS |= {14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937}
 """Metres per unit by the value of $INSUNITS."""
 ENTITY_COLUMNS = ("paperspace", "subclasses", "entityhandle")
-"""Columns of GDAL for an entity besides its layer, in lower case."""
+"""GDAL columns of an entity other than its layer, in lower case."""
 _FROZEN_FLAG = 1
 _ANNOTATIONS = (
     b"DIMENSION",
@@ -39,7 +39,7 @@ _BODIES = frozenset(
 )
 """Entities without lines that GDAL skips without a message."""
 POLYGON_MESH, POLYFACE_MESH = 16, 64
-"""Flags of a POLYLINE that is a surface."""
+"""Flags of a POLYLINE entity that represents a surface."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class DxfProperties:
     Parameters
     ----------
     unit_m : float or None
-        Metres per unit, None if not stated.
+        Metres per unit, or None if not stated.
     hidden : frozenset of str
         Layers that are off or frozen, in lower case.
     notes : frozenset of str
@@ -71,12 +71,12 @@ class DxfProperties:
 
 
 def read_dxf_properties(path: str | Path) -> DxfProperties:
-    """Read the properties of a drawing; the defaults if it cannot be read.
+    """Read the properties of a drawing, or return defaults if it cannot be read.
 
     Raises
     ------
     InputError
-        If it is too large.
+        If the file is too large.
     """
     try:
         return _collect_properties(dxf_pieces(path))
@@ -91,7 +91,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     ----------
     path : Path
     fields : mapping of str to (n,) array
-        Columns of GDAL.
+        GDAL columns.
     surfaces : (n,) array of int
         Number of surfaces in each entity (`vomstudio.io.gis.wkb_shapes`).
 
@@ -99,7 +99,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     -------
     keep : (n,) array of bool
     messages : list of Finding
-        About excluded sheets (paper space), hidden layers, dimensions and bodies.
+        Findings about excluded sheets (paper space), hidden layers, dimensions and bodies.
     """
     count = len(surfaces)
     keep = np.ones(count, bool)
@@ -140,7 +140,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
 
 
 def unreadable_reason(path: Path) -> Finding | None:
-    """Return the reason why GDAL cannot read a drawing, None if it is unknown."""
+    """Return the reason why GDAL cannot read a drawing, or None if it is unknown."""
     if path.suffix.lower() != ".dxf" or not (count := read_dxf_properties(path).fit_only):
         return None
     return Finding("drawing.splines", count=count)
@@ -172,7 +172,7 @@ def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
         flags = value_text(first.get(70, 0))
         is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
         if is_mesh and section == b"ENTITIES":
-            # GDAL skips these as well, but not polyface meshes.
+            # GDAL also skips these, but not polyface meshes.
             bodies["polygon mesh"] += 1
         if section == b"ENTITIES" and 5 in first:
             handle = value_text(first[5]).decode("latin-1").upper()
@@ -198,9 +198,9 @@ def _unit(header: Groups) -> float | None:
 
 
 def _names(value: Value) -> set[str]:
-    """Return the names that GDAL may give a layer.
+    """Return the names that GDAL may give to a layer.
 
-    They are those of several code pages and of escapes (U+00E9).
+    These names result from several code pages and from escapes (U+00E9).
     """
     raw = value_text(value)
     names = {raw.decode("utf-8", "replace"), raw.decode("cp1252", "replace"), raw.decode("latin-1")}

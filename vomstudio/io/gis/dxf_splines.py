@@ -1,9 +1,9 @@
-"""Splines of DXF drawings that state only the points they pass through.
+"""Conversion of DXF splines that only state the points through which they pass.
 
-GDAL rejects a whole drawing because of one of them. It reads a copy instead, in which these have
-the control points of the same curve: the cubic spline through the points, parametrised by distance,
-with the stated end tangents (AutoCAD DXF Reference: SPLINE, groups 11, 12 and 13), otherwise with
-free ends or, if it is closed, a smooth seam.
+GDAL rejects a whole drawing because of one such spline. Therefore it reads a copy in which these
+splines have the control points of the same curve: the cubic spline through the points, parametrised
+by distance, with the stated end tangents (AutoCAD DXF Reference: SPLINE, groups 11, 12 and 13), or
+otherwise with free ends or, if it is closed, a smooth seam.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from vomstudio.io.gis.dxf_groups import MAX_BYTES, DxfPiece, Groups, is_binary, 
 _CLOSED_FLAG = 1
 _SHAPE_CODES = frozenset(range(10, 14)) | frozenset(range(20, 24)) | frozenset(range(30, 34))
 _SHAPE_CODES |= frozenset(range(40, 45)) | frozenset(range(70, 75))
-"""Codes of the geometry of a spline, in contrast to its layer, colour and direction."""
+"""Group codes of the geometry of a spline, as opposed to its layer, colour and direction."""
 _FIRST_XDATA_CODE = 1000
 
 
 @contextlib.contextmanager
 def add_spline_control_points(path: Path) -> Iterator[Path]:
-    """Yield the path of a drawing, or of a temporary copy with control points.
+    """Yield the path of a drawing or of a temporary copy with control points.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def add_spline_control_points(path: Path) -> Iterator[Path]:
 def curve_through(
     points: FloatArray, closed: bool, start: FloatArray | None = None, end: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the cubic B-spline through points, parametrised by distance along them.
+    """Compute the cubic B-spline through points, parametrised by the distance along them.
 
     Each segment is a Bezier curve.
 
@@ -75,7 +75,7 @@ def curve_through(
     distances = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], distances > 0.0])]
     if len(points) < 2:
-        # A line without length, which is excluded and reported like others.
+        # A line without length is excluded and reported like other such lines.
         return np.repeat([0.0, 1.0], 4), np.repeat(points[:1], 4, axis=0)
     distance = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     ends = (
@@ -98,7 +98,7 @@ def _end_condition(tangent: FloatArray | None) -> tuple[int, FloatArray]:
 
 
 def _add_control_points(data: bytes) -> bytes | None:
-    """Return the drawing with control points, None if nothing changes."""
+    """Return the drawing with control points added, or None if nothing changes."""
     parts: list[bytes] = []
     done = 0
     for piece in text_pieces(data):
@@ -111,7 +111,7 @@ def _add_control_points(data: bytes) -> bytes | None:
 
 
 def _control_groups(piece: DxfPiece) -> bytes | None:
-    """Return the groups of a spline with control points, None if it has them or is invalid."""
+    """Return the groups of a spline with control points, or None if not needed or invalid."""
     groups = piece.groups()
     codes = {code for code, _ in groups}
     if 11 not in codes or 10 in codes:
@@ -148,7 +148,7 @@ def _control_groups(piece: DxfPiece) -> bytes | None:
 
 
 def _points(groups: Groups, first: int) -> FloatArray:
-    """Return the points (n, 3) of the groups first, first + 10 and first + 20 (optional).
+    """Return the points (n, 3) in the groups first, first + 10 and first + 20 (optional).
 
     Raises ValueError.
     """

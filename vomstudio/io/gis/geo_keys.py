@@ -1,7 +1,7 @@
-"""CRS of GeoTIFF keys, which LAS files have too, decoded by GDAL.
+"""CRS of GeoTIFF keys, which are also used in LAS files, decoded by GDAL.
 
-The keys are written into a picture of one pixel in memory, so that one reader decodes all of them:
-codes, systems defined by parameters (code 32767), units of length and vertical systems.
+The keys are written into an in-memory picture of one pixel, so that a single reader decodes all of
+them: codes, systems defined by parameters (code 32767), units of length and vertical systems.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
 
 COMPOUND = {"GTIFF_REPORT_COMPD_CS": "YES"}
-"""Option of GDAL that includes the vertical part of files of GeoTIFF 1.0."""
+"""GDAL option that includes the vertical part of GeoTIFF 1.0 files."""
 _MAX_KEYS = 1000
 _SYSTEMS = {"projected": 3072, "geographic": 2048}
 _UNIT, _UNIT_SIZE, _VERTICAL_UNITS = 3076, 3077, 4099
 _UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
-"""EPSG's codes of units of length."""
+"""EPSG codes of units of length."""
 _USER_DEFINED = 32767
 
 
 @dataclass(frozen=True)
 class Keys:
-    """The records GeoKeyDirectory, GeoDoubleParams and GeoAsciiParams of a file."""
+    """Records GeoKeyDirectory, GeoDoubleParams and GeoAsciiParams of a file."""
 
     directory: bytes
     doubles: bytes = b""
@@ -45,11 +45,11 @@ class NamedKeys:
     Parameters
     ----------
     crs : str or None
-        WKT, None if they name no known system.
+        CRS as WKT, or None if the keys do not state a known system.
     height_unit : str or None
-        Unit of heights besides the CRS, a name of `METRES`.
+        Unit of heights that is stated in addition to the CRS, as a key of `METRES`.
     warnings : tuple of Finding
-        Statements that cannot be used.
+        Findings about statements that cannot be used.
     """
 
     crs: str | None = None
@@ -63,13 +63,13 @@ def decode_keys(keys: Keys) -> NamedKeys:
     Raises
     ------
     InputError
-        If they are damaged.
+        If the keys are damaged.
     """
     rows = _rows(keys.directory)
     if not rows:
         return NamedKeys()
     text = _decode_by_gdal(keys, rows)
-    # GDAL ignores the unit if a vertical system is named, and LAStools writes both.
+    # GDAL ignores the unit if a vertical system is stated, but LAStools writes both.
     height_unit = _UNITS.get(_value(rows, _VERTICAL_UNITS))
     if text is None:
         return NamedKeys(None, height_unit)
@@ -79,7 +79,7 @@ def decode_keys(keys: Keys) -> NamedKeys:
         return NamedKeys(text, None if height_unit == stated else height_unit)
     if height_unit is None and named.has_heights and stated in METRES:
         height_unit = stated
-    # The fallback of GDAL is in metres, regardless of the keys.
+    # GDAL's fallback is in metres, regardless of the keys.
     codes = [_value(rows, key) for key in _SYSTEMS.values()]
     code = next((code for code in codes if code not in (0, _USER_DEFINED)), None)
     warnings = () if code is None else (Finding("frame.crs-unreadable", crs=f"EPSG:{code}"),)
@@ -87,7 +87,7 @@ def decode_keys(keys: Keys) -> NamedKeys:
 
 
 def read_tiff_keys(path: Path) -> Keys:
-    """Return the keys of the first picture of a GeoTIFF, empty without keys."""
+    """Return the keys of the first picture of a GeoTIFF; empty if there are none."""
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:
@@ -110,12 +110,12 @@ def read_tiff_keys(path: Path) -> Keys:
 
 
 def _value(rows: Sequence[tuple[int, int, int, int]], target_key: int) -> int:
-    """Return the value of a key with a code, 0 if it is missing."""
+    """Return the value of a key that stores a code, or 0 if the key is missing."""
     return next((value for key, at, _, value in rows if key == target_key and at == 0), 0)
 
 
 def _local_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
-    """Return a local CRS in the stated unit of length, None without a unit."""
+    """Return a local CRS with the stated unit of length, or None if no unit is stated."""
     code = _value(rows, _UNIT)
     name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
     for key, at, _, place in rows:
@@ -163,7 +163,7 @@ def _damaged() -> InputError:
 
 
 def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
-    """Return a TIFF of one pixel, by the TIFF 6.0 and GeoTIFF 1.1 specifications."""
+    """Return a TIFF of one pixel according to the TIFF 6.0 and GeoTIFF 1.1 specifications."""
     short, long, double, ascii_ = 3, 4, 12, 2
     small = {256: 1, 257: 1, 258: 8, 259: 1, 262: 1, 277: 1, 278: 1, 279: 1}
     large = {
@@ -175,7 +175,7 @@ def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
         large[34736] = (double, len(doubles) // 8, doubles)
     if texts:
         text = texts.rstrip(b"\0") + b"\0"
-        # Four bytes or less would be stored in the tag itself.
+        # Data of four bytes or less would be stored in the tag itself.
         text = text.ljust(5, b"\0")
         large[34737] = (ascii_, len(text), text)
     count = len(small) + 1 + len(large)

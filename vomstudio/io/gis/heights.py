@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from math import isfinite
 
-# Heights above EGM2008 and EGM96 on WGS 84.
+# Heights above EGM2008 and EGM96 in WGS 84.
 _GEOIDS = ("EPSG:9518", "EPSG:9707")
 
 
 def geoid_height_m(longitude_deg: float, latitude_deg: float) -> float | None:
-    """Return the height of the geoid (EGM2008, else EGM96) above the WGS 84 ellipsoid.
+    """Return the height of the geoid (EGM2008 or else EGM96) above the WGS 84 ellipsoid.
 
     Parameters
     ----------
@@ -18,7 +18,8 @@ def geoid_height_m(longitude_deg: float, latitude_deg: float) -> float | None:
     Returns
     -------
     float or None
-        Metres; None if no grid is installed. pyproj includes none, and none is downloaded.
+        Height in metres; None if no grid is installed. pyproj does not include any grid, and none
+        is downloaded.
     """
     import warnings
 

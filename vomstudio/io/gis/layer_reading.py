@@ -1,8 +1,8 @@
-"""Reading layers of vector files with GDAL, limited to the formats listed here.
+"""Reading of layers of vector files with GDAL, restricted to the formats listed here.
 
-GDAL chooses a driver by the content, not by the file name. Some drivers open other files or send
+GDAL chooses a driver by the content and not by the file name. Some drivers open other files or send
 requests if the file refers to them: a virtual layer may be named `faults.geojson`, and the CRS of a
-GeoJSON may be the address of a web page. Nothing is loaded from the network here.
+GeoJSON file may be the address of a web page. Here, nothing is loaded from the network.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from vomstudio.io.gis.dxf_splines import add_spline_control_points
 from vomstudio.io.text.xml_tree import refuse_many_tags
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
-"""Options of GDAL that send all requests to the discard port of this machine."""
+"""GDAL options that send all requests to the discard port of this machine."""
 
 SYMBOLS = "_symbols"
-"""Suffix of the name of a layer with symbols for the features of another layer."""
+"""Suffix of the name of a layer that contains symbols for the features of another layer."""
 
 _HEAD_BYTES = 4096
 _SHAPEFILE = b"\0\0\x27\x0a"
@@ -41,9 +41,9 @@ _KML = re.compile(rb"(?:\xef\xbb\xbf)?\s*<(?:[^>]*>\s*<)*?(?:kml:)?kml[\s>]", re
 _JSON_NAME = re.compile(rb'"([^"\n]{1,200})"\s*:')
 _BLOCK_BYTES, _NAME_BYTES = 8 << 20, 1000
 _MAX_KML_TAGS = 2_000_000
-"""Maximum number of tags; GDAL stores all of them, about 300 bytes each."""
+"""Maximum number of tags; GDAL stores all of them, using about 300 bytes for each."""
 _MAX_ATTRIBUTES = 2000
-"""Maximum number of columns of a table of SQLite (SQLite: Limits in SQLite)."""
+"""Maximum number of columns of an SQLite table (SQLite: Limits in SQLite)."""
 _gdal_lock = threading.Lock()
 
 
@@ -55,7 +55,8 @@ def readable_layers(path: Path, unreadable: Callable[[], InputError]) -> Iterato
     ----------
     path : Path
     unreadable : callable
-        Returns the error for a file that is not a valid GeoPackage, GeoJSON, shapefile, DXF or KML.
+        Function that returns the error for a file that is not a valid GeoPackage, GeoJSON,
+        shapefile, DXF or KML file.
 
     Raises
     ------
@@ -112,9 +113,9 @@ def _is_known(head: bytes) -> bool:
 
 
 def _refuse_truncated_dxf(path: Path, head: bytes) -> None:
-    """Raise InputError for a text DXF that ends with a carriage return.
+    """Raise InputError for a text DXF file that ends with a carriage return.
 
-    GDAL would not terminate.
+    GDAL would not terminate on such a file.
     """
     if head.startswith(_BINARY_DXF):
         return
@@ -129,9 +130,9 @@ def _refuse_truncated_dxf(path: Path, head: bytes) -> None:
 
 
 def _refuse_zero_bytes(path: Path, head: bytes) -> None:
-    """Raise InputError for a text DXF with zero bytes before its end.
+    """Raise InputError for a text DXF file with zero bytes before its end.
 
-    GDAL would not terminate.
+    GDAL would not terminate on such a file.
     """
     if head.startswith(_BINARY_DXF):
         return
@@ -153,14 +154,14 @@ _LAST_WORD_BYTES = 16
 
 
 def _refuse_many_attributes(path: Path) -> None:
-    """Raise InputError for a GeoJSON with too many attribute names.
+    """Raise InputError for a GeoJSON file with too many attribute names.
 
-    Each name becomes a column of every shape, so a short file could fill the memory.
+    Each name becomes a column of every shape, so a short file could exhaust the memory.
     """
     names: set[bytes] = set()
     with open_regular(path) as file:
         while block := file.read(_BLOCK_BYTES):
-            # Read to the end of the line, so that no name is split.
+            # Read to the end of the line so that no name is split.
             block += file.readline(_NAME_BYTES)
             names.update(_JSON_NAME.findall(block))
             if len(names) > _MAX_ATTRIBUTES:
@@ -171,7 +172,7 @@ def _refuse_many_attributes(path: Path) -> None:
 
 
 def symbol_layers(names: Iterable[str]) -> set[str]:
-    """Return layers of symbols only: `bedding_symbols` beside `bedding` or `bedding_planes`."""
+    """Return the layers of symbols: `bedding_symbols` for `bedding` or `bedding_planes`."""
     all_names = {name.casefold() for name in names}
     layers = set()
     for name in all_names:
@@ -185,12 +186,12 @@ def symbol_layers(names: Iterable[str]) -> set[str]:
 
 
 def is_geojson_without_crs(path: Path) -> bool:
-    """Return whether a file is a GeoJSON without `crs`, which GDAL reads as degrees."""
+    """Return whether a file is GeoJSON without `crs`, which GDAL reads as degrees."""
     if path.suffix.lower() not in (".json", ".geojson"):
         return False
     try:
         content = read_json(path)
     except (OSError, ValueError):
-        # A sequence of GeoJSON lines cannot have the member.
+        # A sequence of GeoJSON lines cannot have this member.
         return True
     return not (isinstance(content, dict) and content.get("crs"))

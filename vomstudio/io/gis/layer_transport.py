@@ -21,7 +21,7 @@ def pack(header: Mapping[str, Any], arrays: Sequence[AnyArray | None]) -> bytes:
     ----------
     header : mapping
     arrays : sequence of (n,) array or None
-        Numbers, dates, bytes or text; None among objects is preserved.
+        Numbers, dates, bytes or text; None values among objects are preserved.
     """
     parts = [_block(json.dumps(header).encode())]
     for array in arrays:
@@ -39,7 +39,7 @@ def pack(header: Mapping[str, Any], arrays: Sequence[AnyArray | None]) -> bytes:
 
 
 def unpack(data: bytes) -> tuple[dict[str, Any], Iterator[AnyArray]]:
-    """Return the header and the arrays from which `pack` made the data."""
+    """Return the header and the arrays that `pack` has serialised."""
     blocks = _blocks(memoryview(data))
     return json.loads(bytes(next(blocks))), _arrays(blocks)
 

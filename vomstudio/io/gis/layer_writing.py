@@ -1,4 +1,4 @@
-"""Writing layers of vector data with GDAL."""
+"""Writing of layers of vector data with GDAL."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import WORLD
 
 VERSION = "1.2"
-"""Version of GeoPackage. QGIS 3.22 warns about 1.4, and ignores styles in it."""
+"""GeoPackage version. QGIS 3.22 warns about version 1.4 and ignores its styles."""
 
 
 def write_layer(
@@ -28,7 +28,7 @@ def write_layer(
     described: str = "",
     append: bool = False,
 ) -> None:
-    """Write a layer of a GeoPackage.
+    """Write a layer to a GeoPackage.
 
     Parameters
     ----------
@@ -39,11 +39,11 @@ def write_layer(
     geometry : (n,) array of shapely geometries
     columns : mapping of str to (n,) array
     crs : str or None
-        None for a local frame.
+        CRS of the layer, or None for a local frame.
     described : str
         Description of the layer.
     append : bool
-        Add the layer to those in the file.
+        Whether to add the layer to the existing layers of the file.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def write_layer(
 
 
 def _encodable(values: AnyArray) -> AnyArray:
-    """Replace lone surrogates in text; numbers are not changed."""
+    """Replace lone surrogates in text; numbers are unchanged."""
     if values.dtype.kind not in "OU":
         return values
     texts = [

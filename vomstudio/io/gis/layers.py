@@ -18,13 +18,13 @@ class Layer:
     name : str
     kind : {"point", "line", "ring"}
     shapes : list of (n, 3) float64
-        Points of each feature; n = 1 for a point. A ring does not repeat its first point.
+        Points of each feature; n = 1 for a point feature. A ring does not repeat its first point.
     columns : dict of str to (m,) array
-        One value per feature.
+        One value per feature for each column.
     main, by
-        As in `project.kind.GisLayer`.
+        As for `project.kind.GisLayer`.
     colors : sequence of str
-        Colour of each feature, "#rrggbb" or ""; empty for points of orientations.
+        Colour of each feature as "#rrggbb" or ""; empty for points of orientations.
     """
 
     name: str
@@ -37,16 +37,16 @@ class Layer:
 
     @property
     def classes(self) -> list[str]:
-        """Class of each feature, which determines its colour; empty if the layer has none."""
+        """Class of each feature, which determines its colour; empty if the layer has no classes."""
         return [str(word) for word in self.columns.get(self.by, [""] * len(self.shapes))]
 
     def colors_of(self, types: Mapping[str, str], default: str) -> dict[str, str]:
-        """Return the colour of each class.
+        """Return the colours of the classes.
 
         Parameters
         ----------
         types : mapping of str to str
-            Colours of feature types, by their names in lower case.
+            Colours of feature types by their names in lower case.
         default : str
             Colour of other classes.
         """

@@ -1,4 +1,4 @@
-"""Reading lines and outlines from GIS layers and drawings, in coordinates of the file."""
+"""Reading of lines and outlines from GIS layers and drawings, in file coordinates."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from vomstudio.io.gis.wkb_shapes import excluded_surfaces_finding, shapes_from_w
 _NAME_COLUMNS = ("name", "label", "id", "title")
 _ATTRIBUTE_COLUMNS = ("id", "kind", "set")
 DEFAULT_LAYERS = ("", "0", "defpoints", "entities")
-"""Default layers of CAD programs."""
+"""Names of the default layers of CAD programs."""
 _MIN_RELATIVE_LENGTH = 1e-13
-"""Minimum length of a line, relative to its largest coordinate."""
+"""Minimum length of a line relative to its largest coordinate."""
 _SHAPES_PER_STEP = 10_000
-"""Shapes between two checks of cancellation."""
+"""Number of shapes between two checks for cancellation."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class FeatureAttributes:
     Parameters
     ----------
     id : str
-        Id of the feature from which the shape was drawn.
+        ID of the feature from which the shape was drawn.
     kind, set : str
         Feature type and set.
     """
@@ -55,13 +55,13 @@ class ReadLine:
     Parameters
     ----------
     layer : str
-        Layer; in a drawing for CAD that of the entity.
+        Layer name; in a CAD drawing, the layer of the entity.
     name : str
     points : (n, 2) or (n, 3) float64
-        As in the file; the first point of an outline is repeated at the end.
+        Coordinates as in the file; the first point of an outline is repeated at the end.
     closed : bool
     crs : str or None
-        CRS of the layer, None if it states none.
+        CRS of the layer, or None if the layer states none.
     words : FeatureAttributes
     """
 
@@ -81,7 +81,7 @@ class ReadLines:
     ----------
     lines : tuple of ReadLine
     systems : tuple of str
-        CRS of the layers.
+        CRSs of the layers.
     described : mapping of str to str
         Descriptions by layer name.
     warnings : tuple of Finding
@@ -99,7 +99,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     """Read all lines and polygons of a GeoPackage, GeoJSON, shapefile or DXF.
 
     Rings of polygons and parts of collections become separate lines. Symbols, hidden layers of a
-    CAD drawing, and lines without length or with non-finite coordinates are excluded.
+    CAD drawing, and lines that have no length or contain non-finite coordinates are excluded.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
 def _is_valid(points: FloatArray) -> bool:
     if len(points) < 2 or not np.isfinite(points).all():
         return False
-    # Points of a degenerate curve in GDAL differ by rounding errors.
+    # The points of a degenerate curve in GDAL differ by rounding errors.
     return bool((np.abs(points - points[0]) > _MIN_RELATIVE_LENGTH * np.abs(points).max()).any())
 
 
@@ -190,7 +190,7 @@ def _feature_attributes(columns: Mapping[str, AnyArray], count: int) -> list[Fea
 
 
 def _column_texts(columns: Mapping[str, AnyArray], name: str) -> list[str] | None:
-    """Return the texts of a column by its name, compared without case."""
+    """Return the texts of a column, whose name is compared case-insensitively."""
     for key, values in columns.items():
         if key.casefold() == name:
             return ["" if value is None else str(value) for value in values]

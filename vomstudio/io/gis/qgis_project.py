@@ -1,4 +1,4 @@
-"""QGIS project (.qgs, from 3.22 on) with the layers of a GeoPackage in the same folder."""
+"""QGIS project (.qgs, version 3.22 or later) with the layers of a GeoPackage next to it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class MapLayer:
     Parameters
     ----------
     extent : tuple of float
-        x and y of its lower and upper corner.
+        x and y of the lower-left and upper-right corners.
     """
 
     name: str
@@ -35,11 +35,11 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
     ----------
     title : str
     source : str
-        Name of the GeoPackage in the same folder.
+        File name of the GeoPackage in the same folder.
     layers : sequence of MapLayer
-        The uppermost first.
+        Layers, starting with the uppermost one.
     crs : str or None
-        EPSG code or WKT, None for a local frame.
+        EPSG code or WKT, or None for a local frame.
     """
     root = ElementTree.Element("qgis", version=VERSION, projectname=title)
     ElementTree.SubElement(root, "title").text = title
@@ -113,7 +113,7 @@ def _layer(
 
 
 def _id(number: int, layer: MapLayer) -> str:
-    """Return an unambiguous id: QGIS renames layers with short ids, but not in the tree."""
+    """Return a unique ID: QGIS renames layers with short IDs, but not in the layer tree."""
     return f"{layer.name}_{uuid5(NAMESPACE_OID, f'{layer.name} {number}')}".replace("-", "_")
 
 
@@ -145,7 +145,7 @@ def _extent(parent: ElementTree.Element, extent: tuple[float, float, float, floa
 def _common_extent(
     extents: Sequence[tuple[float, float, float, float]],
 ) -> tuple[float, float, float, float]:
-    """Return the common extent with a margin, so that symbols at the edge are complete."""
+    """Return the common extent with a margin so that symbols at the edge are complete."""
     if not extents:
         return 0.0, 0.0, 1.0, 1.0
     west, south, east, north = zip(*extents, strict=True)

@@ -1,8 +1,8 @@
-"""Styles of map layers for QGIS (QML, from 3.22 on).
+"""QGIS styles for map layers (QML, version 3.22 or later).
 
-Symbols depend on the type of a feature, and are rotated and labelled by its attributes. A saved
-style has a categorised renderer, with a symbol for each value of an attribute. Symbols consist of
-symbol layers, whose properties may be expressions. Labels are simple ones.
+Symbols depend on the type of a feature, and are rotated and labelled according to its attributes. A
+saved style has a categorised renderer with one symbol per value of an attribute. Symbols consist of
+symbol layers, whose properties may be expressions. Labels use QGIS's simple labelling.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class SymbolLayer:
     kind : str
         Name in QGIS: SimpleMarker, SimpleLine or SimpleFill.
     values : mapping of str to str
-        Properties.
+        Properties of the symbol layer.
     by : mapping of str to str
-        Properties that are expressions.
+        Properties that are defined by expressions.
     """
 
     kind: str
@@ -41,7 +41,7 @@ class SymbolLayer:
 
 @dataclass(frozen=True)
 class RendererCategory:
-    """Symbol of the features with one value of the attribute; "" for all other values."""
+    """Symbol of the features with one value of the attribute; "" stands for all other values."""
 
     value: str
     label: str
@@ -55,9 +55,9 @@ class Labels:
     Parameters
     ----------
     expression : str
-        Expression of the text.
+        Expression for the text.
     by : mapping of str to str
-        Placement by expressions (OffsetXY in millimetres).
+        Placement properties defined by expressions (OffsetXY in millimetres).
     """
 
     expression: str
@@ -73,9 +73,9 @@ class Style:
     Parameters
     ----------
     attribute : str or None
-        Attribute whose values define the categories; None for a single symbol.
+        Attribute whose values define the categories, or None for a single symbol.
     tip : str or None
-        Expression of the map tip.
+        Expression for the map tip.
     """
 
     geometry: Geometry
@@ -96,7 +96,7 @@ def qml(style: Style) -> str:
 
 
 def elements(style: Style) -> list[ElementTree.Element]:
-    """Return the elements of a style, for a style file or a layer of a project."""
+    """Return the XML elements of a style, for a style file or a project layer."""
     children = [_renderer(style)]
     if style.labels is not None:
         children.append(_labeling(style.labels))
@@ -159,7 +159,7 @@ def _properties(parent: ElementTree.Element, tag: str, by: Mapping[str, str]) ->
         entry = ElementTree.SubElement(properties, "Option", name=name, type="Map")
         _option(entry, "active", "true", "bool")
         _option(entry, "expression", expression)
-        # 3 is QGIS's number of an expression, 2 that of a field.
+        # 3 is QGIS's code for an expression, and 2 its code for a field.
         _option(entry, "type", "3", "int")
     _option(options, "type", "collection")
 
@@ -232,30 +232,30 @@ def _labeling(labels: Labels) -> ElementTree.Element:
 
 
 def rgba(color: str, alpha: int = 255) -> str:
-    """Convert "#rrggbb" to the notation of QGIS."""
+    """Convert "#rrggbb" to the colour notation of QGIS."""
     red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return f"{red},{green},{blue},{alpha}"
 
 
-# Pieces that come again -----------------------------------------------------------------------
+# Common elements ---------------------------------------------------------------------------------
 
 
 def stroke(
     length_mm: float, width_mm: float, color: str, *, angle: str, offset: str, by: Mapping[str, str]
 ) -> SymbolLayer:
-    """Return a straight line of a marker.
+    """Return a marker that consists of a straight line.
 
     Parameters
     ----------
     length_mm, width_mm : float
-        Size of the line.
+        Length and width of the line.
     color : str
     angle : str
-        Expression, degrees clockwise from up.
+        Expression for the rotation in degrees, clockwise from up.
     offset : str
-        "x,y" in millimetres before the rotation, y down.
+        Offset "x,y" in millimetres before the rotation, with y down.
     by : mapping
-        Further properties by name.
+        Further properties defined by expressions, by name.
     """
     values = {
         "name": "line",
@@ -281,7 +281,7 @@ def stroke(
 def mark(
     name: str, size_mm: float, color: str, *, offset: str = "0,0", by: Mapping[str, str] = {}
 ) -> SymbolLayer:
-    """Return a simple marker of QGIS, filled."""
+    """Return a filled simple marker of QGIS."""
     values = {
         "name": name,
         "size": f"{size_mm:g}",

@@ -1,6 +1,7 @@
-"""Writing GeoTIFFs, tile by tile, with rasterio.
+"""Writing of GeoTIFFs, tile by tile, with rasterio.
 
-GDAL reports a full disk late or only in its log, so each file is verified after writing.
+GDAL reports a full disk late or only in its log, so each file is verified after it has been
+written.
 """
 
 from __future__ import annotations
@@ -25,35 +26,35 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
 BLOCK = 512
-"""Side of the blocks inside the files, pixels."""
+"""Side length of the blocks in the files, in pixels."""
 
 
 _BAND_NAMES = {"f": "F", "i": "I", "u": "I"}
 
 Affine = tuple[float, float, float, float, float, float]
 """(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f; the outer corner of the
-top left pixel is (c, f)."""
+top-left pixel is (c, f)."""
 
 
 _VIEW_PLANE = "VOM Studio view plane"
 
 
 def is_view_plane(crs: str | None) -> bool:
-    """Return whether a CRS is that of a picture, of `view_plane_crs`."""
+    """Return whether a CRS is that of a picture, as returned by `view_plane_crs`."""
     return crs is not None and _VIEW_PLANE in crs
 
 
 def view_plane_crs(metric: bool, picture: str = "") -> str:
-    """Return the CRS of a picture's own plane: x right, y up.
+    """Return the CRS of the plane of a picture, with x to the right and y up.
 
-    It is an engineering CRS, so that no GIS places it on a map.
+    It is an engineering CRS, so that GIS programs do not place it on a map.
 
     Parameters
     ----------
     metric : bool
-        In metres, else in units of the model.
+        Whether lengths are in metres. If False, they are in model units.
     picture : str
-        Identifier of the picture, by which drawings on it are recognised.
+        Identifier of the picture, with which drawings on it can be recognised.
     """
     name = " ".join([_VIEW_PLANE, *([picture] if picture else [])])
     if metric:
@@ -63,20 +64,20 @@ def view_plane_crs(metric: bool, picture: str = "") -> str:
 
 @dataclass(frozen=True)
 class Raster:
-    """Properties of a GeoTIFF to write.
+    """Properties of a GeoTIFF to be written.
 
     Parameters
     ----------
     width, height : int
         Size in pixels.
     kind : {"rgba", "float", "grey"}
-        Four uint8 bands, the last one opacity; one float32 band, NaN for no data; one uint8 band,
-        0 for no data.
+        Four uint8 bands, the last one opacity; one float32 band with NaN for no data; or one uint8
+        band with 0 for no data.
     transform : Affine
     crs : str or None
-        "EPSG:n", WKT, or None if unknown.
+        "EPSG:n" or WKT, or None if unknown.
     tags : mapping of str to str
-        Metadata of the file.
+        Metadata to be written to the file.
     """
 
     width: int
@@ -89,15 +90,15 @@ class Raster:
 
 @contextlib.contextmanager
 def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) -> Iterator[Any]:
-    """Yield a rasterio dataset to write windows into; use `write_tile`.
+    """Yield a rasterio dataset into which windows can be written with `write_tile`.
 
     Parameters
     ----------
     path : Path
-        Path to write, usually a temporary name.
+        Path of the file, usually a temporary name.
     raster : Raster
     shown : str or Path, optional
-        Name for errors.
+        File name for error messages.
 
     Raises
     ------
@@ -149,12 +150,12 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
 
 
 def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:
-    """Return width, height and the bands of a GeoTIFF, with "F" for numbers as in Pillow.
+    """Return the width, height and bands of a GeoTIFF, with "F" for numbers as in Pillow.
 
     Raises
     ------
     InputError
-        If it cannot be opened.
+        If the file cannot be opened.
     """
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
@@ -185,7 +186,8 @@ def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:
 def silence_libtiff() -> Iterator[None]:
     """Suppress messages of libtiff, which bypass the handlers of GDAL.
 
-    On a full disk it prints a line per block to stderr; the user gets one error instead.
+    On a full disk, libtiff prints a line per block to stderr; instead, the user gets a single
+    error.
     """
     try:
         saved = os.dup(2)
@@ -216,13 +218,14 @@ def _is_complete(dataset: Any, size: int) -> bool:
 
 
 _checksums: dict[int, dict[tuple[int, int, int, int], int]] = {}
-"""Checksums of the tiles of each open dataset, by column, row, width and height."""
+"""Checksums of the tiles of each open dataset by column, row, width and height."""
 
 
 def _has_tiles(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> bool:
     """Return whether all tiles are stored as they were written.
 
-    GDAL does not report a block that failed while the file was closed, and leaves it empty.
+    If writing a block fails while the file is being closed, GDAL does not report it and leaves the
+    block empty.
     """
     return all(
         zlib.crc32(dataset.read(window=_window(*place)).tobytes()) == total
@@ -250,7 +253,7 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
     ----------
     dataset : rasterio dataset
     column, row : int
-        Top left pixel.
+        Position of the top-left pixel.
     values : (h, w, 4) or (h, w) array
     """
     height, width = values.shape[:2]
@@ -266,7 +269,7 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
 
 
 def world_file(transform: Affine) -> str:
-    """Return a world file: six lines, the last two the centre of the top left pixel."""
+    """Return the six lines of a world file; the last two are the centre of the top-left pixel."""
     a, b, c, d, e, f = transform
     x, y = a * 0.5 + b * 0.5 + c, d * 0.5 + e * 0.5 + f
     return "".join(f"{value:.10f}\n" for value in (a, d, b, e, x, y))

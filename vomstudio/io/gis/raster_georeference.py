@@ -1,4 +1,4 @@
-"""Georeference of a picture on the map."""
+"""Georeference of a raster picture on a map."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from vomstudio.io.gis.raster import silence_libtiff
 
 
 def read_map_placement(path: Path) -> dict[str, Any] | None:
-    """Return crs, bounds, units and resolution_m of a TIFF that is a map.
+    """Return the crs, bounds, units and resolution_m of a TIFF that is a map.
 
     Returns
     -------
     dict or None
-        None unless rows run from north to south in a projected CRS in metres; the plane of an
-        oblique orthophoto is not a map. The bounds have no heights.
+        None unless the rows run from north to south in a projected CRS in metres; the plane of an
+        oblique orthophoto is not a map. The bounds do not include heights.
     """
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError

@@ -1,13 +1,14 @@
-"""ESRI shapefiles with z, written block by block.
+"""Writing of ESRI shapefiles with z coordinates, block by block.
 
-The geometry (.shp), its index (.shx) and the attributes (.dbf), by ESRI's white paper of 1998 and
-dBase III.
+The files are the geometry (.shp), its index (.shx) and the attributes (.dbf), according to ESRI's
+white paper of 1998 and dBase III.
 
-Own code, because libraries were measured to be slower and to lose digits (two busy cores). 300,000
-points with three attributes took 1.4 to 2.5 s, in blocks that can be cancelled and need no extra
-memory; GDAL (pyogrio 0.13) 3.4 to 6.1 s and pyshp 3.1 12 to 17 s. Both write attributes with 15
-decimals: GDAL changes 93 % of uniformly distributed numbers below 1, 1e-20 becomes 0 and 1e300
-becomes 1e23. Here every double is restored exactly, as the tests verify with GDAL.
+This module does not use a library because all of those measured were slower and lost digits (two
+busy cores). Writing 300,000 points with three attributes took 1.4 to 2.5 s, in blocks that can be
+cancelled and need no extra memory; GDAL (pyogrio 0.13) took 3.4 to 6.1 s and pyshp 3.1 took 12 to
+17 s. Both write attributes with 15 decimals: GDAL changes 93 % of uniformly distributed numbers
+below 1, 1e-20 becomes 0 and 1e300 becomes 1e23. Here, every double is restored exactly, as the
+tests verify with GDAL.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from vomstudio.core.arrays import AnyArray
 
 POINT_Z, LINE_Z, RING_Z = 11, 13, 15
 MAX_BYTES = 2**31 - 1
-"""Maximum size of a file for many programs."""
+"""Maximum file size that many programs support."""
 NO_M = -1e39
 MAX_NAME_LENGTH, MAX_TEXT_LENGTH = 10, 254
 POINT_BYTES = 44
@@ -33,14 +34,14 @@ POINT_BYTES = 44
 
 @dataclass(frozen=True)
 class DbfColumn:
-    """Attribute of a table.
+    """Attribute column of a table.
 
     Parameters
     ----------
     kind : str
-        Letter of dBase.
+        Type letter of dBase.
     width : int
-        Bytes of a value.
+        Number of bytes per value.
     """
 
     name: str
@@ -51,14 +52,14 @@ class DbfColumn:
 
 
 def column(name: str, values: AnyArray) -> DbfColumn:
-    """Create a column with the type and width that its values need.
+    """Create a column with the type and width that its values require.
 
     Text that exceeds the limit of the format is truncated.
 
     Parameters
     ----------
     name : str
-        At most ten ASCII bytes.
+        Name with at most ten ASCII bytes.
     values : (n,) array
     """
     if len(name.encode("ascii")) > MAX_NAME_LENGTH:
@@ -87,7 +88,7 @@ def _encode_text(text: str) -> bytes:
 
 
 def is_too_large(n_points: int, columns: Sequence[DbfColumn]) -> bool:
-    """Return whether a file of this number of points exceeds the limit of programs."""
+    """Return whether a file with this number of points exceeds the limit of programs."""
     row = 1 + sum(c.width for c in columns)
     return n_points * max(POINT_BYTES, row) > MAX_BYTES - 10_000
 
@@ -108,7 +109,7 @@ def write_points(
     points : (n, 3) float
     columns : sequence of DbfColumn
     blocks : iterable of slice
-        Successive rows; the iterator may report progress, or raise to cancel.
+        Successive row ranges; the iterator may report progress, or raise an exception to cancel.
     """
     n = len(points)
     record = np.dtype([("head", ">i4", 2), ("type", "<i4"), ("xyzm", "<f8", 4)])
@@ -140,9 +141,9 @@ def write_shapes(
     shapes: Sequence[AnyArray],
     columns: Sequence[DbfColumn],
 ) -> None:
-    """Write POLYLINEZ or POLYGONZ shapes of one part each.
+    """Write POLYLINEZ or POLYGONZ shapes, each with a single part.
 
-    A ring is closed, and oriented clockwise as seen from above, which distinguishes it from a hole.
+    A ring is closed and oriented clockwise as seen from above, which distinguishes it from a hole.
 
     Parameters
     ----------
@@ -223,7 +224,7 @@ def _write_rows(table: BinaryIO, columns: Sequence[DbfColumn], rows: slice) -> N
 
 
 def _cells(c: DbfColumn, rows: slice) -> AnyArray:
-    """Return the bytes (n, width) of a column."""
+    """Return the values of a column as bytes (n, width)."""
     values = c.values[rows]
     if c.kind == "L":
         return np.where(values, ord("T"), ord("F")).astype(np.uint8)[:, None]
@@ -246,7 +247,7 @@ def _number(value: float, width: int) -> bytes:
 
 def _integers(values: AnyArray, width: int) -> AnyArray:
     cells = np.full((len(values), width), ord(" "), np.uint8)
-    # Use Python's integers: the lowest int64 has no positive counterpart.
+    # Use Python integers because the minimum of int64 has no positive counterpart.
     remaining = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
     if remaining is None:
         texts = b"".join(str(v).encode().rjust(width) for v in values.tolist())
@@ -263,7 +264,7 @@ def _integers(values: AnyArray, width: int) -> AnyArray:
 
 
 def short_names(names: Iterable[str], known: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return a unique name of at most ten bytes for each, compared without case."""
+    """Return a name of at most ten bytes for each name, unique regardless of case."""
     used: set[str] = set()
     result: dict[str, str] = {}
     for name in names:

@@ -1,4 +1,4 @@
-"""Lines and outlines of SVG, as written by Inkscape and others (SVG 1.1, W3C 2011)."""
+"""Lines and outlines from SVG files of Inkscape and other programs (SVG 1.1, W3C 2011)."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from vomstudio.io.gis.svg_paths import (
 from vomstudio.io.text.xml_tree import parse_xml
 
 PROGRAM_CLASS = "vomstudio"
-"""Class of elements of drawings of this program that are not lines: frames, symbols, labels."""
+"""Class of non-line elements in this program's drawings: frames, symbols and labels."""
 _MAX_BYTES = 256 << 20
 _MAX_NUMBERS = 500_000
-"""Maximum for all paths, read in some seconds; hand drawings have a hundredth of it."""
+"""Maximum for all paths, read in a few seconds; drawings by hand have about a hundredth of it."""
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 _ABSOLUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"
@@ -61,13 +61,13 @@ class SvgImage:
     Parameters
     ----------
     corners : (4, 2) float
-        Corners of its frame in the drawing's units: upper left and right, lower right and left.
+        Corners of the frame in drawing units: upper left, upper right, lower right, lower left.
     name : str
-        Name of the file, "" for an embedded picture.
+        File name, or "" for an embedded picture.
     fit : {"none", "meet", "slice"}
-        Stretch to the frame, fit inside, or cover all of it.
+        Whether the picture is stretched to the frame, fitted inside it, or covers all of it.
     align : tuple of float
-        Alignment across and down, 0 to 1.
+        Horizontal and vertical alignment, 0 to 1.
     """
 
     corners: FloatArray
@@ -76,7 +76,7 @@ class SvgImage:
     align: tuple[float, float]
 
     def fitted_corners(self, ratio: float) -> FloatArray:
-        """Return the corners (4, 2) of the picture in its frame.
+        """Return the corners (4, 2) of the picture inside its frame.
 
         Parameters
         ----------
@@ -95,18 +95,18 @@ class SvgImage:
 
 @dataclass(frozen=True, eq=False)
 class SvgDrawing:
-    """Content of a drawing, in user units of the file, x right, y down.
+    """Content of a drawing in user units of the file, with x to the right and y down.
 
     Parameters
     ----------
     lines : tuple of ReadLine
-        Visible lines, with their transforms applied.
+        Visible lines with their transforms applied.
     images : tuple of SvgImage
-        Also hidden ones, because lines may be drawn on them.
+        Pictures, including hidden ones because lines may have been drawn on them.
     page : (4,) float or None
-        x, y, width, height.
+        x, y, width and height of the page.
     marks : tuple of str
-        Descriptions.
+        Descriptions in the drawing.
     """
 
     lines: tuple[ReadLine, ...]
@@ -125,7 +125,7 @@ def read_svg(path: str | Path) -> SvgDrawing:
     Raises
     ------
     InputError
-        If the file is not a valid SVG.
+        If the file is not valid SVG.
     """
     path = Path(path)
     root = parse_xml(_simplify_svg(_content(path), path), path)
@@ -197,8 +197,8 @@ _MAX_ENTITIES = 64
 def _simplify_svg(data: bytes, path: Path) -> bytes:
     """Remove embedded pictures and expand entities.
 
-    Pictures exceed the parser's limit for attributes. Illustrator declares entities for its
-    namespaces.
+    Embedded pictures exceed the parser's limit for attributes, and Illustrator declares entities
+    for its namespaces.
     """
     data = re.sub(rb"""(["'])data:[^"']*""", rb"\1data:", data)
     head = _DOCTYPE.search(data[:65_536])
@@ -222,17 +222,17 @@ class _Context:
     Parameters
     ----------
     matrix : (3, 3) float
-        To the drawing's units.
+        Transformation to drawing units.
     view : tuple of float
         Width and height of the innermost viewport.
     name : str
         Name of the clone.
     is_visible : bool
-        Whether both `shown` and `visible` are true.
+        Whether both `shown` and `visible` are True.
     shown, visible : bool
-        Inherited display and visibility.
+        Inherited values of display and visibility.
     uses : int
-        Depth of nested clones.
+        Nesting depth of clones.
     """
 
     matrix: FloatArray
@@ -276,7 +276,7 @@ class _ElementWalk:
             yield from self._walk(child, at)
 
     def _child_context(self, element: Any, tag: str, at: _Context) -> _Context:
-        """Return the context of an element and its children."""
+        """Return the context of an element, which also applies to its children."""
         style = self._style(element, tag)
         shown = at.shown and style.get("display") != "none"
         visible = at.visible
@@ -310,7 +310,7 @@ class _ElementWalk:
         yield from self._walk(target, inner)
 
     def _style(self, element: Any, tag: str) -> dict[str, str]:
-        """Return the style: attributes, overridden by rules, overridden by its own style."""
+        """Return the style, in increasing priority: attributes, style rules, style attribute."""
         properties = {
             name: str(element.get(name)) for name in _STYLE_PROPERTIES if element.get(name)
         }
@@ -326,7 +326,7 @@ _STYLE_PROPERTIES = ("display", "visibility", "transform", "transform-origin")
 
 
 def _declarations(text: str) -> dict[str, str]:
-    """Return the properties in `_STYLE_PROPERTIES` of a style, in lower case."""
+    """Return the properties of a style that are in `_STYLE_PROPERTIES`, in lower case."""
     properties = {}
     for each in text.split(";"):
         name, _, value = each.partition(":")
@@ -338,7 +338,7 @@ def _declarations(text: str) -> dict[str, str]:
 def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
     """Return the rules of embedded style sheets by selector (.class, #id, tag).
 
-    Each rule is its number in the drawing and its properties.
+    Each rule consists of its number in the drawing and its properties.
     """
     rules_by_selector: dict[str, list[tuple[int, dict[str, str]]]] = {}
     rules = 0
@@ -394,7 +394,7 @@ def _viewport(
 
 
 def _aspect(element: Any) -> tuple[str, tuple[float, float]]:
-    """Return the fit (none, meet or slice) and the alignment in the frame."""
+    """Return the fit (none, meet or slice) and the alignment inside the frame."""
     text = str(element.get("preserveAspectRatio") or "xMidYMid")
     share = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
     match = re.search(r"x(Min|Mid|Max)Y(Min|Mid|Max)", text)
@@ -414,7 +414,7 @@ def _image(element: Any, at: _Context) -> SvgImage:
 
 
 def _title(element: Any) -> str:
-    """Return the title of a shape, which programs show as a tooltip."""
+    """Return the title of a shape, which programs display as a tooltip."""
     return next((str(e.text or "").strip() for e in element if _tag(e) == "title"), "")
 
 

@@ -1,4 +1,4 @@
-"""Shapes and transforms of SVG as points (SVG 1.1, W3C 2011)."""
+"""Conversion of SVG shapes and transforms to points (SVG 1.1, W3C 2011)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ANGLES = {"": 1.0, "deg": 1.0, "rad": math.degrees(1.0), "grad": 0.9, "turn": 3
 
 
 def parse_transform(text: str) -> FloatArray:
-    """Return the matrix (3, 3) of an attribute or style `transform`. Raises ValueError."""
+    """Return the matrix (3, 3) of a `transform` attribute or style. Raises ValueError."""
     matrix = np.eye(3)
     for word, inner in re.findall(r"\b(\w+)\s*\(([^()]*)\)", text):
         arguments = re.findall(rf"({NUMBER})\s*([A-Za-z]*)", inner)
@@ -55,7 +55,7 @@ def parse_transform(text: str) -> FloatArray:
 
 
 def count_numbers(element: Any) -> int:
-    """Count the numbers of a path or of points; adjacent flags of arcs count once."""
+    """Count the numbers in a path or list of points; adjacent arc flags count as one."""
     texts = [str(element.get(name) or "") for name in ("d", "points")]
     return sum(1 for text in texts for _ in re.finditer(NUMBER, text))
 
@@ -75,7 +75,7 @@ def element_pieces(
     Returns
     -------
     list of Piece
-        Empty for other elements.
+        Pieces of the element; empty for other elements.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
     x, y, w, h, rx, ry = parse_lengths(element, ("x", "y", "width", "height", "rx", "ry"), view)
     if w <= 0 or h <= 0:
         return []
-    # A single radius applies to both; neither exceeds half of its side.
+    # A single radius applies to both axes; neither radius exceeds half of its side.
     rx, ry = min(rx or ry, w / 2), min(ry or rx, h / 2)
     if rx <= 0 or ry <= 0:
         return [(np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]]), True)]
@@ -131,7 +131,7 @@ def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
 
 
 def _path(text: str) -> list[tuple[FloatArray, bool]]:
-    """Return the pieces of an attribute `d`."""
+    """Return the pieces of a `d` attribute."""
     tokens = re.findall(rf"[MmLlHhVvCcSsQqTtAaZz]|{NUMBER}", _separate_flags(text))
     pieces: list[tuple[FloatArray, bool]] = []
     points: list[complex] = []
@@ -151,7 +151,7 @@ def _path(text: str) -> list[tuple[FloatArray, bool]]:
             command = tokens[k]
             k += 1
         elif command in "Zz":
-            # Only a command may follow the end of a piece, or begin the path.
+            # Only a command may follow the end of a piece or begin the path.
             raise ValueError(text)
         elif command in "Mm":
             command = "L" if command == "M" else "l"
@@ -211,7 +211,8 @@ def _segment(
 def _bernstein(count: int) -> FloatArray:
     """Return the weights (CURVE_STEPS, count) of the control points of a Bezier curve.
 
-    At its points after the first (Farin 2002, Curves and Surfaces for CAGD, 5.1).
+    The weights apply to the points of the curve after the first one (Farin 2002, Curves and
+    Surfaces for CAGD, 5.1).
     """
     t = np.linspace(0, 1, CURVE_STEPS + 1)[1:, None]
     k = np.arange(count)
@@ -226,7 +227,7 @@ _ARC_STEPS = np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:-1]
 def _arc(
     at: complex, end: complex, rx: float, ry: float, rotation_deg: float, large: bool, sweep: bool
 ) -> list[complex]:
-    """Return the points of an elliptical arc between two ends (SVG 1.1, F.6.5)."""
+    """Return the points of an elliptical arc between two end points (SVG 1.1, F.6.5)."""
     rx, ry = abs(rx), abs(ry)
     if rx == 0 or ry == 0 or at == end:
         return [end]
@@ -257,10 +258,10 @@ def _separate_flags(text: str) -> str:
 
 
 def _arc_numbers(text: str) -> str:
-    """Separate the numbers of arcs: two radii, a rotation, two flags, an end."""
+    """Separate the numbers of arcs: two radii, a rotation, two flags and an end point."""
     numbers: list[str] = []
     at = 0
-    # A single pattern for all seven would backtrack over every split of a long number.
+    # A single pattern for all seven numbers would backtrack over every split of a long number.
     while match := (_ARC_FLAG if len(numbers) % 7 in (3, 4) else _ARC_NUMBER).match(text, at):
         numbers.append(match[1])
         at = match.end()
@@ -282,24 +283,24 @@ def _close(points: FloatArray) -> FloatArray:
 
 
 def transform_points(points: FloatArray, matrix: FloatArray) -> FloatArray:
-    """Transform points (n, 2) by a matrix (3, 3)."""
+    """Transform points (n, 2) with a matrix (3, 3)."""
     return np.asarray(points @ matrix[:2, :2].T + matrix[:2, 2])
 
 
 def parse_lengths(element: Any, names: tuple[str, ...], view: tuple[float, float]) -> list[float]:
-    """Return attributes in user units, 0 if missing."""
+    """Return the values of attributes in user units, or 0 if missing."""
     down = ("y", "height", "y1", "y2", "cy", "ry")
     return [parse_length(element.get(name), view[1] if name in down else view[0]) for name in names]
 
 
 def parse_length(text: str | None, whole: float = 100.0) -> float:
-    """Convert a length to user units, 0 if missing.
+    """Convert a length to user units, or return 0 if it is missing.
 
     Parameters
     ----------
     text : str or None
     whole : float
-        Length of 100 per cent.
+        Length that corresponds to 100 per cent.
     """
     match = re.match(rf"\s*({NUMBER})\s*(%|[A-Za-z]*)", text or "")
     if match is None:

@@ -40,17 +40,17 @@ class VectorLayer:
     ----------
     name : str
     kind : str or None
-        Geometry type, None for a table without geometry.
+        Geometry type, or None for a table without geometry.
     fields : tuple of str
         Names of all columns.
     crs : str or None
-        As stated.
+        CRS as stated by the file.
     described : str
-        Description, "" if none.
+        Description, or "" if there is none.
     shapes : (n,) array of bytes or None
-        WKB.
+        Geometries as WKB.
     columns : mapping of str to (n,) array
-        Requested columns.
+        Requested columns by name.
     """
 
     name: str
@@ -65,13 +65,13 @@ class VectorLayer:
 def list_layers(
     path: Path, unreadable: Callable[[], InputError], progress: Progress | None = None
 ) -> list[VectorLayer]:
-    """List names and kinds of the layers.
+    """List the names and kinds of the layers of a file.
 
     Parameters
     ----------
     path : Path
     unreadable : callable
-        As in `readable_layers`.
+        As for `readable_layers`.
     progress : Progress, optional
 
     Raises
@@ -96,13 +96,13 @@ def read_layers(
     ----------
     path : Path
     names : iterable of str or None
-        None for the only layer.
+        Names of the layers; None for the only layer.
     columns : collection of str
         Names of the columns to read, in lower case.
     unreadable, progress
-        As in `list_layers`.
+        As for `list_layers`.
     flat : bool
-        Whether heights are dropped.
+        Whether to drop heights.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def _request_layers(
 
 
 def _refusal(refused: dict[str, Any], path: Path) -> InputError:
-    """Return the error of the reader process, which has the absolute path of the file."""
+    """Return the error of the reader process, which contains the absolute path of the file."""
     error = from_dict(refused, InputError.exit_code)
     file = path if error.file in (None, os.fspath(path.absolute())) else error.file
     return InputError(error, file=file, line=error.line, field=error.field)
@@ -178,16 +178,16 @@ def _escape_glob(stem: str) -> str:
 
 
 def read_named_layers(path: Path, readable: Path, request: Mapping[str, Any]) -> list[VectorLayer]:
-    """Read layers with pyogrio, within `readable_layers`.
+    """Read layers with pyogrio inside a `readable_layers` block.
 
     Parameters
     ----------
     path : Path
-        For messages.
+        Path of the file, for error messages.
     readable : Path
-        From `readable_layers`.
+        Path yielded by `readable_layers`.
     request : mapping
-        As built by `read_layers`.
+        Request built by `read_layers`.
 
     Raises
     ------
@@ -239,7 +239,7 @@ def read_named_layers(path: Path, readable: Path, request: Mapping[str, Any]) ->
 
 # --- the process ----------------------------------------------------------------------------------
 def _answer(request: dict[str, Any]) -> bytes:
-    """Answer a request in the reader process."""
+    """Process a request in the reader process."""
     path = Path(request["path"])
     try:
         with readable_layers(path, lambda: _Unreadable(path.name)) as readable:
@@ -262,11 +262,11 @@ def _answer(request: dict[str, Any]) -> bytes:
 
 
 class _Unreadable(InputError):
-    """The requesting process has the message."""
+    """Unreadable file; the message is produced by the requesting process."""
 
 
 if __name__ == "__main__":
-    # pyogrio imports these if it finds them, which takes longer than reading most files.
+    # If pyogrio finds these modules it imports them, which takes longer than reading most files.
     for unused in ("pandas", "pyarrow", "pyproj"):
         sys.modules[unused] = None  # type: ignore[assignment]
     raise SystemExit(reader_process.serve(_answer))

@@ -1,7 +1,7 @@
-"""Shapes of GIS layers from WKB, without the surfaces that GEOS cannot represent.
+"""Conversion of WKB to shapes, without the surfaces that GEOS cannot represent.
 
-GDAL reads a polyface mesh as a PolyhedralSurface and a multipatch as a TIN. With one of them, GEOS
-rejects all shapes of the file.
+GDAL reads a polyface mesh as a PolyhedralSurface and a multipatch as a TIN. If a file contains one
+of them, GEOS rejects all of its shapes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from vomstudio.core.findings import Finding
 _POINT, _LINE, _POLYGON, _COLLECTION = 1, 2, 3, 7
 _MULTI = (4, 5, 6, _COLLECTION)
 _SURFACES = (15, 16, 17)
-"""PolyhedralSurface, TIN and Triangle (OGC 06-103r4)."""
+"""Type codes of PolyhedralSurface, TIN and Triangle (OGC 06-103r4)."""
 _HAS_Z, _HAS_M, _HAS_SRID = 0x80000000, 0x40000000, 0x20000000
 _MAX_DEPTH = 30
 
@@ -24,7 +24,7 @@ _MAX_DEPTH = 30
 def shapes_from_wkb(
     rows: ObjectArray | None,
 ) -> tuple[ObjectArray, IntArray]:
-    """Return the shapes of WKB rows, and the number of surfaces excluded from each.
+    """Return the shapes of WKB rows and the number of surfaces excluded from each row.
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ def shapes_from_wkb(
     Returns
     -------
     shapes : (n,) array of shapely geometries
-        None for a row that is a surface or cannot be read; a collection has its other members.
+        Shapes; None for a row that is a surface or cannot be read. A collection keeps its other
+        members.
     surfaces : (n,) array of int
     """
     import shapely
@@ -56,7 +57,7 @@ def shapes_from_wkb(
 
 
 def excluded_surfaces_finding(count: int) -> Finding:
-    """Return the finding for surfaces of a layer that are not read as lines."""
+    """Return the finding about surfaces of a layer that are not read as lines."""
     return Finding("drawing.no-lines", count=count, entities=[f"{count} surface"])
 
 
@@ -95,7 +96,7 @@ def _remove_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, in
 
 
 def _kind(code: int) -> tuple[int, int]:
-    """Return type and number of dimensions of an ISO or EWKB type code."""
+    """Return the type and number of dimensions of an ISO or EWKB type code."""
     thousands, kind = divmod(code & 0x1FFFFFFF, 1000)
     has_z = bool(code & _HAS_Z) or thousands in (1, 3)
     has_m = bool(code & _HAS_M) or thousands in (2, 3)

@@ -1,1 +1,1 @@
-"""Meshes and clouds: readers, writers, cache, copies."""
+"""Models (meshes and point clouds): readers, writers, cache and copies."""

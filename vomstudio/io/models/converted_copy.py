@@ -1,4 +1,4 @@
-"""A copy of a model in another coordinate reference system."""
+"""Copy of a model in another coordinate reference system."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from vomstudio.io.models.writing import write_model
 def write_converted(
     path: Path, folder: Path, options: FrameOptions, progress: Progress
 ) -> tuple[Path, tuple[Finding, ...]]:
-    """Write a model in another CRS into a folder, in the format of its file.
+    """Write a model in another CRS to a folder, in the format of the original file.
 
     Parameters
     ----------
     path : Path
-        The model.
+        Path of the model.
     folder : Path
-        Created if it does not exist.
+        Target folder, which is created if it does not exist.
     options : FrameOptions
-        With `to_crs`.
+        Frame options, with `to_crs` set.
     progress : Progress
 
     Returns
     -------
     path : Path
-        The copy, named after the model and the CRS.
+        Path of the copy, which is named after the model and the CRS.
     findings : tuple of Finding
 
     Raises
     ------
     InputError, UsageError, Cancelled
-        As `read_model`.
+        As for `read_model`.
     """
     loaded = read_model(path, progress, options)
     code = "".join(c for c in (loaded.crs or "").casefold() if c.isalnum())[:16]

@@ -1,12 +1,13 @@
-"""Cloud optimised point clouds: the octree of a `.copc.laz`, read node by node.
+"""Cloud-optimised point clouds: octree of a `.copc.laz` file, read node by node.
 
 COPC 1.0 (https://copc.io). A node of the octree is a cube with an even sample of its points; its
-eight children add the points between them. The first levels are therefore an overview of the
-cloud, and nodes near the viewer show it in full. A complete LAZ file is read by
+eight children add the points in between. Therefore the first levels are an overview of the cloud,
+and nodes near the viewer show all points. Complete LAZ files are read by
 `vomstudio.io.models.formats.las`.
 
-The node table is read here and not by laspy's CopcReader, which trusts it: with a file of 5,000
-points in which one node claims 2**31 points, laspy allocates 88 GiB. lazrs decompresses the points.
+The node table is read here and not by laspy's CopcReader, which trusts it: for a file of 5,000
+points in which one node claims 2**31 points, laspy allocates 88 GiB. The points are decompressed by
+lazrs.
 """
 
 from __future__ import annotations
@@ -61,23 +62,23 @@ _ENTRY = np.dtype([("key", "<i4", 4), ("offset", "<u8"), ("bytes", "<i4"), ("poi
 MAX_LEVEL = 30
 _INFO_BYTES = 160
 MIN_CHUNK_BYTES = 34
-"""Minimum size of a chunk: one complete point, and the number of points."""
+"""Minimum size of a chunk: one complete point and the number of points."""
 
 
 @dataclass(frozen=True, eq=False)
 class OctreeNodes:
-    """Nodes of the octree with points, coarse levels first.
+    """Octree nodes that contain points, coarse levels first.
 
     Attributes
     ----------
     keys : (n, 4) int32
-        Level, and number of the cube along x, y and z.
+        Level of each node, and number of its cube along x, y and z.
     bounds : (n, 2, 3) float64
-        The cubes in the file's frame.
+        Bounds of the cubes in the frame of the file.
     points : (n,) int64
         Number of points of each node.
     spacing : (n,) float64
-        Approximate distance of neighbouring points of the node.
+        Approximate distance between neighbouring points of each node.
     """
 
     keys: Int32Array
@@ -103,10 +104,10 @@ class OctreeNodes:
 
 
 class CopcFile:
-    """An open COPC file. Pages of its node table are read once, when they are first needed."""
+    """Open COPC file. Pages of its node table are read once, when they are first needed."""
 
     def __init__(self, path: str | Path) -> None:
-        """Open the file. Raises InputError if it is not a COPC file, or is damaged."""
+        """Open the file. Raises InputError if it is damaged or not a COPC file."""
         self.path = Path(path)
         require_regular(self.path)
         if not is_copc(path):
@@ -149,17 +150,17 @@ class CopcFile:
 
     @property
     def points(self) -> int:
-        """Number of points that the header states."""
+        """Number of points stated in the header."""
         return self.top.points
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 3) bounds of all points, from the header."""
+        """Bounds (2, 3) of all points, as stated in the header."""
         return self.top.bounds
 
     @property
     def crs(self) -> str | None:
-        """CRS as in LoadedModel; None if the file does not state a projected one."""
+        """CRS as in LoadedModel, or None if the file does not state a projected CRS."""
         return self._axes.crs if self.refusal_finding is None else None
 
     def _convert_axes(self) -> None:
@@ -189,7 +190,7 @@ class CopcFile:
             )
 
     def nodes(self, levels: range | None = None, bounds: AnyArray | None = None) -> OctreeNodes:
-        """Return the nodes of `levels` whose cubes intersect `bounds` (2, 3), by default all.
+        """Return the nodes of `levels` whose cubes intersect `bounds` (2, 3); None means all.
 
         Raises InputError if the node table is damaged.
         """
@@ -210,7 +211,7 @@ class CopcFile:
         )
 
     def overview(self, count: int) -> OctreeNodes:
-        """Return the first levels with about `count` points together, at least one level."""
+        """Return the first levels with a total of about `count` points, at least one level."""
         selected = self.nodes(range(1))
         for level in range(1, MAX_LEVEL):
             candidates = self.nodes(range(level + 1))
@@ -222,7 +223,7 @@ class CopcFile:
     def read(self, nodes: OctreeNodes) -> PointCloud:
         """Read the points of nodes, in the order of `nodes`.
 
-        Colours and fields are those of the root node, so that pieces can be joined. Raises
+        The colours and fields are those of the root node, so that pieces can be joined. Raises
         InputError if a node is damaged.
         """
         if self._choice is None:
@@ -232,7 +233,7 @@ class CopcFile:
         return cloud_of(self._records(nodes), self._layout, self.top, self._choice)
 
     def has_withheld(self) -> bool:
-        """Return whether points of the first level are marked as withheld."""
+        """Return whether any points of the first level are marked as withheld."""
         return bool(withheld_of(self._records(self.nodes(range(1))), self._layout).any())
 
     def _records(self, nodes: OctreeNodes) -> AnyArray:
@@ -257,7 +258,7 @@ class CopcFile:
         return records.reshape(-1).view(self._layout.kind)
 
     def _load_pages(self, levels: range | None, bounds: AnyArray | None) -> None:
-        """Read the unread pages that may contain nodes of these levels and bounds."""
+        """Read the unread pages that may contain nodes within these levels and bounds."""
         while True:
             requested = [
                 page for page in self._pages if self._is_requested(page[2], levels, bounds)
@@ -320,7 +321,7 @@ def nodes(
 
 
 def crs_of(path: str | Path) -> tuple[str | None, tuple[Finding, ...]]:
-    """Return the CRS of a COPC file, or of `NAME.prj` beside it, and findings about it.
+    """Return the CRS of a COPC file or its `NAME.prj`, and findings about it.
 
     Raises InputError if x and y are in degrees.
     """
@@ -335,7 +336,7 @@ OVERVIEW_POINTS = 200_000
 
 
 def point_count(path: str | Path) -> int:
-    """Return the number of points that a COPC file states; 0 for any other file."""
+    """Return the number of points stated by a COPC file, or 0 for other files."""
     if not is_copc(path):
         return 0
     try:
@@ -345,9 +346,9 @@ def point_count(path: str | Path) -> int:
 
 
 def stream(path: str | Path, budget: int) -> StreamedCloud:
-    """Open a COPC file for streaming with at most `budget` points in memory.
+    """Open a COPC file for streaming with a maximum of `budget` points in memory.
 
-    Its first levels are read at once. The file stays open as long as the cloud exists. Raises
+    The first levels are read immediately. The file stays open as long as the cloud exists. Raises
     InputError.
     """
     file = CopcFile(path)
@@ -368,7 +369,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     lock = threading.Lock()
 
     def read(rows: Sequence[int]) -> PointCloud:
-        # One thread at a time, because they share the file position.
+        # Only one thread at a time, because threads share the file position.
         with lock:
             return file.read(nodes.take(np.array(rows)))
 

@@ -1,4 +1,4 @@
-"""The frame of a model: what its file states, completed by options."""
+"""Frame of a model: the statements of its file, complemented by options."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from vomstudio.io.photos.cameras_file import has_known_scale
 
 @dataclass(frozen=True)
 class FrameWithFindings:
-    """A frame, and what was assumed to establish it.
+    """Frame with the findings about its assumptions.
 
     Parameters
     ----------
     frame : Frame
     findings : tuple of Finding
     registration : Registration, optional
-        Measured registration whose frame this is; None for a stated or assumed frame.
+        Measured registration that defines the frame; None for a stated or assumed frame.
     """
 
     frame: Frame
@@ -48,39 +48,40 @@ class FrameWithFindings:
 
     @property
     def placement(self) -> Frame | Registration:
-        """The registration, else the frame."""
+        """Registration or, if there is none, the frame."""
         return self.registration or self.frame
 
     def to_world(self) -> Matrix:
-        """4x4 similarity from the file to World."""
+        """Similarity transformation (4, 4) from the file frame to the World frame."""
         return self.placement.to_world()
 
 
 def establish_frame(
     loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> FrameWithFindings:
-    """Establish the frame of a model that was read with the same options.
+    """Determine the frame of a model that was read with the same options.
 
-    A file that states nothing is taken as local, in metres, z up. A registration beside the file
-    (`find_registration`) places it, unless the options or the file state another frame.
+    A file that states nothing is assumed to be local, in metres, with z up. A registration next to
+    the file (`find_registration`) determines its placement unless the options or the file state
+    another frame.
 
     Parameters
     ----------
     loaded : LoadedModel
-        From `vomstudio.io.models.opening.read_model`.
+        Model returned by `vomstudio.io.models.opening.read_model`.
     options : FrameOptions
 
     Returns
     -------
     FrameWithFindings
-        With ``frame.assumed`` if neither file nor options define up axis and unit.
+        Frame, with ``frame.assumed`` if neither file nor options define up axis and unit.
 
     Raises
     ------
     InputError
-        With the code ``frame.not-metric`` for a CRS that is not metric at the data.
+        With the code ``frame.not-metric`` if the CRS is not metric at the data.
     UsageError
-        For options that contradict the file's format or each other.
+        If options contradict the format of the file or each other.
     """
     field = "--to-crs" if options.to_crs else "--crs" if options.crs else "CRS"
     bounds = np.asarray(loaded.data.bounds, np.float64)
@@ -101,22 +102,23 @@ def establish_frame(
 def stored_registration(
     loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> SidecarRegistration:
-    """Find the registration beside a model that was read with the same options.
+    """Find the registration next to a model that was read with the same options.
 
     Parameters
     ----------
     loaded : LoadedModel
     options : FrameOptions
-        With ``to_crs`` the registration is converted as the coordinates were.
+        Frame options; with ``to_crs``, the registration is converted in the same way as the
+        coordinates.
 
     Returns
     -------
     SidecarRegistration
-        None, with ``registration.other-frame``, if the options or the file state another frame.
-        A registration without errors (photos without scale) counts as none.
+        Contains no registration but ``registration.other-frame`` if the options or the file state
+        another frame. A registration without errors (photos without scale) is ignored.
     """
     stated_crs = None
-    # With `to_crs` the CRS of the file was converted when it was read.
+    # With `to_crs`, the CRS of the file was already converted when the file was read.
     if options.to_crs is None:
         stated_crs = loaded.crs if options.crs is None else parse_crs_option(options.crs)[0]
     stored = registration_beside(loaded.path, loaded.content_hash, stated_crs)
@@ -136,15 +138,15 @@ def stored_registration(
 
 
 def registration_beside(path: Path, content_hash: str, stated: str | None) -> SidecarRegistration:
-    """Find the registration beside a model, and compare its CRS with that of the file.
+    """Find the registration next to a model and compare its CRS with that of the file.
 
     Parameters
     ----------
     path : Path
     content_hash : str
-        SHA-256 of the model's file.
+        SHA-256 of the model file.
     stated : str, optional
-        CRS that the file states.
+        CRS stated by the file.
     """
     stored = find_registration(path, content_hash)
     registration = stored.registration
@@ -160,7 +162,7 @@ def registration_beside(path: Path, content_hash: str, stated: str | None) -> Si
 
 
 def _is_in_world(registration: Registration) -> bool:
-    """Return whether the coordinates of the file are World coordinates."""
+    """Return whether the file coordinates are World coordinates."""
     return registration.matrix == IDENTITY
 
 
@@ -193,12 +195,12 @@ def _reprojected(registration: Registration, crs: str, loaded: LoadedModel) -> R
     transformation[:3, :3] = np.cbrt(singular_values.prod()) * left_vectors @ right_vectors
     transformation[:3, 3] = conversion.apply(centre[None])[0] - transformation[:3, :3] @ centre
     placed = change_world(registration, transformation, Frame("crs", loaded.crs))
-    # The coordinates of the file were converted too.
+    # The coordinates of the file were converted as well.
     return change_file_frame(placed, placed.matrix)
 
 
 def world_bounds(bounds: FloatArray, to_world: Matrix) -> FloatArray:
-    """Return lowest and highest corner, (2, 3), of a box of the file's frame in World."""
+    """Return the World bounds (2, 3) of a box in the file frame."""
     corners = np.array(
         [[bounds[k, j] for j, k in enumerate(indices)] for indices in np.ndindex(2, 2, 2)]
     )
@@ -213,20 +215,20 @@ def check_frame(
     file: str | Path | None = None,
     field: str = "CRS",
 ) -> tuple[Finding, ...]:
-    """Check that a frame is metric at the data.
+    """Check that a frame is metric at the location of the data.
 
     Parameters
     ----------
     frame : Frame
     bounds : (2, 3) float
-        Lowest and highest corner in the file's frame.
+        Lower-left and upper-right corners in the file frame.
     file, field : optional
-        For the error.
+        File, and option or column of the CRS, for error messages.
 
     Returns
     -------
     tuple of Finding
-        Empty for a frame without a CRS.
+        Findings; empty for a frame without a CRS.
 
     Raises
     ------
@@ -241,7 +243,7 @@ def check_frame(
 def frame_findings(
     loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[Finding, ...]:
-    """Return what `establish_frame` reports or would refuse."""
+    """Return the findings that `establish_frame` reports or raises as errors."""
     try:
         return establish_frame(loaded, options).findings
     except InputError as error:
@@ -252,7 +254,7 @@ def frame_findings(
 
 def _frame(loaded: LoadedModel, options: FrameOptions) -> Frame:
     if options.to_crs is not None:
-        # The coordinates were converted when they were read.
+        # The coordinates were already converted when the file was read.
         return Frame("crs", loaded.crs, 1.0, "z")
     up = _up_axis(loaded, options)
     axes, _ = choose_axes(loaded.crs, options, file=loaded.path)
@@ -265,18 +267,19 @@ def _frame(loaded: LoadedModel, options: FrameOptions) -> Frame:
 
 
 def _map_bounds(bounds: FloatArray, frame: Frame) -> FloatArray:
-    """Return lowest and highest east and north in the unit of the CRS, (2, 2)."""
+    """Return the minimum and maximum east and north in the unit of the CRS, (2, 2)."""
     low, high = bounds
     if frame.up_axis == "y":
-        # The file's z is South.
+        # The z axis of the file points south.
         return np.array([[low[0], -high[2]], [high[0], -low[2]]])
     return np.array([low[:2], high[:2]])
 
 
 def frame_of_file(path: Path, crs: str | None) -> Frame:
-    """Return the frame that a file states, undeclared if it states none.
+    """Return the frame stated by a file; it is undeclared if the file states none.
 
-    A model reconstructed with control points in a local system is in metres and knows north.
+    A model that was reconstructed with control points in a local system is in metres and has a
+    north reference.
     """
     if crs:
         return Frame("crs", crs, unit_in_metres(crs))
@@ -294,9 +297,10 @@ def _up_axis(loaded: LoadedModel, options: FrameOptions) -> UpAxis:
 def _assumption_findings(
     loaded: LoadedModel, options: FrameOptions, up: UpAxis
 ) -> tuple[Finding, ...]:
-    """Return the findings about a file without a CRS."""
+    """Return the findings about a file that has no CRS."""
     if has_known_scale(loaded.path) is not None:
-        # A reconstruction by this program states what is known in the file beside it.
+        # A reconstruction by this program stores its known properties in the file next to the
+        # model.
         return ()
     suspicion = degrees_finding(np.asarray(loaded.data.bounds, np.float64))
     findings = () if suspicion is None or options.unit is not None else (suspicion,)

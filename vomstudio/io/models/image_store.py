@@ -1,8 +1,8 @@
-"""Images embedded in model files, stored as separate files.
+"""Storage of images embedded in model files as separate files.
 
-Code that draws or writes textures needs the path of an image. Images embedded in a GLB are
-therefore stored in the user's cache folder under the hash of their content, so each image is
-stored once. The folder may be deleted at any time; the images are then extracted again.
+Code that draws or writes textures needs the path of an image. Therefore images embedded in a GLB
+file are stored in the user's cache folder under the hash of their content, so that each image is
+stored only once. The folder may be deleted at any time; the images are then extracted again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def folder() -> Path:
 
 
 def suffix_of(content: bytes) -> str:
-    """Return the file suffix for an image's first bytes; ".img" if they are unknown."""
+    """Return the file suffix for the first bytes of an image; ".img" if unknown."""
     if content[:4] == b"RIFF" and content[8:12] == b"WEBP":
         return ".webp"
     return next((ending for magic, ending in _MAGIC if content.startswith(magic)), ".img")
@@ -58,7 +58,7 @@ def store_image(content: bytes, name: str) -> Path:
 
 
 def plain_name(name: str) -> str:
-    """Return `name` in a form valid on every system: letters, digits, `_`, `-` and inner dots."""
+    """Return `name` with characters valid on every system (letters, digits, `_`, `-`, dots)."""
     safe_name = re.sub(r"[^\w.-]+", "_", name)[:MAX_NAME_LENGTH].strip("._-")
     return (
         f"_{safe_name}"

@@ -1,9 +1,9 @@
-"""Models as folders of .npy files, to transfer arrays from a worker to the window.
+"""Models stored as folders of .npy files, to transfer arrays from a worker to the window.
 
-A folder is written under a temporary name and renamed, so it is complete or absent. It may be
-deleted at any time and is never trusted: what contradicts itself or its source is read again. It is
-in the project, possibly on a removable drive. Because files that shrink or vanish while mapped end
-the process, they are read into memory and not mapped.
+A folder is written under a temporary name and renamed, so it is either complete or absent. It may
+be deleted at any time and is never trusted: data that are inconsistent or do not match their source
+are read again from the source. The folder is in the project, possibly on a removable drive. Files
+that shrink or vanish while mapped end the process, so they are read into memory and not mapped.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ from vomstudio.io.models.reader import LoadedModel
 VERSION = 5
 META = "meta.json"
 TRANSFER_PREFIX = "vomstudio-model-"
-"""Prefix of temporary folders with a model in transfer between processes."""
+"""Prefix of temporary folders that contain a model in transfer between processes."""
 _SIDECARS = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
-"""Files beside a model that shift or scale its coordinates."""
+"""Files next to a model that shift or scale its coordinates."""
 BLOCK_BYTES = 64 << 20
 _ORDER = ("rows", "starts", "bounds", "spacing", "parents")
 
 
 def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
-    """Write `loaded` as `folder`, replacing an existing one.
+    """Write a loaded model to `folder`, replacing an existing folder.
 
-    Returns what `open_cached` would return.
+    Returns the model that `open_cached` would return.
 
     Raises TargetError.
     """
@@ -100,7 +100,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
     except OSError as error:
         raise _unwritable(folder, error) from error
     try:
-        # The computation takes as long as the writing and runs in parallel.
+        # The computation takes as long as the writing and runs in parallel with it.
         with thread_pool(2) as pool:
             spacing = pool.submit(resolution, data)
             order = pool.submit(_order_of, data)
@@ -153,7 +153,7 @@ def _write(folder: Path, arrays: dict[str, AnyArray]) -> None:
 
 
 def _replace_folder(draft: Path, folder: Path) -> None:
-    """Replace an old folder by renaming; readers of the old one keep its files on POSIX."""
+    """Replace an old folder by renaming; on POSIX, readers of the old one keep its files."""
     if folder.exists():
         old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
         os.rename(folder, old / "old")
@@ -166,7 +166,7 @@ def _replace_folder(draft: Path, folder: Path) -> None:
 
 
 def _stamp(path: Path) -> dict[str, object]:
-    """Return size and times by which changes of a file and its sidecar files are detected."""
+    """Return the size and times with which changes of a file and its sidecars are detected."""
     stamp: dict[str, object] = dict.fromkeys(("size", "mtime_ns", *_SIDECARS))
     with contextlib.suppress(OSError):
         status = os.stat(path)
@@ -178,7 +178,7 @@ def _stamp(path: Path) -> dict[str, object]:
 
 
 def _has_missing_image(meta: dict[str, Any]) -> bool:
-    """Return whether an image extracted from the model's file is missing from the cache."""
+    """Return whether an image extracted from the model file is missing from the cache."""
     store = os.fspath(image_store.folder())
     textures = [m.get("texture") for m in meta["materials"]]
     return any(t and t.startswith(store) and not os.path.isfile(t) for t in textures)
@@ -188,8 +188,8 @@ def open_cached(folder: Path) -> LoadedModel:
     """Return the model in a cache folder, with its arrays in memory and read-only.
 
     Shapes, types, file sizes and face indices are checked; missing images are dropped with a
-    warning. Raises InputError if the folder cannot be used; the model's own file has to be read
-    then.
+    warning. Raises InputError if the folder cannot be used, in which case the model file itself has
+    to be read.
     """
     folder = Path(folder)
     meta = _read_meta(folder)
@@ -209,8 +209,8 @@ def folder_of(path: Path, cache: Path) -> Path:
 def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:
     """Return the model at `path` from the cache in `folder`, which is updated if outdated.
 
-    It is valid if the file has the same size and time, or else the same SHA-256. Raises the errors
-    of `read_model`.
+    The cache is valid if the file has the same size and time, or otherwise the same SHA-256. Raises
+    the errors of `read_model`.
     """
     if (cached := _valid_cache(Path(path), folder)) is not None:
         return cached
@@ -226,7 +226,7 @@ def load_for_transfer(
 ) -> tuple[LoadedModel, Path]:
     """Load a model and return it with a folder from which another process can read it.
 
-    If the cache cannot be written, this is a temporary folder that the other process deletes.
+    If the cache cannot be written, this is a temporary folder, which the other process deletes.
     Raises the errors of `read_model`, and TargetError if neither can be written.
     """
     if (cached := _valid_cache(Path(path), folder)) is not None:
@@ -247,7 +247,7 @@ def load_for_transfer(
 
 
 def read_transferred(folder: Path) -> LoadedModel:
-    """Read the folder of `load_for_transfer`. Raises the errors of `open_cached`."""
+    """Read the folder from `load_for_transfer`. Raises the errors of `open_cached`."""
     try:
         return open_cached(folder)
     finally:
@@ -352,7 +352,7 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
     header = _npy_header(shape, kind)
     with open_unbuffered(path) as file:
         size = math.prod(shape) * kind.itemsize
-        # Checked before the memory is allocated.
+        # Checked before memory is allocated.
         if os.fstat(file.fileno()).st_size != len(header) + size:
             raise _damaged(folder, wrong_size)
         if file.read(len(header)) != header:
@@ -361,7 +361,7 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
             )
         array = np.empty(shape, kind)
         view, position = array.reshape(-1).view(np.uint8).data, 0
-        # Fewer bytes are read if the file was truncated since it was checked.
+        # Fewer bytes are read if the file has been truncated since it was checked.
         while position < size and (n := file.readinto(view[position : position + BLOCK_BYTES])):
             position += n
     if position < size:
@@ -373,7 +373,7 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
 def _npy_header(shape: tuple[int, ...], kind: np.dtype[Any]) -> bytes:
     """Return the header of an array file.
 
-    numpy would evaluate a damaged header as Python.
+    numpy would evaluate a damaged header as Python code.
     """
     stream = io.BytesIO()
     descr = np.lib.format.dtype_to_descr(kind)

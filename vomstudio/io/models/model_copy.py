@@ -1,4 +1,4 @@
-"""Copy of a model into a project, with all files that belong to it."""
+"""Copying of a model into a project, with all files that belong to it."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ from vomstudio.io.photos.cameras_file import (
 )
 
 PHOTOS = Path("photos")
-"""Folder of copied photos beside the copy of their model."""
+"""Folder of the copied photos next to the copy of their model."""
 
 
 def companions(model: Path) -> list[Path]:
-    """Return the other files that a model needs, in the model's folder or below it.
+    """Return the other files that a model needs, in the folder of the model or below it.
 
-    These are a .prj, offset or registration beside it; the material files and images of an OBJ; the
-    buffers and images of a glTF; the images of a PLY; the world file and mask of a GeoTIFF.
+    These are the .prj, offset or registration file of the model; the material files and images of
+    an OBJ; the buffers and images of a glTF; the images of a PLY; the world file and mask of a
+    GeoTIFF.
     """
     paths = [
         model.with_suffix(".prj"),
@@ -70,28 +71,28 @@ def copy_model(
     photos: bool = False,
     registration: Registration | None = None,
 ) -> Path:
-    """Copy a model and its companions to a new folder below `folder`.
+    """Copy a model and its companion files to a new folder below `folder`.
 
     Returns the path of the copy.
 
     Parameters
     ----------
     model : Path
-        File of the model.
+        Path of the model file.
     folder : Path
     progress : Progress, optional
     cameras : Path or None
-        Cameras of its photos, by default `cameras.json` beside it. The copy is `cameras.json` and
-        refers to the photos.
+        Cameras of the photos. If None, `cameras.json` next to the model is used. The copy is named
+        `cameras.json` and refers to the photos.
     photos : bool
-        Copy the photos too, to `photos` beside the copy.
+        Whether to copy the photos as well, to `photos` next to the copy.
     registration : Registration or None
-        Registration of the model, instead of the one beside it.
+        Registration of the model, which replaces the one next to it.
 
     Raises
     ------
     InputError, TargetError, Cancelled
-        Nothing is copied then.
+        In this case nothing is copied.
     """
     progress = progress or Silent()
     base = model.parent.resolve()
@@ -134,7 +135,7 @@ def copy_model(
 
 
 def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
-    """Return number and bytes of the photos that `copy_model` could copy."""
+    """Return the number and total size in bytes of the photos that `copy_model` could copy."""
     cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME))
     files = (
         []
@@ -145,7 +146,7 @@ def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
 
 
 def _read_cameras(path: Path) -> Cameras | None:
-    """Return the cameras with the absolute folder of the photos; None if they cannot be read."""
+    """Return the cameras with the absolute folder of the photos, or None if unreadable."""
     try:
         cameras = read_cameras(path)
     except InputError:
@@ -155,7 +156,7 @@ def _read_cameras(path: Path) -> Cameras | None:
 
 
 def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
-    """Return the existing photos and their names in the copy."""
+    """Return the existing photos with their names in the copy."""
     candidates = [(cameras.photos / view.name, PHOTOS / view.name) for view in cameras.views]
     return [
         (file, name)
@@ -167,7 +168,7 @@ def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
 
 
 def _libraries(model: Path) -> list[Path]:
-    """Return the material files that an OBJ names anywhere in the file."""
+    """Return the material files to which an OBJ file refers anywhere."""
     names: dict[str, None] = {}
     with open_regular(model) as lines:
         for line in lines:
@@ -175,7 +176,7 @@ def _libraries(model: Path) -> list[Path]:
                 names.setdefault(decode(line[len(b"mtllib") :]).strip())
     paths = []
     for name in names:
-        # The name of one file with spaces, or several files.
+        # The name of one file with spaces, or the names of several files.
         single_file, _ = find_companion(model.parent, name)
         paths += (
             [single_file]

@@ -1,7 +1,7 @@
 """Material libraries of OBJ files: names, colours and image paths.
 
-No file outside the folder of the OBJ file is opened, since the paths come from untrusted files.
-Images are located and their headers checked here; they are decoded elsewhere.
+No file outside the folder of the OBJ file is opened because the paths come from untrusted files.
+The images are located and their headers are checked here; they are decoded elsewhere.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from vomstudio.geometry.mesh import Material
 from vomstudio.io.text.encodings import convert_to_utf8, decode_text
 
 MAX_LIBRARY_BYTES = 64 * 1024 * 1024
-# 32768 x 32768: 3 GiB when decoded. Survey textures have up to 16384 x 16384 pixels.
+# 32768 x 32768 pixels take 3 GiB when decoded. Survey textures have up to 16384 x 16384 pixels.
 MAX_IMAGE_PIXELS = 1 << 30
 
-# Words that follow each option of a map statement (Wavefront's MTL specification).
+# Number of words that follow each option of a map statement (Wavefront's MTL specification).
 _FIXED_OPTIONS = {
     "-blendu": 1,
     "-blendv": 1,
@@ -44,11 +44,11 @@ _IMAGE_SUFFIXES = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
 _OTHER_MAP = re.compile(
     r"(?i)norm|nrm|rough|metal|occl|bump|disp|height|spec|gloss|alpha|opac|emis"
 )
-"""Matches names of textures other than colour, such as normal or roughness maps."""
+"""Pattern for the names of textures other than colour, such as normal or roughness maps."""
 
 
 def decode(raw: bytes) -> str:
-    """Decode text of unknown encoding: UTF-8, else Windows-1252."""
+    """Decode text of unknown encoding as UTF-8 or else as Windows-1252."""
     try:
         return decode_text(raw)
     except UnicodeDecodeError:
@@ -64,10 +64,10 @@ def unquote(name: str) -> str:
 
 
 def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
-    """Find the file that `name` refers to in `folder` or below it, and a warning about it.
+    """Find the file that `name` refers to in or below `folder`, and a warning about it.
 
     Backslashes separate folders; case matters only if both files exist. A path outside the folder
-    is never opened: a file of the same name in the folder is used instead, if there is one.
+    is never opened: a file with the same name in the folder is used instead if it exists.
     """
     name_in_posix = unquote(name).replace("\\", "/")
     if not name_in_posix or "\0" in name_in_posix:
@@ -110,7 +110,7 @@ def _find_case_insensitive(folder: Path, relative: str) -> Path | None:
 
 
 def map_name(value: str) -> tuple[str, tuple[str, ...]]:
-    """Return the file name of a map statement, and the options before it."""
+    """Return the file name in a map statement and the options before it."""
     remaining = value.strip()
     options: list[str] = []
     while remaining.startswith("-"):
@@ -153,13 +153,13 @@ def _shifts_image(option: str) -> bool:
 
 
 def texture_finding(material: str | int, texture: Path | None, reason: str) -> Finding:
-    """Return the finding about a texture that is not used, or replaced by another file."""
+    """Return the finding about a texture that is not used or was replaced by another file."""
     code = "texture.unusable" if texture is None else "texture.substituted"
     return Finding(code, material=material, reason=reason)
 
 
 def check_image(path: Path) -> str | None:
-    """Return why an image cannot be used, judged by its header; None if it can."""
+    """Return the reason why an image cannot be used according to its header, or None."""
     from PIL import UnidentifiedImageError
 
     try:
@@ -181,10 +181,10 @@ def check_image(path: Path) -> str | None:
 
 
 def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Finding]]:
-    """Read the materials of an MTL file by name, and messages about it.
+    """Read the materials of an MTL file by name, and findings about the file.
 
-    Images are searched in the folder of the MTL file, then in `folder`, that of the OBJ file, and
-    never outside `folder`.
+    Images are searched in the folder of the MTL file and then in `folder`, the folder of the OBJ
+    file, but never outside `folder`.
     """
     messages: list[Finding] = []
     try:
@@ -283,10 +283,10 @@ def _find_image(
 def _image_by_material_name(
     material: str, materials: Iterable[str], folders: Iterable[Path]
 ) -> Path | None:
-    """Return the only image whose name begins with that of a material.
+    """Return the only image whose name begins with the name of a material.
 
-    Polycam 3.4.5 writes ``map_Kd not_found`` beside ``NAME_ab12.jpg``. An image whose name begins
-    with a longer name of another material belongs to that material.
+    Polycam 3.4.5 writes ``map_Kd not_found`` next to ``NAME_ab12.jpg``. An image whose name begins
+    with the longer name of another material belongs to that material.
     """
     longer_names = [m for m in materials if m != material and _begins_with(m, material)]
     pictures: dict[str, Path] = {}
@@ -312,7 +312,7 @@ def _image_by_material_name(
 
 
 def _begins_with(name: str, beginning: str) -> bool:
-    """Return whether a name is another one, or continues it after a separator."""
+    """Return whether a name equals another one or continues it after a separator."""
     if not beginning or not name.casefold().startswith(beginning.casefold()):
         return False
     return not name[len(beginning) : len(beginning) + 1].isalnum()

@@ -1,7 +1,7 @@
-"""Integer origin and CRS of float32 coordinates in `NAME.offset.txt` beside a model.
+"""Integer origin and CRS of float32 coordinates, in `NAME.offset.txt` next to a model.
 
-One line of the form `EPSG:32615; World = (x, -z, y) + offset 576000 5188000 0`; a CRS without a
-code follows on a line of its own as `CRS: ` and its WKT.
+The file contains a line such as `EPSG:32615; World = (x, -z, y) + offset 576000 5188000 0`; a CRS
+without a code follows on a separate line as `CRS: ` and its WKT.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ class Offset:
     Attributes
     ----------
     origin : tuple of float or None
-        Added to the file's coordinates.
+        Origin that is added to the coordinates of the file.
     crs : str or None
-        As in LoadedModel.
+        As for LoadedModel.
     problem : Finding or None
         Reason why an existing file cannot be used.
     """
@@ -53,7 +53,7 @@ def offset_path(model: Path) -> Path:
 
 
 def read_offset(model: Path) -> Offset:
-    """Read `NAME.offset.txt` beside `model`; empty if there is none."""
+    """Read the `NAME.offset.txt` file of a model; the result is empty if there is none."""
     path = offset_path(model)
     try:
         text = decode_text(read_small(path, MAX_BYTES))
@@ -72,7 +72,7 @@ def read_offset(model: Path) -> Offset:
 
 
 def named_crs(text: str) -> str | None:
-    """Return the CRS that a text states, as code or WKT."""
+    """Return the CRS stated in a text as a code or WKT."""
     code, wkt = _EPSG.search(text), _WKT.search(text)
     if wkt is not None:
         return wkt.group(1).strip()
@@ -80,7 +80,7 @@ def named_crs(text: str) -> str | None:
 
 
 def crs_or_problem(text: object, file_name: str) -> tuple[str | None, Finding | None]:
-    """Return a CRS that a file states if it is valid, and otherwise a finding."""
+    """Return the CRS stated by a file if it is valid, and otherwise a finding."""
     if text is None:
         return None, None
     if isinstance(text, str) and len(text) <= MAX_BYTES:
@@ -92,7 +92,7 @@ def crs_or_problem(text: object, file_name: str) -> tuple[str | None, Finding | 
 
 
 def checked_origin(numbers: object) -> tuple[float, float, float] | None:
-    """Return three finite numbers that are plausible as a position in metres, else None."""
+    """Return three finite numbers that are plausible as a position in metres, or None."""
     if not isinstance(numbers, Sequence) or len(numbers) != 3:
         return None
     for number in numbers:
@@ -107,8 +107,8 @@ def checked_origin(numbers: object) -> tuple[float, float, float] | None:
 def offset_text(origin: Sequence[float], crs: str | None, axes: str) -> str:
     """Return the content of an offset file.
 
-    `axes` describes the conversion of the file's x, y, z to World without the offset, such as
-    "glTF is +Y up (x = East, y = Up, z = -North); World = (x, -z, y)".
+    `axes` describes the conversion of x, y, z in the file to World coordinates without the offset,
+    such as "glTF is +Y up (x = East, y = Up, z = -North); World = (x, -z, y)".
     """
     x, y, z = (f"{number:.15g}" for number in origin)
     code = crs if crs is not None and len(crs) < 20 else None

@@ -1,4 +1,4 @@
-"""Opening of model files of any format, and their description."""
+"""Opening and description of model files of any format."""
 
 from __future__ import annotations
 
@@ -57,27 +57,28 @@ MAX_FIELDS = 300
 def read_model(
     path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> LoadedModel:
-    """Read the model in a file, by whichever reader knows it, in a metric frame.
+    """Read a model from a file of any supported format, in a metric frame.
 
-    Damaged parts of the file are left out and reported in `warnings`. A CRS that neither options
-    nor file name is taken from `NAME.prj` beside it. x, y and z are in one unit, that of the CRS's
-    horizontal axes: heights in another one are converted, which is reported. `content_hash` is the
-    sha256 of the file itself (of an OBJ file without its MTL and images: measurements depend on
-    the geometry).
+    Damaged parts of the file are omitted and reported in `warnings`. If neither the options nor the
+    file state a CRS, that in `NAME.prj` next to the file is used. x, y and z have the same unit,
+    that of the horizontal axes of the CRS: heights in another unit are converted, which is
+    reported. `content_hash` is the SHA-256 of the file itself (of an OBJ file without its MTL and
+    images, because measurements depend only on the geometry).
 
     Parameters
     ----------
     path : str or Path
     progress : Progress, optional
     options : FrameOptions
-        Its CRS replaces the one that the file names; with `to_crs` the coordinates are converted.
+        Frame options. Their CRS replaces that of the file; with `to_crs`, the coordinates are
+        converted.
 
     Raises
     ------
     InputError
-        For a file that cannot be read, and for coordinates in degrees that are not converted.
+        If the file cannot be read, or if coordinates in degrees are not converted.
     Cancelled
-        Through `progress`.
+        If the user cancels through `progress`.
     """
     loaded, refusal_finding = convert_axes(_read(Path(path), progress), options)
     if refusal_finding is not None:
@@ -86,14 +87,14 @@ def read_model(
 
 
 def _read(path: Path, progress: Progress | None) -> LoadedModel:
-    """Return the model as the format's reader returns it."""
+    """Return the model in the form in which the reader of the format returns it."""
     progress = progress or Silent()
     reader = choose_reader(path, read_head(path))
     is_stopped = threading.Event()
     # hashlib releases the GIL, and the file is read only once while it is in memory.
     content_hash = run_in_thread(file_hash, path, lambda: not is_stopped.is_set(), name="file hash")
     try:
-        # Damaged files contain NaN of every kind; readers check for them.
+        # Damaged files contain NaN values of every kind; readers check for them.
         with np.errstate(all="ignore"), limit_for_file(path):
             loaded = reader.read(path, progress)
     except MemoryError:
@@ -107,7 +108,7 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
 
 
 def _limit_fields(loaded: LoadedModel) -> LoadedModel:
-    """Limit the number of fields, since each becomes a file of the project's cache."""
+    """Limit the number of fields because each becomes a file in the cache of the project."""
     fields = loaded.data.fields
     if len(fields) <= MAX_FIELDS:
         return loaded
@@ -119,7 +120,7 @@ def _limit_fields(loaded: LoadedModel) -> LoadedModel:
 
 
 def file_hash(path: Path, is_needed: Callable[[], bool] = lambda: True) -> str:
-    """Compute the SHA-256 of a file in hex; of a part of it if it is no longer `wanted`.
+    """Compute the SHA-256 of a file in hex, or of a part of it if no longer needed.
 
     Raises InputError if the file cannot be read.
     """
@@ -134,27 +135,27 @@ def file_hash(path: Path, is_needed: Callable[[], bool] = lambda: True) -> str:
 
 
 def resolution(data: Mesh | PointCloud) -> float:
-    """Return the effective resolution in units of the file.
+    """Return the effective resolution in file units.
 
-    It is the larger of mean spacing and noise, see `geometry.resolution` (duplicate points count
-    once), and of the mean edge of a mesh; for a subdivided mesh that of the original. Large models
-    are sampled: every k-th face, and all points within windows around points spread over the file.
-    NaN for a single point.
+    The resolution is the largest of the mean spacing and the noise (see `geometry.resolution`;
+    duplicate points count once) and of the mean edge length of a mesh; for a subdivided mesh, it is
+    that of the original mesh. Large models are sampled: every k-th face, and all points in windows
+    around points distributed over the file. The result is NaN for a single point.
     """
     point_resolution = _cloud_resolution(resolving_points(data))
     if not isinstance(data, Mesh):
         return point_resolution
     edge = point_spacing(data.undivided)
-    # Few vertices determine neither density nor noise.
+    # A few vertices determine neither density nor noise.
     has_few_vertices = len(data.undivided.vertices) < NEIGHBOUR_COUNTS[0]
     return edge if has_few_vertices or np.isnan(point_resolution) else max(edge, point_resolution)
 
 
 def point_spacing(data: Mesh | PointCloud) -> float:
-    """Return the size at which drawn points meet, in units of the file.
+    """Return the size at which drawn points touch each other, in file units.
 
-    It is the mean edge length of a mesh, or the mean nearest neighbour distance of a cloud; NaN if
-    there is none.
+    This is the mean edge length of a mesh or the mean nearest-neighbour distance of a cloud; NaN if
+    it is not defined.
     """
     if isinstance(data, Mesh):
         step = max(1, len(data.faces) // MAX_SAMPLED_FACES)
@@ -191,11 +192,11 @@ def _point_spacing(points: FloatArray) -> float:
 
 
 def _windows(points: FloatArray, half: float) -> Iterator[FloatArray]:
-    """Yield the points in boxes around some points of the cloud, relative to these.
+    """Yield the points in boxes around some points of the cloud, relative to these points.
 
-    `half` is half the side of a box. Boxes with a single point are skipped.
+    `half` is half the side length of a box. Boxes with a single point are skipped.
     """
-    # A contiguous copy, which is several times as fast to scan for every window.
+    # A contiguous copy can be scanned several times faster for every window.
     x = np.ascontiguousarray(points[:, 0])
     for row in np.linspace(0, len(points) - 1, WINDOW_COUNT).astype(np.int64):
         centre = points[row]
@@ -209,7 +210,7 @@ def _windows(points: FloatArray, half: float) -> Iterator[FloatArray]:
 def _rough_spacing(points: FloatArray) -> float:
     """Estimate the spacing from a thinned cloud.
 
-    Points lie on a surface, so the spacing scales with the square root of their number.
+    The points are on a surface, so the spacing scales with the square root of their number.
     """
     from scipy.spatial import cKDTree
 
@@ -256,7 +257,7 @@ def _mean_nearest(tree: object, queries: FloatArray) -> float:
 
 
 def _brute_force_distances(local: FloatArray) -> FloatArray:
-    """Return exactly what a tree would return, without the slower import of scipy."""
+    """Return the same distances as a tree would, without the slower import of scipy."""
     x, y, z = (local[:, None, j] - local[None, :, j] for j in range(3))
     return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
 
@@ -268,7 +269,7 @@ def _mean_of(distance: FloatArray) -> float:
 
 
 def _first_positive(distance: FloatArray) -> FloatArray:
-    """Return the distance of the nearest distinct neighbour; NaN for duplicates only."""
+    """Return the distance to the nearest distinct neighbour, or NaN if there is none."""
     positive = distance > 0
     nearest = distance[np.arange(len(distance)), positive.argmax(axis=1)]
     return np.where(positive.any(axis=1), nearest, np.nan)
@@ -277,7 +278,7 @@ def _first_positive(distance: FloatArray) -> FloatArray:
 def convert_axes(
     loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[LoadedModel, Finding | None]:
-    """Determine the CRS of a model and convert x, y, z to one unit.
+    """Determine the CRS of a model and convert x, y and z to the same unit.
 
     Returns
     -------
@@ -305,7 +306,7 @@ def convert_axes(
 
 
 def _axes(loaded: LoadedModel, options: FrameOptions, messages: list[Finding]) -> StatedAxes:
-    """Return the axes of the options, else of the file, else of the file beside it."""
+    """Return the axes according to the options, or else the file, or else its .prj file."""
     text = loaded.crs
     if text is None:
         text, problem = sidecar_crs(loaded.path, np.asarray(loaded.data.bounds, np.float64))
@@ -332,7 +333,8 @@ def _reprojected(
     else:
         normals = data.normals
         if normals is not None:
-            # A normal is perpendicular to the surface: it is transformed by the inverse transpose.
+            # A normal is perpendicular to the surface, so it is transformed by the inverse
+            # transpose.
             middle = np.asarray(data.bounds, np.float64).mean(axis=0)
             normals = normals @ np.linalg.inv(conversion.jacobian(middle))
             normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -352,7 +354,7 @@ def _reprojected(
 
 
 def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
-    """Scale heights to the unit of x and y, and all axes to metres for a local CRS."""
+    """Scale heights to the unit of x and y, and for a local CRS all axes to metres."""
     horizontal, vertical = axes.unit_factor, axes.unit_factor * axes.height_factor
     if horizontal == vertical == 1.0:
         return data
@@ -361,7 +363,7 @@ def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
         return replace(data, vertices=data.vertices * factors)
     normals = data.normals
     if normals is not None and horizontal != vertical:
-        # The normal of a plane stretched along z is scaled by the inverse.
+        # The normal of a plane that is stretched along z is scaled by the inverse factor.
         stretched = normals / factors
         length = np.sqrt(np.einsum("ij,ij->i", stretched, stretched))[:, None]
         normals = np.where(length > 0, stretched / np.where(length > 0, length, 1.0), normals)
@@ -372,11 +374,11 @@ def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
 def describe(
     path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> dict[str, object]:
-    """Describe a model in the terms of the command `info`; safe for JSON.
+    """Describe a model in the terms of the `info` command, in a form suitable for JSON.
 
-    `points` counts the vertices of a mesh as its surface needs them (a vertex with two texture
-    coordinates counts twice). `bounds` are in metres if the unit of x and y is known (World), else
-    as in the file; `units` are the file's own. Raises InputError.
+    `points` is the number of vertices that the surface of a mesh requires (a vertex with two
+    texture coordinates counts twice). `bounds` is in metres if the unit of x and y is known (World
+    frame), otherwise as in the file; `units` contains the units of the file. Raises InputError.
     """
     loaded, refusal_finding = convert_axes(_read(Path(path), progress), options)
     data = loaded.data

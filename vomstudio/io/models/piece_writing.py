@@ -1,4 +1,4 @@
-"""Writing of a piece of a model as a model that states its source."""
+"""Writing of a piece of a model as a separate model that states its source."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ def write_piece(
 ) -> tuple[Path, list[Finding]]:
     """Write selected faces or points of a model to a new folder below `folder`.
 
-    PLY stores doubles, colours, fields and textures. If a material has a plain colour, the piece
-    is an OBJ, which stores that. NAME.piece.json beside it states the source, its hash and the
-    number of its faces or points. All files appear at once or not at all.
+    The format is PLY, which stores doubles, colours, fields and textures; if a material has a plain
+    colour, it is OBJ, which can store that. NAME.piece.json next to it states the source, its hash
+    and the number of its faces or points. Either all files or none are written.
 
     Parameters
     ----------
     loaded : LoadedModel
     packed_mask : array of uint8
-        Packed mask with a bit for each face or point.
+        Packed mask with one bit per face or point.
     source, content_hash : Path, str
-        The file on which they were selected.
+        File on which they were selected, and its hash.
     crs : str or None
-        CRS of the model's file.
+        CRS of the model file.
     folder : Path
     name : str
         Name of the piece.
@@ -60,7 +60,7 @@ def write_piece(
     Returns
     -------
     tuple of Path and list of Finding
-        Path of the piece, and what the format cannot store.
+        Path of the piece, and findings about what the format cannot store.
 
     Raises
     ------
@@ -118,8 +118,8 @@ def write_piece(
 def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:
     """Return the selected faces of a mesh with vertices and materials, or points of a cloud.
 
-    `mask` (n,) selects them; all values and the file's frame are kept. Raises GeometryError for an
-    empty selection, or a mask of another model.
+    `mask` (n,) selects them; all values and the file frame are kept. Raises GeometryError if the
+    selection is empty or the mask belongs to another model.
     """
     count = len(data.faces) if isinstance(data, Mesh) else len(data.points)
     if len(mask) != count:

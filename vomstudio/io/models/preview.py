@@ -1,4 +1,4 @@
-"""Preview of a large point cloud before it is read completely."""
+"""Preview of a large point cloud before it has been read completely."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from vomstudio.io.models.formats._las_records import choose_fields, cloud_of, la
 from vomstudio.io.models.formats._las_reference import las_reference
 
 MAX_CHUNKS = 256
-"""Maximum number of chunks read: about every tenth of a file of 100 million points."""
+"""Maximum number of chunks read: about a tenth of a file of 100 million points."""
 MAX_UNPACKED_POINTS = 600_000
-"""Neighbours in a file are neighbours in space: unpacking and thinning more points than displayed
-covers more locations."""
+"""Maximum number of points to unpack. Neighbours in a file are also neighbours in space, so
+unpacking more points than are displayed and thinning them covers more locations."""
 RUN_POINTS = 500
 
 
 def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
-    """Return at most `count` points spread over a LAS, LAZ or COPC file, quickly.
+    """Return at most `count` points distributed over a LAS, LAZ or COPC file, quickly.
 
-    COPC: the first levels of its octree. LAZ: the beginnings of chunks evenly spaced over the file,
-    thinned. LAS: short runs of points, evenly spaced. None for other files and damaged ones;
-    reading the whole file then reports the error.
+    For COPC, these are the first levels of the octree; for LAZ, the thinned beginnings of chunks
+    that are evenly spaced over the file; for LAS, short runs of points at even spacing. The result
+    is None for other or damaged files; reading the whole file then reports the error.
     """
     path = Path(path)
     try:
@@ -88,7 +88,7 @@ def _copc_points(path: Path, count: int) -> PointCloud | None:
 
 
 def _evenly_spaced(n: int, count: int) -> AnyArray:
-    """Return at most `count` evenly spaced numbers of n rows."""
+    """Return at most `count` evenly spaced row numbers out of n."""
     return np.linspace(0, n - 1, min(n, count)).astype(np.int64)
 
 
@@ -118,7 +118,7 @@ def _laz_records(path: Path, top: LasHeader, count: int) -> AnyArray:
         chunk_points = np.array([points for points, _ in table], np.int64)
         if not len(sizes) or (sizes <= 0).any() or sizes.sum() > os.path.getsize(path):
             return np.empty(0, np.uint8)
-        # A table of fixed chunks counts the last one as full.
+        # A table of fixed chunks counts the last chunk as full.
         chunk_points = np.minimum(
             chunk_points, top.points - np.concatenate([[0], np.cumsum(chunk_points)[:-1]])
         )

@@ -1,4 +1,4 @@
-"""Interface of a format's reader, and the model that it returns."""
+"""Interface of format readers, and the model that they return."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import UNKNOWN, Units
 
 HEAD_BYTES = 4096
-"""Bytes at a file's beginning by which its format is detected."""
+"""Number of bytes at the beginning of a file with which its format is detected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,31 +24,31 @@ class LoadedModel:
     Attributes
     ----------
     data : Mesh or PointCloud
-        In the file's frame.
+        Geometry in the frame of the file.
     kind : str
         "mesh" or "cloud".
     crs : str or None
-        "EPSG:n" or WKT; None if the file does not state one. A reader returns what the file states,
-        `read_model` a CRS in which the model can be used.
+        "EPSG:n" or WKT; None if the file does not state a CRS. A reader returns the CRS that the
+        file states, and `read_model` a CRS in which the model can be used.
     warnings : tuple of Finding
-        What was wrong, skipped or guessed.
+        Findings about data that were wrong, skipped or guessed.
     path : Path
     content_hash : str
-        SHA-256 of the file in hex (of an OBJ without its MTL and images). A reader may leave it
-        empty; `read_model` sets it.
+        SHA-256 of the file in hex (of an OBJ file without its MTL and images). A reader may leave
+        it empty because `read_model` sets it.
     turned_about : tuple of float or None
-        For formats with y up, the point of `data`'s frame about which the reader has rotated the
-        model upright.
+        For formats with y up, the point in the frame of `data` about which the reader has rotated
+        the model upright.
     resolution : float or None
         Result of `vomstudio.io.models.opening.resolution`, if known.
     height_unit : str or None
-        Unit of heights that the file states apart from the CRS, a name of
+        Unit of heights that the file states separately from the CRS, as a key of
         `vomstudio.geometry.units.METRES`.
     units : tuple of str
-        Units of x, y and z that the file states. `read_model` sets it, a reader only if its format
-        defines them.
+        Units of x, y and z stated by the file. `read_model` sets them; a reader does so only if its
+        format defines them.
     unit_m : float or None
-        Metres per unit of `data`, in all three axes; None if unknown.
+        Metres per unit of `data` on all three axes; None if unknown.
     """
 
     data: Mesh | PointCloud
@@ -66,9 +66,10 @@ class LoadedModel:
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference of the coordinates that a file states apart from its points.
+    """Reference of the coordinates that a file states separately from its points.
 
-    `text` is the CRS as written there or as its keys are named; `height_unit` as in LoadedModel.
+    `text` is the CRS as written in the file or as named by its keys; `height_unit` as for
+    LoadedModel.
     """
 
     text: str | None = None
@@ -83,14 +84,15 @@ class Reader:
     Attributes
     ----------
     name : str
-        Name for the user.
+        Display name.
     extensions : tuple of str
-        Lower case, with the dot.
+        File extensions in lower case, including the dot.
     matches : callable
-        Returns, from the path and at most `HEAD_BYTES` first bytes, whether the *content* is
-        certainly of this format, whatever the extension is.
+        Function that returns from the path and up to `HEAD_BYTES` first bytes whether the *content*
+        is certainly of this format, regardless of the extension.
     read : callable
-        Raises InputError for unreadable files, and Cancelled through the progress.
+        Function that reads a file; raises InputError if it is unreadable, and Cancelled through the
+        progress.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Registration of a reconstructed model, from `reconstruction.json` beside it."""
+"""Registration of a reconstructed model, from the `reconstruction.json` file next to it."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ _METHODS: dict[str, Literal["gps", "control"]] = {
 
 
 def is_reconstructed(model: Path) -> bool:
-    """Return whether a file is a model of a reconstruction made by this program.
+    """Return whether a file is a model from a reconstruction by this program.
 
-    Decided by its name and the files beside it: OpenSfM writes a `reconstruction.json` too, but not
-    together with `cameras.json` and a model of these names.
+    This is decided by the name and the neighbouring files: OpenSfM also writes a
+    `reconstruction.json`, but not together with `cameras.json` and a model with one of these names.
     """
     sidecars = (model.with_name(FILE_NAME), model.with_name(RESULT))
     return model.name in MODELS and all(map(is_regular, sidecars))
 
 
 def read_registration_of_result(model: Path) -> Registration:
-    """Read the registration of a reconstructed model from `reconstruction.json` beside it.
+    """Read the registration of a reconstructed model from its `reconstruction.json` file.
 
     Raises
     ------
     ValueError, OSError
-        If the file cannot be read, or is not the result of a reconstruction.
+        If the file cannot be read or is not the result of a reconstruction.
     """
     result = read_json(model.with_name(RESULT))
     if not isinstance(result, dict) or not isinstance(result.get("registration"), dict):
@@ -50,16 +50,16 @@ def read_registration_of_result(model: Path) -> Registration:
 def result_registration(
     result: Mapping[str, Any], name: str, reconstruction_id: str = ""
 ) -> Registration:
-    """Return the registration that the result of a reconstruction contains.
+    """Return the registration contained in the result of a reconstruction.
 
     Parameters
     ----------
     result : mapping
         Content of `reconstruction.json`.
     name : str
-        Name of the reconstruction, for the name of the registration.
+        Name of the reconstruction, from which the name of the registration is derived.
     reconstruction_id : str, optional
-        Id of the reconstruction in its project.
+        ID of the reconstruction in its project.
     """
     registration = result.get("registration")
     registration = registration if isinstance(registration, dict) else {}
@@ -127,8 +127,8 @@ def placing_error_m(model: Path) -> float | None:
     Returns
     -------
     float or None
-        One sigma along any direction, in metres: of the check points, else of the control points.
-        None if `reconstruction.json` beside the model does not state it.
+        Standard deviation along any direction in metres, from the check points or else the control
+        points. None if the `reconstruction.json` next to the model does not state it.
     """
     try:
         registration = read_json(model.with_name(RESULT))["registration"]
@@ -143,7 +143,8 @@ def placing_error_m(model: Path) -> float | None:
 def _control_points(registration: Mapping[str, Any]) -> tuple[RegistrationPoint, ...]:
     """Return the control points or camera positions that were used.
 
-    The model is in World already: its coordinates of a point are surveyed coordinates + residual.
+    The model is already in the World frame, so its coordinates of a point are the surveyed
+    coordinates plus the residual.
     """
     rows = []
     for row in _rows(registration.get("points")):
@@ -187,7 +188,7 @@ def _covariance(value: object) -> tuple[tuple[float, ...], ...] | None:
 
 
 def finite_number(value: object) -> float | None:
-    """Return a number of a JSON file, None if it is not a finite number."""
+    """Return a number from a JSON file, or None if it is not a finite number."""
     if not isinstance(value, int | float) or not math.isfinite(value):
         return None
     return float(value)

@@ -1,13 +1,13 @@
-"""`NAME.registration.json`: placement of the model NAME in World, and its error.
+"""`NAME.registration.json`: placement of the model NAME in the World frame and its error.
 
-The file is beside a model and belongs to those files of the name NAME whose SHA-256 it lists. It
-contains the fields of a `geometry.registrations.Registration`: the matrix from the coordinates of
-the file to World and the 7 x 7 covariance of that similarity.
+The file is next to a model and applies to those files with the name NAME whose SHA-256 it lists. It
+contains the fields of a `geometry.registrations.Registration`: the matrix from file coordinates to
+World coordinates and the 7 x 7 covariance of that similarity transformation.
 
-For a model that was written in World, as by ``register -o`` and ``reconstruct``, the matrix is the
-identity, and the covariance is that of its placement. The matrix differs from the identity only
-beside a file whose coordinates are not World coordinates, such as a piece cut out of a model that a
-project has registered.
+For a model that was written in the World frame, as by ``register -o`` and ``reconstruct``, the
+matrix is the identity, and the covariance is that of its placement. The matrix differs from the
+identity only if the coordinates of the file are not World coordinates, such as for a piece cut out
+of a model that was registered in a project.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ PARAMETERS = (
     "shift_north",
     "shift_up",
 )
-"""Rows and columns of the covariance: turns about the axes of World, a relative change of scale,
-and shifts."""
+"""Rows and columns of the covariance: rotations about the axes of the World frame, a relative
+change of scale, and translations."""
 UNITS = ("rad", "rad", "rad", "1", "m", "m", "m")
 _DESCRIPTION = (
     "World = matrix @ (x, y, z, 1) with x, y, z as in the model's file; World is x East, y North, "
@@ -65,9 +65,9 @@ _DESCRIPTION = (
     "and of shifts, one sigma squared. Errors are one sigma; ends with 95: 95 %."
 )
 MAX_RELATIVE_DEVIATION = 1e-6
-"""Relative deviation of a matrix from a similarity, and of a covariance from a symmetric one."""
+"""Relative deviation of a matrix from a similarity, and of a covariance from symmetry."""
 _MAX_ERROR = 1e9
-"""One sigma, in radians, metres or as a ratio."""
+"""Maximum standard deviation, in radians, in metres or as a ratio."""
 _NESTED = NestedFields(
     parts={"frame": Frame, "read_north": ReadNorth},
     lists={"control": RegistrationPoint, "observations": ObservationGroup},
@@ -84,7 +84,7 @@ class StoredRegistration:
     ----------
     registration : Registration
     files : mapping of str to str
-        SHA-256 of each model that it belongs to, by file name.
+        SHA-256 of each model to which the registration applies, by file name.
     """
 
     registration: Registration
@@ -93,7 +93,7 @@ class StoredRegistration:
 
 @dataclass(frozen=True)
 class SidecarRegistration:
-    """The registration beside a model, if it has one, and findings about it."""
+    """Registration next to a model, if there is one, and findings about it."""
 
     registration: Registration | None = None
     findings: tuple[Finding, ...] = ()
@@ -109,12 +109,12 @@ def registration_path(model: str | Path) -> Path:
 def check_registration_target(
     model: str | Path, registration: Registration | None, *, force: bool = False
 ) -> None:
-    """Check, before a model is written, that its registration can be written beside it.
+    """Check, before a model is written, that its registration can be written next to it.
 
     Raises
     ------
     TargetError
-        If a registration file of this name belongs to another registration and `force` is False.
+        If a file with this name contains another registration and `force` is False.
     """
     path = registration_path(model)
     if registration is None or force or not path_exists(path):
@@ -126,16 +126,16 @@ def check_registration_target(
 def write_registration(
     registration: Registration, models: Iterable[str | Path], *, force: bool = False
 ) -> Path:
-    """Write the registration file of models of one name in one folder.
+    """Write the registration file of models that have the same name and folder.
 
     Parameters
     ----------
     registration : Registration
-        Its matrix leads from the coordinates of these files to World.
+        Registration whose matrix transforms coordinates in these files to the World frame.
     models : iterable of path
-        Files that are complete, such as ``model.obj`` and ``model.ply``.
+        Complete files, such as ``model.obj`` and ``model.ply``.
     force : bool
-        Replace the registration of another model of this name.
+        Whether to replace the registration of another model with this name.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def write_registration(
     Raises
     ------
     TargetError
-        As `check_registration_target`, or if the file cannot be written.
+        As for `check_registration_target`, or if the file cannot be written.
     """
     paths = [Path(model) for model in models]
     target = registration_path(paths[0])
@@ -162,7 +162,7 @@ def _sha256(path: Path) -> str:
 
 
 def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] | None:
-    """Return the files that a registration file lists, None if it states another registration."""
+    """Return the files listed in a registration file, or None if its registration differs."""
     try:
         stored = read_registration(path)
     except InputError:
@@ -214,19 +214,19 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
 
 # --- reading --------------------------------------------------------------------------------------
 def find_registration(model: Path, content_hash: str) -> SidecarRegistration:
-    """Find the registration of a model, from the file beside it or its reconstruction.
+    """Find the registration of a model, in the file next to it or from its reconstruction.
 
     Parameters
     ----------
     model : Path
     content_hash : str
-        SHA-256 of the model's file.
+        SHA-256 of the model file.
 
     Returns
     -------
     SidecarRegistration
-        A file that cannot be used is a finding, never an error: ``registration.damaged``,
-        ``registration.unknown-version`` or ``registration.other-model``.
+        A file that cannot be used is reported as a finding, never as an error:
+        ``registration.damaged``, ``registration.unknown-version`` or ``registration.other-model``.
     """
     path = registration_path(model)
     try:
@@ -288,7 +288,7 @@ def read_registration(path: Path) -> StoredRegistration:
 
 
 def _values_of(plain: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the JSON values of a registration's fields. Raises KeyError, TypeError."""
+    """Return the JSON values of the fields of a registration. Raises KeyError, TypeError."""
     covariance = plain["covariance"]
     if covariance is not None and (
         tuple(covariance["parameters"]) != PARAMETERS or tuple(covariance["units"]) != UNITS
@@ -363,7 +363,7 @@ def _invalid_covariance_reason(rows: Sequence[Sequence[float]]) -> str | None:
     covariance = np.array(rows, np.float64)
     if np.abs(covariance).max() > _MAX_ERROR**2:
         return tr("the covariance is larger than any error")
-    # Normalised by the errors: radians and metres differ by orders of magnitude.
+    # Normalised by the errors because radians and metres differ by orders of magnitude.
     sigma = np.sqrt(np.abs(np.diag(covariance)))
     units = np.where(sigma > 0, sigma, 1.0)
     with np.errstate(all="ignore"):

@@ -1,7 +1,7 @@
-"""Registry of readers by file format.
+"""Registry of model readers by file format.
 
-A new format is a module in `vomstudio/io/models/formats` that defines `READER`, or a third-party
-package that names a `Reader` in the entry point group `vomstudio.readers`.
+A new format is either a module in `vomstudio/io/models/formats` that defines `READER`, or a
+third-party package that declares a `Reader` in the entry point group `vomstudio.readers`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def default_reader(extension: str) -> Reader | None:
 
 
 def extensions() -> tuple[str, ...]:
-    """Return every extension that can be read, for file dialogs."""
+    """Return all extensions that can be read, for file dialogs."""
     return tuple(dict.fromkeys(e for r in find_readers().all for e in r.extensions))
 
 
@@ -53,7 +53,7 @@ def supported_formats() -> str:
 
 
 def read_head(path: Path) -> bytes:
-    """Return the first bytes of a file. Raises InputError if it is not a readable file."""
+    """Return the first bytes of a file. Raises InputError if the file is not readable."""
     try:
         if path.is_dir():
             raise InputError(Finding("file.is-folder"), file=path)
@@ -68,7 +68,7 @@ def read_head(path: Path) -> bytes:
 
 
 def choose_reader(path: Path, head: bytes) -> Reader:
-    """Return the reader for a file: by its content if that is certain, else by its extension.
+    """Return the reader for a file by its content if conclusive, or else by its extension.
 
     Raises InputError with a list of the supported formats.
     """

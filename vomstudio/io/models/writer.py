@@ -1,4 +1,4 @@
-"""Interface of a format's writer, and its request."""
+"""Interface of format writers, and their request."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class WriteRequest:
     Attributes
     ----------
     data : Mesh or PointCloud
-        In World, with the properties of `axes`.
+        Geometry in the World frame, with the properties of `axes`.
     crs : str or None
-        "EPSG:n", WKT, or None.
+        "EPSG:n" or WKT, or None if there is no CRS.
     force : bool
         Whether existing files may be replaced, except `inputs`, from which the model was read.
     """
@@ -43,10 +43,11 @@ class Writer:
     Attributes
     ----------
     extensions : tuple of str
-        Lower case, with the dot.
+        File extensions in lower case, including the dot.
     write : callable
-        Writes everything or nothing, and returns findings about what the format cannot store or
-        what was changed. Raises TargetError, or Cancelled through the progress.
+        Function that writes either everything or nothing, and returns findings about data that the
+        format cannot store or that were changed. Raises TargetError, or Cancelled through the
+        progress.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""Registry of writers by file format.
+"""Registry of model writers by file format.
 
-A new format is a module in `vomstudio/io/models/writers` that defines `WRITER`, or a third-party
-package that names a `Writer` in the entry point group `vomstudio.writers`.
+A new format is either a module in `vomstudio/io/models/writers` that defines `WRITER`, or a
+third-party package that declares a `Writer` in the entry point group `vomstudio.writers`.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def find_writers() -> tuple[Writer, ...]:
 
 
 def choose_writer(path: Path) -> Writer:
-    """Return the writer for a suffix. Raises UsageError with a list of the supported formats."""
+    """Return the writer for a suffix. Raises UsageError with a list of supported formats."""
     ending = path.suffix.lower()
     for writer in find_writers():
         if ending in writer.extensions:
@@ -66,7 +66,7 @@ def write_model(
     axes: Axes = WORLD,
     registration: Registration | None = None,
 ) -> list[Finding]:
-    """Write a model in World in the format of `path`'s suffix, completely or not at all.
+    """Write a model in World in the format of the path's suffix, completely or not at all.
 
     Parameters
     ----------
@@ -80,22 +80,22 @@ def write_model(
         Files that must not be overwritten.
     progress : Progress, optional
     axes : Axes
-        Properties of x, y and z that the file states.
+        Properties of x, y and z to be stated in the file.
     registration : Registration or None
-        Written beside the model as `NAME.registration.json`; its matrix leads from these
-        coordinates to World.
+        Registration to be written next to the model as `NAME.registration.json`; its matrix
+        transforms these coordinates to World coordinates.
 
     Returns
     -------
     list of Finding
-        What the format cannot store.
+        Findings about data that the format cannot store.
 
     Raises
     ------
     UsageError
-        For an unknown suffix.
+        If the suffix is not supported.
     GeometryError
-        For coordinates that are not finite.
+        If coordinates are not finite.
     TargetError, Cancelled
     """
     path = Path(path)
@@ -118,7 +118,7 @@ def write_model(
 
 def _require_finite(data: Mesh | PointCloud, path: Path) -> None:
     points = data.vertices if isinstance(data, Mesh) else data.points
-    # By columns, which is many times faster than along rows of three.
+    # Processed by column, which is many times faster than processing rows of three values.
     bad = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in points.T]))
     if len(bad):
         raise GeometryError(

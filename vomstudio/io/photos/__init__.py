@@ -1,1 +1,1 @@
-"""Photos: what their files say, their pixels, masks and cameras."""
+"""Photos: metadata, pixels, masks and cameras."""

@@ -1,9 +1,9 @@
-"""Direction of gravity when an Apple phone took a photo.
+"""Direction of gravity at the time when an Apple phone took a photo.
 
-The maker note is a TIFF directory behind `Apple iOS`. Its tag 8 contains three signed ratios: the
-acceleration in units of g, in Apple's axes of the phone seen from its front: x to the right, y to
-the top, z out of the face (Apple, `CMAcceleration`; in ExifTool's tag names, "Apple", all signs are
-reversed). A phone at rest measures the direction of gravity.
+The maker note is a TIFF directory after `Apple iOS`. Its tag 8 contains three signed ratios: the
+acceleration in units of g along Apple's axes of the phone as seen from its front, with x to the
+right, y to the top and z out of the screen (Apple, `CMAcceleration`; in ExifTool's tag names,
+"Apple", all signs are reversed). A phone at rest measures the direction of gravity.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import struct
 _SIGNATURE = b"Apple iOS\0"
 _ACCELERATION = 8
 _SIGNED_RATIOS = 10
-# Range of the acceleration of a phone at rest, units of g.
+# Range of the acceleration of a phone at rest, in units of g.
 REST_RANGE_G = (0.9, 1.1)
 
 Vector = tuple[float, float, float]
 
 
 def acceleration(note: object) -> Vector | None:
-    """Return the acceleration in Apple's axes of the phone, units of g.
+    """Return the acceleration along Apple's axes of the phone, in units of g.
 
-    None if the note is not Apple's or has no acceleration.
+    Returns None if the maker note is not from Apple or does not contain an acceleration.
     """
     if not isinstance(note, bytes) or not note.startswith(_SIGNATURE) or len(note) < 16:
         return None
@@ -44,26 +44,26 @@ def acceleration(note: object) -> Vector | None:
 
 
 def down_in_photo(measured: Vector, orientation: int, width: int, height: int) -> Vector | None:
-    """Return the direction of gravity in the frame of the rear camera, a (3,) unit vector.
+    """Return the direction of gravity in the frame of the rear camera, as a unit vector (3,).
 
-    The frame is x right, y down, z forward, in the photo as stored. The long side of the sensor is
-    along the phone, and its top at the phone's right side seen from the front. Programs that
-    rotate the pixels upright reset the orientation: the photo is then compared with the direction
-    of gravity, which is at the bottom for a viewer.
+    The frame is x right, y down, z forward in the photo as stored. The long side of the sensor is
+    along the phone, and its top is at the right side of the phone as seen from the front. Programs
+    that rotate the pixels upright reset the orientation; therefore the photo is compared with the
+    direction of gravity, which points to the bottom for a viewer.
 
     Parameters
     ----------
     measured : tuple of float
-        Acceleration in Apple's axes, units of g.
+        Acceleration along Apple's axes, in units of g.
     orientation : int
         EXIF orientation, 1 to 8.
     width, height : int
-        Of the photo as stored, pixels.
+        Size of the photo as stored, in pixels.
 
     Returns
     -------
     tuple of float or None
-        None if the phone was moving.
+        Direction of gravity, or None if the phone was moving.
     """
     size = math.hypot(*measured)
     if not REST_RANGE_G[0] <= size <= REST_RANGE_G[1]:
@@ -72,10 +72,11 @@ def down_in_photo(measured: Vector, orientation: int, width: int, height: int) -
     right, down, forward = -y, -x, -z
     turns = 0
     if orientation == 1 and math.hypot(right, down) > 0.5:
-        # Quarter turns of the pixels, clockwise, that bring gravity to the bottom.
+        # Clockwise quarter turns of the pixels that bring gravity to the bottom.
         turns = round(math.atan2(right, down) / (math.pi / 2)) % 4
         if (turns % 2 == 1) != (height > width):
-            # The phone was oblique when it chose: the shape decides first, then gravity.
+            # The phone was oblique when it chose the orientation: the shape decides first, then
+            # gravity.
             turns = 0 if height <= width else 1 if right > 0 else 3
     elif orientation == 1 and height > width:
         turns = 1

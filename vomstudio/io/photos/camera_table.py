@@ -1,4 +1,4 @@
-"""Sensors of common cameras: the table in resources/cameras, and search by name."""
+"""Sensors of common cameras: the table in resources/cameras, and a search by name."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from vomstudio.core.paths import resource
 
 @dataclass(frozen=True)
 class CameraModel:
-    """A camera model.
+    """Camera model.
 
     Attributes
     ----------
     names : tuple of str
-        The first is that of EXIF.
+        Names of the model; the first is that used in EXIF.
     width_mm, height_mm : float
-        Imaging area of the sensor.
+        Size of the imaging area of the sensor.
     width_px, height_px : int
-        Size of its largest photos without enlargement.
+        Size of the largest photos without enlargement.
     focal_mm : float or None
         Focal length of a built-in lens without zoom.
     f_number : float or None
@@ -44,7 +44,7 @@ class CameraModel:
 
 
 def camera_label(make: str | None, model: str | None) -> str | None:
-    """Return make and model as one name: 'NIKON CORPORATION', 'NIKON D90' becomes 'NIKON D90'."""
+    """Return make and model as one name; for example, a make repeated in the model is omitted."""
     if not model:
         return make
     first = (make or "").split()
@@ -55,7 +55,7 @@ def camera_label(make: str | None, model: str | None) -> str | None:
 
 @cache
 def camera_models() -> tuple[CameraModel, ...]:
-    """Return all models of the table. Raises InputError if the installation is damaged."""
+    """Return all models in the table. Raises InputError if the installation is damaged."""
     lines = read_small_text(resource("cameras", "sensors.csv")).splitlines()
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
     return tuple(
@@ -89,7 +89,7 @@ def find_camera(name: str | None) -> CameraModel | None:
 
 
 def similar_cameras(name: str, limit: int = 5) -> list[str]:
-    """Return similar names of the table as suggestions."""
+    """Return similar names from the table as suggestions."""
     import difflib
 
     normalized = _normalize(name)

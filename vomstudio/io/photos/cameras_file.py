@@ -1,7 +1,7 @@
-"""Photos with their cameras and poses, beside the model that was reconstructed from them.
+"""Photos with their cameras and poses, stored next to the reconstructed model.
 
-`cameras.json` contains all that is needed to view the model in its photos. `cameras.csv` contains
-the camera centres for other programs.
+`cameras.json` contains all data needed to view the model in its photos. `cameras.csv` contains the
+camera centres for other programs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.geometry.coordinate_limits import invalid_places
 
 FILE_NAME = "cameras.json"
-"""Name of the file beside the model."""
+"""Name of the file next to the model."""
 _FORMAT = "vomstudio cameras"
 _VERSION = 1
 
@@ -36,13 +36,13 @@ class Cameras:
     Attributes
     ----------
     views : tuple of View
-        In the model's frame minus `origin`.
+        Views in the frame of the model minus `origin`.
     photos : Path
-        Folder to which the views' names are relative.
+        Folder to which the names of the views are relative.
     crs : str or None
-        "EPSG:n"; None if the model's frame is local.
+        "EPSG:n"; None if the frame of the model is local.
     scaled : bool
-        The frame is in metres with known north and up, though it may have no CRS.
+        Whether the frame is in metres with known north and up directions, even if it has no CRS.
     """
 
     views: tuple[View, ...]
@@ -53,9 +53,10 @@ class Cameras:
 
 
 def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Path | None:
-    """Return the folder with the first photos, or None.
+    """Return the folder that contains the first photos, or None.
 
-    Searched are `others`, the stored folder, and folders beside the file `path` of the cameras.
+    The folders searched are `others`, the stored folder, and folders next to the cameras file
+    `path`.
     """
     stored = cameras.photos
     folders = [*others, stored if stored.is_absolute() else path.parent / stored]
@@ -68,9 +69,9 @@ def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Pa
 
 
 def has_known_scale(model: str | Path) -> bool | None:
-    """Return whether the model beside a `cameras.json` has known scale and north.
+    """Return whether the model next to a `cameras.json` has a known scale and north.
 
-    None if there is no such file.
+    Returns None if there is no such file.
     """
     try:
         return read_cameras(Path(model).with_name(FILE_NAME)).scaled
@@ -93,12 +94,12 @@ def view_to_dict(view: View) -> dict[str, Any]:
 
 
 def view_from_dict(row: dict[str, Any]) -> View:
-    """Return a view.
+    """Return a view from plain data.
 
     Raises
     ------
     KeyError, TypeError, ValueError, GeometryError
-        For invalid values.
+        If a value is not valid.
     """
     lens = Intrinsics(
         str(row["model"]),
@@ -134,7 +135,7 @@ def write_cameras(path: str | Path, cameras: Cameras, *, force: bool = False) ->
 
 
 def read_cameras(path: str | Path) -> Cameras:
-    """Read `cameras.json`. Raises InputError for an invalid file."""
+    """Read `cameras.json`. Raises InputError if the file is not valid."""
     path = Path(path)
     try:
         content = read_json(path)
@@ -165,9 +166,10 @@ def read_cameras(path: str | Path) -> Cameras:
 
 
 def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False) -> None:
-    """Write name, centre, rotation and lens of every photo. Raises TargetError.
+    """Write the name, centre, rotation and lens of every photo. Raises TargetError.
 
-    The centre x, y, z is in the model's frame; the rotation, row by row, is from frame to camera.
+    The centre x, y, z is in the frame of the model; the rotation, in row order, is from that frame
+    to the camera.
     """
     with atomic_write(path, force) as temporary, temporary.open("w", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")

@@ -1,6 +1,7 @@
-"""Masks that are drawn: their location, where `read_photos` finds them, and their format.
+"""Drawn masks: their format, and the location where `read_photos` finds them.
 
-A mask is a PNG of 8 bits and of the size of the stored photo: white is used, black is not.
+A mask is an 8-bit PNG with the size of the stored photo, in which white pixels are used and black
+pixels are not.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ _SOFTWARE = "VOM Studio"
 
 
 def mask_path(photo: Path, others: Iterable[Path] = ()) -> Path:
-    """Return the path at which the mask of a photo is searched first.
+    """Return the path that is searched first for the mask of a photo.
 
-    `others` are photos of the set: two in one folder that differ in their suffix only have separate
-    masks.
+    `others` are the photos of the set: two photos in one folder that differ only in their suffix
+    have separate masks.
     """
     stem = photo.stem.casefold()
     has_twin = any(
@@ -38,9 +39,9 @@ def mask_path(photo: Path, others: Iterable[Path] = ()) -> Path:
 
 
 def load_mask(mask: Path, width: int, height: int) -> BoolArray:
-    """Return the (height, width) mask of a photo of this size. Raises InputError.
+    """Return the mask (height, width) of a photo of this size. Raises InputError.
 
-    True marks the used part.
+    The used part is True.
     """
     mask_array = read_mask(Photo(mask, mask.name, width, height, mask=mask))
     assert mask_array is not None
@@ -48,7 +49,7 @@ def load_mask(mask: Path, width: int, height: int) -> BoolArray:
 
 
 def mask_png(used: BoolArray) -> bytes:
-    """Return a mask (height, width), True where the photo is used, as a 1 bit PNG."""
+    """Return a mask (height, width), True where the photo is used, as a 1-bit PNG."""
     import io
 
     from PIL import Image
@@ -61,7 +62,8 @@ def mask_png(used: BoolArray) -> bytes:
 def write_mask(path: Path, used: BoolArray) -> Path | None:
     """Write a mask (height, width), True where the photo is used, completely or not at all.
 
-    Returns the new path of an existing mask by another program or person. Raises TargetError.
+    Returns the new path of an existing mask that was created by another program or person. Raises
+    TargetError.
     """
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
@@ -88,23 +90,24 @@ def is_own_mask(path: Path) -> bool:
 def store_mask(
     path: Path, used: BoolArray, previous: Path | None
 ) -> tuple[Path | None, Path | None]:
-    """Write a mask, or remove it if nothing is masked.
+    """Write a mask, or remove the file if nothing is masked.
 
-    An empty mask is still written if another file would be used as mask otherwise.
+    An empty mask is still written if another file would otherwise be used as a mask.
 
     Parameters
     ----------
     path : Path
-        File of the mask.
+        Path of the mask.
     used : (h, w) ndarray of bool
         True for used pixels.
     previous : Path or None
-        The photo's previous mask.
+        Previous mask of the photo.
 
     Returns
     -------
     tuple of Path or None
-        Path of the mask, and new path of an existing mask by another program or person.
+        Path of the mask, and new path of an existing mask that was created by another program or
+        person.
 
     Raises
     ------

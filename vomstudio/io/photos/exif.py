@@ -1,6 +1,6 @@
-"""EXIF of one photo as plain numbers, with findings about invalid values.
+"""EXIF metadata of a photo as plain numbers, with findings about invalid values.
 
-Tags and units after the Exif standard, CIPA DC-008 (version 3.0).
+Tags and units follow the Exif standard, CIPA DC-008 (version 3.0).
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
     from PIL import Image
 
 _EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
-# Millimetres of FocalPlaneResolutionUnit.
+# Length of FocalPlaneResolutionUnit in millimetres.
 _UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 
 
 @dataclass(frozen=True)
 class Exif(PhotoTags):
-    """EXIF tags; None if a tag is missing or invalid.
+    """EXIF tags; a value is None if the tag is missing or invalid.
 
     Attributes
     ----------
     focal_plane_px_per_mm : float or None
         Resolution of the sensor along the width of the photo as taken.
     pixels : tuple of int or None
-        Width and height as taken, before later programs changed them.
+        Width and height as taken, before other programs changed them.
     acceleration : tuple of float or None
-        Of an Apple phone, in its own axes, units of g.
+        Acceleration of an Apple phone along its own axes, in units of g.
     comment : str or None
         Text of `UserComment`.
     problems : tuple of Finding
-        Dropped tags with reasons.
+        Dropped tags with the reasons.
     """
 
     make: str | None = None
@@ -52,11 +52,11 @@ class Exif(PhotoTags):
 
 
 def read_exif(image: Image.Image) -> Exif:
-    """Read the EXIF of an image. Never raises: unreadable values become findings."""
+    """Read the EXIF metadata of an image. Never raises: unreadable values become findings."""
     import warnings
 
     if image.format == "PNG" and not {"exif", "Raw profile type exif"} & image.info.keys():
-        # Pillow would decode the whole image to search for EXIF after it.
+        # Pillow would decode the whole image to search for EXIF metadata after it.
         return Exif()
     problems: list[Finding] = []
     groups: list[Mapping[int, Any]] = [{}, {}, {}]
@@ -78,12 +78,12 @@ def exif_from_tags(
     gps: Mapping[int, Any],
     problems: list[Finding] | None = None,
 ) -> Exif:
-    """Return the EXIF from the values of the three directories, by tag number."""
+    """Return the EXIF metadata from the values of the three directories by tag number."""
     problems = [] if problems is None else problems
     tags = {**main, **exif}
     orientation = _whole(tags.get(0x0112))
     if orientation not in range(1, 9):
-        # 0 and a missing tag mean as stored.
+        # 0 and a missing tag mean that the photo is shown as stored.
         if orientation not in (None, 0):
             problems.append(Finding("photo.unknown-orientation", tag=orientation))
         orientation = 1
@@ -155,7 +155,7 @@ def _altitude(gps: Mapping[int, Any]) -> tuple[float | None, str | None]:
         return None, None
     raw = gps.get(5, 0)
     code = raw[0] if isinstance(raw, bytes) and raw else _whole(raw)
-    # 2 and 3 came with Exif 3.0.
+    # 2 and 3 were introduced with Exif 3.0.
     is_below = code in (1, 3)
     reference = "ellipsoid" if code in (2, 3) else "below sea level" if is_below else "sea level"
     return (-value if is_below else value), reference
@@ -175,7 +175,7 @@ def _sexagesimal(value: Any) -> float | None:
     parts = [_number(part) for part in _sequence(value)[:3]]
     if not parts or parts[0] is None or parts[0] < 0:
         return None
-    # Some phones write decimal minutes and leave the seconds 0/0.
+    # Some phones write decimal minutes and set the seconds to 0/0.
     minutes, seconds = ([p or 0.0 for p in parts[1:]] + [0.0, 0.0])[:2]
     return float(parts[0] + minutes / 60.0 + seconds / 3600.0)
 
@@ -206,7 +206,7 @@ def _date(tags: Mapping[int, Any]) -> datetime | None:
 
 
 def _aperture(tags: Mapping[int, Any]) -> float | None:
-    # A lens without contacts reports f/0; the APEX value is invalid then.
+    # For a lens without contacts, f/0 is reported; the APEX value is then invalid.
     return None if 0x829D in tags else _power(tags.get(0x9202), 0.5)
 
 

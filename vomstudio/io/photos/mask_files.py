@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 PICTURES = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
-# A photo may be cropped by a line or two and still have the same shape.
+# A photo may be cropped by one or two rows and still have the same shape.
 MAX_SHAPE_DIFFERENCE = 0.01
 _MASK = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
 _FOLDER_NAMES = {"mask", "masks"}
 
 
 def is_mask(path: Path, root: Path) -> bool:
-    """Return whether a picture is a mask, by its name or folder."""
+    """Return whether a picture is a mask according to its name or folder."""
     if path.suffix.lower() not in PICTURES:
         return False
     inside = path.relative_to(root).parts[:-1]
@@ -32,7 +32,7 @@ def is_mask(path: Path, root: Path) -> bool:
 
 
 class MaskFinder:
-    """Search for the masks of photos by their file names."""
+    """Search for the masks of photos by file name."""
 
     def __init__(self, root: Path, masks: Iterable[Path]) -> None:
         self._masks_by_name = {self._key(path): path for path in masks}
@@ -46,9 +46,9 @@ class MaskFinder:
         return path.parent, path.name.casefold()
 
     def mask_of(self, photo: Photo) -> tuple[Path | None, Finding | None]:
-        """Return the photo's mask, or why the existing one is not used.
+        """Return the mask of a photo, or the reason why the existing one is not used.
 
-        The first of several masks is used, which is the one drawn with this program.
+        If there are several masks, the first one is used, which is the one drawn with this program.
         """
         path = photo.path
         places = (
@@ -75,9 +75,9 @@ class MaskFinder:
                     yield folder, base + ending
 
     def _is_twin(self, path: Path) -> bool:
-        """Return whether another photo in its folder differs in its suffix only.
+        """Return whether another photo in its folder differs only in its suffix.
 
-        `drawn_masks.mask_path` gives each a separate mask then.
+        In this case, `drawn_masks.mask_path` assigns a separate mask to each of them.
         """
         folder = path.parent
         if folder not in self._stems:
@@ -89,7 +89,7 @@ class MaskFinder:
         return self._stems[folder][path.stem.casefold()] > 1
 
     def _neighbour_folder_mask(self, key: tuple[Path, str]) -> Path | None:
-        """Return the mask in a folder beside the given one."""
+        """Return the mask in a folder next to the given one."""
         folder = key[0]
         if folder.parent != self._root.parent or folder.name not in _FOLDER_NAMES:
             return None

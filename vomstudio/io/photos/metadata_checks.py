@@ -1,4 +1,4 @@
-"""Contradictory metadata of photos, and values that are not measurements."""
+"""Checks for contradictory metadata of photos and for values that are not measurements."""
 
 from __future__ import annotations
 
@@ -10,25 +10,27 @@ from vomstudio.core.findings import Finding
 from vomstudio.io.photos.photo import Photo
 
 MAX_ROUNDING_M = 0.5
-"""Heights of one receiver in EXIF and XMP differ by rounding only."""
+"""Maximum difference due to rounding between heights of one receiver in EXIF and XMP."""
 MIN_CONTRADICTION_M = 1.0
 
 
 def signed_altitude(exif_m: float | None, xmp_m: float | None) -> float | None:
     """Return the height whose sign is consistent.
 
-    Some drones set EXIF's "below sea level" on heights above it. The XMP height carries its sign in
-    the number. Heights of other sizes may refer to other surfaces and are not compared.
+    Some drones mark heights above sea level as "below sea level" in EXIF. The XMP height is a
+    signed number. Heights of different magnitude may refer to different surfaces and are not
+    compared.
 
     Parameters
     ----------
     exif_m, xmp_m : float or None
-        Height of EXIF, negative below sea level, and absolute height of XMP.
+        Height from EXIF, which is negative below sea level, and absolute height from XMP.
 
     Returns
     -------
     float or None
-        The height of XMP if both have the same size and opposite signs, else that of EXIF.
+        Height from XMP if both have the same magnitude and opposite signs, otherwise that from
+        EXIF.
     """
     if exif_m is None or xmp_m is None:
         return exif_m
@@ -54,15 +56,15 @@ def altitude_findings(photos: Sequence[Photo]) -> list[Finding]:
 
 
 def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[Finding]]:
-    """Drop angles that a camera without a sensor writes: yaw, pitch and roll of exactly 0.
+    """Drop yaw, pitch and roll of exactly 0, as written by cameras without a sensor.
 
-    They are not measurements if all photos of a camera that state angles state these. A single such
-    photo among others may be measured.
+    They are not measurements if all photos of a camera that state angles state these values. A
+    single such photo among others may be a measurement.
 
     Returns
     -------
     photos : list of Photo
-        In the same order, without such angles.
+        Photos in the same order, without such angles.
     findings : list of Finding
         ``photo.angles-not-measured`` for each camera whose angles were dropped, and
         ``photo.angles-in-comment`` if angles of `UserComment` remain.

@@ -1,4 +1,4 @@
-"""Metadata of one photo."""
+"""Metadata of a photo."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoTags:
-    """EXIF tags of a photo; None if a tag is missing.
+    """EXIF tags of a photo; a value is None if the tag is missing.
 
     focal_mm : focal length of the lens; focal_35mm : its equivalent on 36 x 24 mm film
     orientation : 1 to 8, turns the pixels for viewers
@@ -42,7 +42,7 @@ class PhotoTags:
 
 @dataclass(frozen=True)
 class Photo(PhotoTags):
-    """Path, size, camera, position and direction of a photo; None if it does not state them.
+    """Path, size, camera, position and direction of a photo; None if not stated.
 
     name : relative to the folder, with forward slashes
     width, height : pixels as stored; `orientation` (EXIF, 1 to 8) turns them for viewers only
@@ -83,13 +83,13 @@ class Photo(PhotoTags):
 
     @property
     def camera_key(self) -> tuple[object, ...]:
-        """Key of the lens and its setting; photos with the same key can share one calibration."""
+        """Key of the lens and its setting; photos with the same key may share a calibration."""
         focal = None if self.focal_px is None else round(self.focal_px, 1)
         return (self.camera, self.serial, self.lens, self.focal_mm, focal, self.width, self.height)
 
     @property
     def exposure_value(self) -> float | None:
-        """EV at ISO 100: log2(N^2 / t) - log2(ISO / 100) (ISO 2720); None without all three."""
+        """EV at ISO 100: log2(N^2 / t) - log2(ISO / 100) (ISO 2720); None if a value is missing."""
         from math import log2
 
         if self.exposure_s is None or self.f_number is None or self.iso is None:

@@ -1,4 +1,4 @@
-"""Search of photos by the names that tables and other programs use."""
+"""Search for photos by the names that tables and other programs use."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 
 def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
-    """Return a function that finds the number of a photo by its name.
+    """Return a function that finds the number of a photo from its name.
 
-    Names are matched exactly, then by file name, then by stem if one of the two has no suffix. The
-    latter two ignore case and must be unique.
+    Names are matched exactly, then by file name, then by stem if one of the two names has no
+    suffix. The latter two matches ignore case and must be unique.
     """
     exact = {name: number for number, name in enumerate(names)}
     tables: list[dict[str, list[int]]] = [{}, {}]
@@ -25,7 +25,7 @@ def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
         if name in exact:
             return exact[name]
         file_name, stem = _keys(name)
-        # An existing suffix counts: a.jpg is not a.tif.
+        # An existing suffix is significant: a.jpg is not a.tif.
         candidates = tables if file_name == stem else tables[:1]
         for table in candidates:
             matches = table.get(file_name, [])

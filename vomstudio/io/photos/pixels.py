@@ -1,4 +1,4 @@
-"""Pixels of photos: small upright images for display, grey values for measurements, masks."""
+"""Pixels of photos: upright thumbnails for display, grey values for measurements, masks."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def open_photo(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[Image.Image]:
-    """Open a photo and read its header only.
+    """Open a photo, reading only its header.
 
-    Errors until the end of the block become an InputError that names the file. `min_pixel_bytes`
-    as in `open_picture`.
+    Errors raised before the end of the block become an InputError that contains the file name.
+    `min_pixel_bytes` is the same as for `open_picture`.
     """
     import warnings
 
@@ -52,7 +52,7 @@ def open_photo(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Itera
     except MemoryError as error:
         raise InputError(Finding("file.exceeds-memory"), file=path) from error
     except (OSError, ValueError, SyntaxError, EOFError, IndexError, TypeError, KeyError) as error:
-        # Exceptions of Pillow's decoders for damaged data.
+        # Exceptions that Pillow's decoders raise for damaged data.
         reason = str(error) or type(error).__name__
         raise InputError(
             Finding("file.damaged", reason=reason, format=Path(path).suffix.lstrip(".").upper()),
@@ -61,7 +61,7 @@ def open_photo(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Itera
 
 
 def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
-    """Rotate stored pixels upright by their EXIF orientation (Exif standard, tag 0x0112)."""
+    """Rotate stored pixels upright according to the EXIF orientation (tag 0x0112)."""
     turns: dict[int, Callable[[AnyArray], AnyArray]] = {
         1: lambda p: p,
         2: lambda p: p[:, ::-1],
@@ -77,7 +77,7 @@ def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
 
 
 def pixels_upright(pixels: npt.ArrayLike, orientation: int, width: int, height: int) -> FloatArray:
-    """Return the positions of stored pixels (n, 2) in the upright image, pixels."""
+    """Return the positions of stored pixels (n, 2) in the upright image, in pixels."""
     x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
     a, b = {
         1: (x, y),
@@ -101,12 +101,12 @@ def orientation_of(photo: str | Path) -> int:
 
 
 def read_stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int], int]:
-    """Return a reduced image as stored.
+    """Return a reduced image in the stored orientation.
 
     Returns
     -------
     pixels : (h, w, 3) uint8
-        Its long side is at most `size`.
+        Pixels of the image, whose long side is at most `size`.
     size : tuple of int
         Width and height of the photo.
     orientation : int
@@ -126,11 +126,11 @@ def read_stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int
 
 
 def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
-    """Return an upright (h, w, 3) uint8 image whose long side is at most `size` pixels.
+    """Return an upright image (h, w, 3) uint8 whose long side is at most `size` pixels.
 
-    JPEG is decoded at an eighth, a quarter or half of its size, which avoids most of the work. The
-    thumbnail embedded by cameras is not used: it is too small, and often has black borders. Raises
-    InputError.
+    JPEG photos are decoded at an eighth, a quarter or half of their size, which avoids most of the
+    work. The thumbnail embedded by cameras is not used because it is too small and often has black
+    borders. Raises InputError.
     """
     from vomstudio.io.photos.exif import read_exif
 
@@ -141,7 +141,7 @@ def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
 
 
 def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
-    """Return grey values (h, w) uint8 as stored, reduced to a long side of about `size`.
+    """Return stored grey values (h, w) uint8, reduced to a long side of about `size`.
 
     Raises InputError.
     """
@@ -151,9 +151,10 @@ def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
 
 
 def read_mask(photo: Photo) -> BoolArray | None:
-    """Return the (height, width) mask of the stored photo, True where it is used, or None.
+    """Return the mask (height, width) of the stored photo, True where it is used, or None.
 
-    White is used, black is not. A mask of another size is resized. Raises InputError.
+    White pixels are used, and black pixels are not. A mask of a different size is resized. Raises
+    InputError.
     """
     if photo.mask is None:
         return None
@@ -166,7 +167,7 @@ def read_mask(photo: Photo) -> BoolArray | None:
         if band.size != (photo.width, photo.height):
             band = band.resize((photo.width, photo.height), Image.Resampling.NEAREST)
         values = np.asarray(band)
-    # Some programs write 0 and 1, others 0 and 255.
+    # Some programs write 0 and 1, and others 0 and 255.
     return np.asarray(values > (0 if values.max(initial=0) <= 1 else 127))
 
 

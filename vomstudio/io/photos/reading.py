@@ -1,7 +1,7 @@
-"""Reading of a folder of photos: camera, lens, time and position of each.
+"""Reading of the camera, lens, time and position of all photos in a folder.
 
 No photo is decoded: a thousand photos of 100 megapixels are listed from their headers. A truncated
-JPEG is detected by its missing end. Unusable files are reported with a reason.
+JPEG is recognised by its missing end. Unusable files are reported with the reason.
 """
 
 from __future__ import annotations
@@ -56,23 +56,23 @@ _UNSUPPORTED_CODES = {
         "photo.other-format",
     ),
 }
-"""Codes of the findings about files that are not read, by extension."""
+"""Codes of the findings about files that are not read, by file extension."""
 MAX_DEPTH = 3
 _FILM_WIDTH_MM = 36.0
 
 
 @dataclass(frozen=True, repr=False)
 class PhotoFolder(PrintableResult):
-    """Photos of a folder.
+    """Photos in a folder.
 
     Attributes
     ----------
     photos : list of Photo
         Usable photos, sorted by name (numbers by value).
     skipped : list of tuple of str and Finding
-        Name and reason of each image that is not used.
+        Name of each image that is not used, and the reason.
     duplicates : list of tuple of str
-        Name of a duplicate and of the original; these are in `skipped` too.
+        Names of each duplicate and its original; duplicates are also in `skipped`.
     """
 
     folder: Path
@@ -82,16 +82,16 @@ class PhotoFolder(PrintableResult):
     duplicates: list[tuple[str, str]] = field(default_factory=list)
 
     def replace_masks(self, masks: Mapping[str, Path] | None) -> PhotoFolder:
-        """Return the photos with these masks, by photo name, instead of those beside them.
+        """Return the photos with the given masks by photo name instead of those in the folder.
 
-        None keeps the masks beside them.
+        If None, the masks in the folder are kept.
         """
         if masks is None:
             return self
         return replace(self, photos=[replace(p, mask=masks.get(p.name)) for p in self.photos])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a summary."""
+        """Return a summary of the folder."""
         return {
             "folder": str(self.folder),
             "photos": len(self.photos),
@@ -103,7 +103,7 @@ class PhotoFolder(PrintableResult):
         }
 
     def cameras(self) -> dict[tuple[object, ...], list[Photo]]:
-        """Return the photos by camera, lens and setting."""
+        """Return the photos grouped by camera, lens and setting."""
         groups: dict[tuple[object, ...], list[Photo]] = defaultdict(list)
         for photo in self.photos:
             groups[photo.camera_key].append(photo)
@@ -117,15 +117,16 @@ class NoPhotos(InputError):
 def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFolder:
     """Read all photos in a folder and its subfolders, down to three levels.
 
-    Masks are NAME_mask.png, NAME.jpg.mask.png or NAME.mask.png beside the photo, or files with the
-    photo's name (or any of these) in a folder `masks` beside the photo or beside its folder.
+    Masks are NAME_mask.png, NAME.jpg.mask.png or NAME.mask.png next to the photo, or files with the
+    name of the photo (or any of these names) in a folder `masks` next to the photo or next to its
+    folder.
 
     Raises
     ------
     InputError
         If the folder does not exist.
     NoPhotos
-        If it has no usable photo.
+        If the folder contains no usable photos.
     """
     root = Path(folder)
     progress = progress or Silent()
@@ -176,7 +177,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
 
 
 def photo_names(folder: str | Path) -> list[str]:
-    """Return the names of the photos in a folder as in `read_photos`, without opening them.
+    """Return the names of the photos in a folder as `read_photos` does, without opening them.
 
     Raises InputError if the folder does not exist.
     """
@@ -189,7 +190,7 @@ def photo_names(folder: str | Path) -> list[str]:
 
 
 def read_photo(path: str | Path) -> Photo:
-    """Read a single photo, without mask. Raises InputError."""
+    """Read a single photo without a mask. Raises InputError."""
     path = Path(path)
     try:
         return _read(path, path.name)[0]
@@ -234,7 +235,7 @@ def _printable(name: str) -> str:
 
 
 def _is_other_folder(folder: Path) -> bool:
-    """Return whether a folder is hidden, private to another program, a project or a model."""
+    """Return whether a folder is hidden, or belongs to a program, a project or a model."""
     if (folder / "request.json").is_file() and (folder / "work").is_dir():
         return True
     if folder.name.startswith((".", "@", "__")) or folder.suffix == ".vom":
@@ -255,7 +256,7 @@ def _natural_sort_key(text: str) -> list[tuple[int, int, str]]:
 
 
 def _drop_unprintable_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
-    """Drop files whose name is not text: no table or report could name them."""
+    """Drop files whose name is not valid text, because no table or report could name them."""
     printable = []
     for path in paths:
         name = path.relative_to(root).as_posix()
@@ -267,7 +268,7 @@ def _drop_unprintable_names(paths: Sequence[Path], root: Path, result: PhotoFold
 
 
 def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
-    """Drop files with the same content as an earlier one; only files of equal size are read."""
+    """Drop files with the same content as an earlier one, reading only files of equal size."""
     files_by_size: dict[int, list[Path]] = defaultdict(list)
     for path in paths:
         try:
@@ -295,7 +296,7 @@ def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> 
 
 
 def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
-    """Return the photo and findings about its header. Raises InputError."""
+    """Return the photo and the findings about its header. Raises InputError."""
     if _is_broken_link(path):
         raise InputError(Finding("file.missing"))
     try:
@@ -353,9 +354,9 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
 
 
 def _angles(tags: Exif, drone: DroneTags) -> tuple[Angles, bool, bool]:
-    """Return yaw, pitch and roll, whether they are all 0, and whether a comment states them.
+    """Return yaw, pitch and roll, whether all are 0, and whether they are from a comment.
 
-    Tags of the manufacturer are used before EXIF `UserComment`.
+    Tags of the manufacturer take precedence over EXIF `UserComment`.
     """
     comment = comment_angles(tags.comment)
     if drone.yaw_deg is not None and not (drone.has_zero_angles and comment):
@@ -368,7 +369,7 @@ def _angles(tags: Exif, drone: DroneTags) -> tuple[Angles, bool, bool]:
 
 
 def _down(tags: Exif, width: int, height: int) -> tuple[float, float, float] | None:
-    # The front camera looks in the opposite direction.
+    # The front camera faces the opposite direction.
     if tags.acceleration is None or "front" in (tags.lens or "").casefold():
         return None
     return down_in_photo(tags.acceleration, tags.orientation, width, height)
@@ -383,7 +384,7 @@ def _packet(image: object) -> bytes | str | None:
 
 
 def _require_photo(mode: str, tags: dict[int, object]) -> None:
-    """Raise InputError, with the reason only, for images that are not from a camera."""
+    """Raise InputError, stating only the reason, for images that are not from a camera."""
     if mode == "F" or (mode == "I" and 33550 in tags):
         raise InputError(Finding("photo.raster"))
     if 33550 in tags or 34264 in tags:
@@ -395,8 +396,8 @@ def _require_photo(mode: str, tags: dict[int, object]) -> None:
 def has_jpeg_end(path: Path) -> bool:
     """Return whether the end marker follows the compressed image.
 
-    It does not occur inside the image (ITU T.81, B.1.1.5), and data that cameras append (previews,
-    sound) does not matter.
+    The marker does not occur inside the image (ITU T.81, B.1.1.5), and data that cameras append
+    (previews, sound) do not matter.
     """
     with open_regular(path) as file:
         try:
@@ -410,7 +411,7 @@ def has_jpeg_end(path: Path) -> bool:
         while end > scan:
             start = max(scan, end - block)
             file.seek(start)
-            # One more byte, for a marker across two blocks.
+            # One additional byte, for a marker across two blocks.
             if b"\xff\xd9" in file.read(end - start + 1):
                 return True
             end = start
@@ -422,8 +423,9 @@ def _focal(
 ) -> tuple[float | None, str | None, float | None, list[Finding]]:
     """Return focal length in pixels, its source, sensor width in mm, and findings.
 
-    The 35 mm equivalent is by width (36 mm along the long side); by diagonal it would be 4 % less
-    on a 4:3 sensor. The visible part of the sensor is known from the number of pixels as taken.
+    The 35 mm equivalent is based on the width (36 mm along the long side); based on the diagonal,
+    it would be 4 % less for a 4:3 sensor. The used part of the sensor follows from the number of
+    pixels as taken.
     """
     findings: list[Finding] = []
     long_side, short_side = max(width, height), min(width, height)
@@ -442,7 +444,7 @@ def _focal(
                 )
             )
         elif has_other_shape and original[1] >= short_side:
-            # Cropped, not resized: the pixels are those of the sensor.
+            # Cropped and not resized, so the pixels are those of the sensor.
             original_long_side, note = (
                 float(original[0]),
                 f", cut from {original[0]} x {original[1]}",
@@ -483,7 +485,7 @@ def _add_mask(photo: Photo, mask: Path | None) -> Photo:
 
 
 def _has_photo_beside(path: Path, photos: Sequence[Path]) -> bool:
-    """Return whether raw data has a JPEG of the same name beside it, and needs no finding."""
+    """Return whether there is a JPEG for a raw file, which therefore needs no finding."""
     return any(p.parent == path.parent and p.stem == path.stem for p in photos)
 
 

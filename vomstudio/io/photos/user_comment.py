@@ -1,13 +1,14 @@
-"""Camera angles for which EXIF has no tags, from the text of `UserComment`.
+"""Camera angles without EXIF tags, from the text of `UserComment`.
 
-Known forms, in any order and with any separators:
+Recognised forms, in any order and with any separators:
 
 - ``Roll 1.5 Pitch -8.0 Yaw 120.0`` (Raspberry Pi and Pixhawk cameras)
 - ``Pitch: -8.0, Yaw: 120.0, Roll: 1.5`` and ``yaw=120,pitch=-8,roll=1.5`` (Android camera apps)
 - JSON with ``yaw``, ``pitch`` and ``roll``, also as strings, or with ``CameraYaw`` ... (Yuneec
   photos updated from flight logs) or ``camera_pan`` and ``camera_tilt`` (fixed cameras)
 
-Angles are degrees of the optical axis: yaw from true north, pitch 0 level and -90 straight down.
+Angles are those of the optical axis in degrees: yaw from true north, pitch 0 for level and -90 for
+straight down.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Angles = tuple[float, float, float | None]
 
 _MAX_CHARACTERS = 1 << 16
 MAX_PITCH_DEG = 93.0
-"""A gimbal that points straight down may swing slightly beyond."""
+"""Maximum pitch; a gimbal that points straight down may swing slightly beyond the vertical."""
 _CAMERA_PREFIXES = ("gimbal", "camera", "")
 _AXES = {
     "yaw": 0,
@@ -46,8 +47,8 @@ _ANGLE = re.compile(
 def comment_text(value: Any) -> str | None:
     """Return the text of a `UserComment` (Exif 3.0, 4.6.6), or None.
 
-    It is bytes with their character code in the first eight, or text that a program wrote without
-    one.
+    The value is either bytes, the first eight of which state the character code, or text that a
+    program wrote without a code.
     """
     if isinstance(value, str):
         text = value
@@ -62,14 +63,15 @@ def comment_text(value: Any) -> str | None:
 
 
 def comment_angles(text: str | None) -> Angles | None:
-    """Return yaw, pitch and roll (None if not stated) of the camera, in degrees.
+    """Return yaw, pitch and roll of the camera in degrees (None if not stated).
 
-    Angles named after gimbal or camera are used before plain ones; those of the aircraft are not.
-    None if yaw or pitch is missing, stated twice with different values, or impossible.
+    Angles named after the gimbal or camera take precedence over unqualified ones; those of the
+    aircraft are ignored. The result is None if yaw or pitch is missing, stated twice with different
+    values, or impossible.
     """
     if not text:
         return None
-    # Without runs of white space, on which the pattern would take exponential time.
+    # Remove runs of white space, for which the pattern would take exponential time.
     words = " ".join(text[:_MAX_CHARACTERS].split())
     angles: dict[str, list[set[float]]] = {}
     for prefix, name, number in _ANGLE.findall(words):
@@ -93,7 +95,7 @@ def comment_angles(text: str | None) -> Angles | None:
 
 
 def _utf16(data: bytes) -> str:
-    """Decode UTF-16 of unknown byte order: the high byte of most characters is 0."""
+    """Decode UTF-16 of unknown byte order: in most characters, the high byte is 0."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", "replace")
     is_big = data[::2].count(0) > data[1::2].count(0)

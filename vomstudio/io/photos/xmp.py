@@ -1,7 +1,7 @@
-"""XMP packets of drone photos: direction of the camera, and accuracy of its position.
+"""XMP packets of drone photos: direction of the camera and accuracy of its position.
 
-All vendor conventions are converted to one: yaw clockwise from north, pitch of the optical axis
-above the horizon (-90 is straight down), roll about the axis.
+The conventions of all vendors are converted to a single one: yaw clockwise from north, pitch of the
+optical axis above the horizon (-90 is straight down), roll about the axis.
 
 - DJI and Autel (`GimbalYawDegree` ...): the same.
 - Parrot (`CameraYawDegree` ...): the same (Parrot's "Embedded Photo Metadata").
@@ -28,22 +28,22 @@ Angles = tuple[float | None, float | None, float | None]
 
 @dataclass(frozen=True)
 class DroneTags:
-    """Tags that a drone writes apart from EXIF; None if missing.
+    """Tags that a drone writes in addition to EXIF; None if missing.
 
     Attributes
     ----------
     has_zero_angles : bool
-        Yaw, pitch and roll are exactly 0 as written.
+        Whether yaw, pitch and roll are exactly 0 as written.
     absolute_altitude_m : float or None
-        With its sign, above the reference of EXIF.
+        Signed altitude above the reference stated in EXIF.
     relative_altitude_m : float or None
-        Above the take-off position.
+        Height above the take-off position.
     accuracy_m : float or None
-        Horizontal standard deviation of the camera's position, stated by the receiver.
+        Horizontal standard deviation of the camera position, as stated by the receiver.
     ellipsoidal : bool
-        Heights refer to the ellipsoid.
+        Whether heights refer to the ellipsoid.
     focal_px : float or None
-        From the vendor's calibration.
+        Focal length from the vendor's calibration.
     """
 
     yaw_deg: float | None = None
@@ -89,9 +89,10 @@ def read_drone_tags(packet: bytes | str | None) -> DroneTags:
 def flatten(packet: bytes | str | None) -> dict[str, str]:
     """Return the properties of a packet by their local names.
 
-    Inside structures they are `Struct/Member`.
+    Properties inside structures are named `Struct/Member`.
 
-    Pix4D's properties are prefixed by `Camera:`, since others use the same names differently.
+    Pix4D's properties are prefixed with `Camera:` because other vendors use the same names
+    differently.
     """
     if not packet:
         return {}

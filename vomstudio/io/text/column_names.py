@@ -21,7 +21,8 @@ def normalise_name(name: str) -> str:
 def _remove_brackets(text: str) -> str:
     """Replace each pair of brackets and its content by a space.
 
-    Not a single pattern: for a long name with unclosed brackets, its run time would be quadratic.
+    A single pattern is not used: for a long name with unclosed brackets, its run time would be
+    quadratic.
     """
     parts, at = [], 0
     while opening := _OPENING.search(text, at):
@@ -37,9 +38,9 @@ _OPENING, _CLOSING = re.compile(r"[\[(]"), re.compile(r"[\])]")
 
 
 def doubtful_cell(names: Sequence[str], line: int | None, delimiter: str) -> str | None:
-    """Return a word in a header whose other cells are numbers, else None.
+    """Return a word from a header whose other cells are numbers, or None.
 
-    Such a header may be a row of data. The line is None for a table that is not from a file.
+    Such a header may be a row of data. `line` is None for a table that is not from a file.
     """
     values = [parse_number(name, decimal_comma=delimiter in ";\t") for name in names]
     words = [name for name, value in zip(names, values, strict=True) if value is None]

@@ -1,4 +1,4 @@
-"""Rows that begin with `#`, such as a label `#3`: read as comments and reported."""
+"""Detection of rows that begin with `#`, such as a label `#3`, and are read as comments."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ def commented_rows(
     ----------
     lines : sequence of str
     sample : sequence of str or list of str
-        Some rows, split or not. Without rows, two numbers in a comment are sufficient.
+        Some rows, split or not. If there are none, two numbers in a comment are sufficient.
     width : int
         Number of columns.
     delimiter : str
     split : callable
-        Splits a line into cells.
+        Function that splits a line into cells.
     parse : callable
-        Returns the number in a cell.
+        Function that returns the number in a cell.
 
     Returns
     -------
     list of int
-        Numbers of the lines, from 1, that have the width of the rows, and numbers in the columns of
-        numbers.
+        Numbers of the lines, from 1, that have the same width as the rows and contain numbers in
+        the numerical columns.
     """
     if width < _MIN_CELLS:
         return []
@@ -60,7 +60,7 @@ def commented_rows(
             continue
         cells = split_row(line.strip()[1:])
         if sample:
-            # The label may be the whole first cell.
+            # The label may be the entire first cell.
             is_like_row = len(cells) == width and all(is_number(cells[c]) for c in columns if c)
         else:
             is_like_row = len(cells) >= width and sum(map(is_number, cells)) >= 2
@@ -70,5 +70,5 @@ def commented_rows(
 
 
 def commented_finding(lines: Sequence[int], severity: Severity = "warning") -> Finding:
-    """Return the finding about lines that are comments and look like rows."""
+    """Return the finding about lines that are comments but look like rows."""
     return Finding("table.commented-rows", severity, count=len(lines), lines=lines)

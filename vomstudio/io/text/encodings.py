@@ -1,4 +1,4 @@
-"""Text encodings: UTF-16 is recognised by its byte order mark, else it is UTF-8."""
+"""Text encodings: UTF-16 is recognised by its byte order mark; other text is UTF-8."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ _UTF8_MARK = b"\xef\xbb\xbf"
 
 
 def convert_to_utf8(raw: bytes) -> bytes:
-    """Convert UTF-16 to UTF-8, and remove a byte order mark.
+    """Convert UTF-16 to UTF-8 and remove a byte order mark.
 
-    Other data is not changed; damaged characters of UTF-16 are replaced.
+    Other data are unchanged; damaged UTF-16 characters are replaced.
     """
     if raw[:2] in MARKS:
         return raw.decode("utf-16", "replace").encode()

@@ -1,4 +1,4 @@
-"""Reading text files: detects the encoding, and refuses other kinds and sizes of files."""
+"""Reading of text files: encoding detection, and rejection of other kinds or sizes."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from vomstudio.core.words import tr
 
 MAX_FILE_BYTES = 4 << 30
 MAX_LINES = 2_000_000
-"""Maximum for a table of numbers; a line takes about 200 bytes of memory."""
+"""Maximum number of lines of a numerical table; a line takes about 200 bytes of memory."""
 MAX_OBJECTS = 300_000
-"""Maximum for a table of features, photos or marks; each takes up to 1.5 kB of memory."""
+"""Maximum for tables of features, photos or marks, each of which takes up to 1.5 kB of memory."""
 _LONG_TEXT = 20_000_000
 _MIN_LINE_LENGTH = 4  # average number of characters in a long file: "0,0" and a line feed
 
 
 def require_file(path: Path) -> int:
-    """Return the size of a file in bytes, 0 for a pipe. Raises `InputError`."""
+    """Return the size of a file in bytes, or 0 for a pipe. Raises `InputError`."""
     try:
         status = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
@@ -59,7 +59,7 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 def read_text(
     path: Path, max_lines: int = MAX_LINES, accepted: Collection[str] = ()
 ) -> tuple[str, list[Finding]]:
-    """Read a text file, with line feeds as line ends, and return findings about its encoding.
+    """Read a text file with line feeds as line ends; return findings about its encoding.
 
     Parameters
     ----------
@@ -67,12 +67,12 @@ def read_text(
     max_lines : int
         Maximum number of lines.
     accepted : collection of str
-        Kinds of `vomstudio.core.files.file_kinds` that the caller reads; others are refused.
+        Kinds of `vomstudio.core.files.file_kinds` that the caller can read; others are rejected.
 
     Raises
     ------
     InputError
-        If the file is not text, is of another kind (``file.other-kind``), or has more lines.
+        If the file is not text, is of another kind (``file.other-kind``), or has too many lines.
     """
     refuse_other_kind(path, accepted)
     raw = read_bytes(path)
@@ -105,6 +105,6 @@ def read_text(
 
 
 def refuse_many_lines(path: Path, lines: int, max_lines: int) -> None:
-    """Raise InputError for more than `max_lines` lines."""
+    """Raise InputError if there are more than `max_lines` lines."""
     if lines > max_lines:
         raise InputError(Finding("table.too-many-rows", count=lines, limit=max_lines), file=path)

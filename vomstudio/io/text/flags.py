@@ -1,4 +1,4 @@
-"""Cells with yes or no, in the notations of programs and languages."""
+"""Cells that contain yes or no, in the notations of various programs and languages."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def parse_flag(
     ----------
     cell : str
     yes, no : frozenset of str
-        Additional words of this column.
+        Additional words used in this column.
 
     Returns
     -------
     bool or None
-        False for an empty cell, None for an unknown word.
+        Value of the cell: False for an empty cell, None for an unknown word.
     """
     word = cell.strip().casefold()
     if word in YES or word in yes:
@@ -37,5 +37,5 @@ def parse_flag(
 
 
 def is_overturned(cell: str) -> bool | None:
-    """Interpret the cell of a bed as overturned or not, None for an unknown word."""
+    """Interpret a cell as overturned or not; return None for an unknown word."""
     return parse_flag(cell, OVERTURNED, UPRIGHT)

@@ -16,7 +16,7 @@ Words = dict[str, dict[Group, str]]
 def group_words(
     columns: Mapping[str, Sequence[str]], groups: Sequence[Group], keep: Sequence[bool]
 ) -> tuple[Words[Group], list[Finding]]:
-    """Return the word of each group in each column, if it is the same for all points.
+    """Return the word of each group in each column if it is the same for all points.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ def group_words(
     Returns
     -------
     words : dict
-        By column and group.
+        Words by column and group.
     findings : list of Finding
-        About groups with several words.
+        Findings about groups with several words.
     """
     words_by_column: Words[Group] = {}
     findings = []

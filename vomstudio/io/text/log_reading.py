@@ -1,4 +1,4 @@
-"""Tables of points with text: boundaries of a log, points of three-point problems, pairs."""
+"""Tables of points with text: log boundaries, three-point problems, and pairs."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Boundaries:
     Parameters
     ----------
     points : (n, 3) float64
-        World, metres.
+        Coordinates in the World frame, metres.
     names, lithologies, notes : list of str
     dropped : tuple of int
-        Lines of rows without coordinates.
+        Lines of rows that have no coordinates.
     """
 
     points: FloatArray
@@ -44,7 +44,7 @@ class Boundaries:
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """Messages about the frame and about rows without coordinates."""
+        """Findings about the frame and about rows without coordinates."""
         if not self.dropped:
             return self.findings
         return (
@@ -59,9 +59,9 @@ class Boundaries:
 
 
 def extract_boundaries(table: TextTable) -> Boundaries:
-    """Return the points of a table, with name, lithology and notes if it has these columns.
+    """Return the points of a table with their name, lithology and notes, if present.
 
-    Without a header, the first three columns are x, y and z.
+    If there is no header, the first three columns are x, y and z.
 
     Raises
     ------
@@ -99,13 +99,13 @@ def extract_boundaries(table: TextTable) -> Boundaries:
 
 
 def extract_pairs(table: TextTable) -> tuple[list[str], FloatArray]:
-    """Return names and coordinates of pairs on both sides of a fault.
+    """Return names and coordinates of pairs of points on both sides of a fault.
 
     Returns
     -------
     names : list of str
     points : (n, 6) float64
-        x, y, z on the hanging wall, then on the footwall.
+        x, y, z on the hanging wall, followed by those on the footwall.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Text tables whose columns have alternative names, as in tables of other programs.
+"""Text tables with alternative column names, such as those of other programs.
 
-Columns are identified by the header, in any order. A header may begin with `#`, as in Metashape.
-Without a header the columns have the order that the caller states.
+Columns are identified by the header, in any order. A header may begin with `#`, as in Metashape. If
+there is no header, the columns have the order stated by the caller.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ WORLD = (
         "altitud",
     ),
 )
-"""Names of the columns of World x, y and z."""
+"""Names of the columns for the World coordinates x, y and z."""
 _SIGMA = (
     ("sigma x", "accuracy x", "error x", "sx", "sigma east", "sigma e"),
     ("sigma y", "accuracy y", "error y", "sy", "sigma north", "sigma n"),
@@ -131,7 +131,7 @@ class NamedTable:
         ----------
         path : str or Path
         order : sequence of str
-            Columns of a table without a header.
+            Order of the columns if the table has no header.
         """
         table = read_table(path, named=True, max_lines=MAX_OBJECTS)
         if table.names is None:
@@ -180,7 +180,7 @@ class NamedTable:
         return column
 
     def words(self, names: Sequence[str], title: str, *, empty: bool = False) -> tuple[str, ...]:
-        """Return the text (n,) of a column. Raises InputError for an empty cell, unless allowed."""
+        """Return the text (n,) of a column. Raises InputError for an empty cell unless allowed."""
         texts = tuple(self.table.labels(self._column(names, title)))
         if not empty:
             for row, word in enumerate(texts):
@@ -199,7 +199,7 @@ class NamedTable:
         return values
 
     def positive(self, names: Sequence[str], title: str) -> FloatArray:
-        """Return the positive numbers (n,) of a column, NaN if missing."""
+        """Return the positive numbers (n,) in a column, NaN if missing."""
         column = self._find(names)
         if column is None:
             return np.full(len(self.table), np.nan)
@@ -212,7 +212,7 @@ class NamedTable:
         return values
 
     def sigma(self) -> FloatArray:
-        """Return the standard errors (n, 3) of x, y and z, metres."""
+        """Return the standard errors (n, 3) of x, y and z in metres."""
         if any(self.has(names) for names in _SIGMA):
             title = ("sigma_x", "sigma_y", "sigma_z")
             return np.column_stack(
@@ -236,7 +236,7 @@ class NamedTable:
         return np.array([word in _CHECK for word in words], bool)
 
     def require_unique(self, labels: Sequence[str]) -> None:
-        """Raise InputError for a repeated label."""
+        """Raise InputError if a label is repeated."""
         first_rows: dict[str, int] = {}
         for row, label in enumerate(labels):
             first = first_rows.setdefault(label, row)
@@ -252,7 +252,7 @@ class NamedTable:
                 )
 
     def require_coordinates(self, places: FloatArray) -> None:
-        """Raise InputError for coordinates (n, 3) that are out of range."""
+        """Raise InputError if coordinates (n, 3) are out of range."""
         for row, place in enumerate(places.tolist()):
             if (finding := check_coordinates((place[0], place[1], place[2]))) is not None:
                 raise self.at(row, finding, "x")
@@ -265,7 +265,7 @@ class NamedTable:
 
 
 def _add_header(table: TextTable, order: Sequence[str]) -> TextTable:
-    """Take the header from the last comment if it fits the columns, else from the given order."""
+    """Use the last comment as header if it fits the columns, or else the given order."""
     for comment in reversed(table.comments):
         cells = [c.strip() for c in comment.replace(";", ",").replace("\t", ",").split(",")]
         if len(cells) == 1:
@@ -290,7 +290,8 @@ def _add_header(table: TextTable, order: Sequence[str]) -> TextTable:
 def _refuse_decimal_commas(table: TextTable, order: Sequence[str]) -> None:
     """Raise InputError if commas separate both columns and decimals.
 
-    In that case there are twice as many number cells as number columns, and all are integers.
+    In this case, there are twice as many numerical cells as numerical columns, and all are
+    integers.
     """
     words = sum(name in _TEXT_COLUMNS for name in order)
     numbers = table.width - words

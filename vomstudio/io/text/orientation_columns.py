@@ -1,4 +1,4 @@
-"""Columns of a table of orientations, by their meaning, and the angles in them."""
+"""Columns of an orientation table by their meaning, and the angles in them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.io.text.tables import TextTable
 
 Azimuth = Literal["strike", "dipdir"]
 
-# Azimuths up to one turn outside [0, 360] are wrapped.
+# Azimuths outside [0, 360] by up to one full turn are wrapped.
 _MIN_AZIMUTH_DEG, _MAX_AZIMUTH_DEG = -360.0, 720.0
 
 ALIASES: dict[str, set[str]] = {
@@ -72,7 +72,7 @@ class OrientationColumns:
         self._columns = self._find_columns()
 
     def _find_columns(self) -> dict[str, int]:
-        """Return columns by meaning; a repeated meaning is an error only if it is used."""
+        """Return the columns by meaning; a repeated meaning is an error only if it is used."""
         columns: dict[str, int] = {}
         self._repeated: dict[str, list[str]] = {}
         for i, name in enumerate(self.table.names or ()):
@@ -111,7 +111,7 @@ class OrientationColumns:
         return self.find(meaning)
 
     def words(self, meaning: str, rows: IntArray) -> tuple[str, ...] | None:
-        """Return the text of selected rows of a column, None if it is missing or empty."""
+        """Return the text in selected rows of a column, or None if it is missing or empty."""
         column = self.find(meaning)
         if column is None:
             return None
@@ -120,13 +120,13 @@ class OrientationColumns:
         return words if any(words) else None
 
     def overturned(self, rows: IntArray) -> tuple[bool | None, ...] | None:
-        """Return which of the selected beds are overturned.
+        """Return whether each of the selected beds is overturned.
 
         Returns
         -------
         tuple of bool or None
-            None for an empty cell; an unknown word is False and is reported. None without such a
-            column.
+            None for an empty cell; an unknown word counts as False and is reported. The result is
+            None if there is no such column.
         """
         cells = self.words("overturned", rows)
         if cells is None:
@@ -152,7 +152,7 @@ class OrientationColumns:
         return ", ".join(f"'{n}'" if self.table.names else n for n in names)
 
     def azimuths(self, column: int, undefined: BoolArray) -> FloatArray:
-        """Return azimuths (n,) in [0, 360), degrees; 0 where the direction is `undefined`."""
+        """Return azimuths (n,) in [0, 360), in degrees; 0 where the direction is `undefined`."""
         values = np.where(undefined, 0.0, self._angles(column, parse_azimuth))
         is_outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
         is_invalid = np.isinf(values) | (
@@ -166,7 +166,7 @@ class OrientationColumns:
         return np.asarray(wrap360(values))
 
     def report_wrapped(self, column: int, lines: list[int]) -> None:
-        """Report azimuths outside [0, 360] in these lines."""
+        """Report azimuths outside [0, 360] in the given lines."""
         if lines:
             self.warnings.append(
                 Finding(
@@ -178,7 +178,7 @@ class OrientationColumns:
             )
 
     def inclinations(self, column: int, lowest: float) -> FloatArray:
-        """Return dips or plunges (n,) in [lowest, 90], degrees. Raises InputError."""
+        """Return dips or plunges (n,) in [lowest, 90], in degrees. Raises InputError."""
         values = self._angles(column, parse_angle)
         is_outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
         if is_outside.any():
@@ -186,7 +186,7 @@ class OrientationColumns:
         return values
 
     def _angles(self, column: int, read: Callable[[str], float]) -> FloatArray:
-        """Return numbers (n,), or angles in field notation (N45E, 45°)."""
+        """Return numbers (n,) from numerical cells or field notation (N45E, 45°)."""
         try:
             return self.table.numbers([column])[:, 0]
         except InputError:
@@ -225,7 +225,7 @@ class OrientationColumns:
         )
 
     def has_letters(self, column: int) -> bool:
-        """Return whether a cell is a bearing or quadrant, such as N30E or 40SE."""
+        """Return whether any cell is a bearing or quadrant, such as N30E or 40SE."""
         return any(_BEARING.fullmatch(cell) for cell in self.table.cells(column))
 
     def are_compass_points(self, column: int) -> bool:
@@ -235,7 +235,7 @@ class OrientationColumns:
 
 
 def convention_in_name(path: Path) -> Azimuth | None:
-    """Return the convention in a file name, such as `fold_strike_dip.txt`, if it is unique."""
+    """Return the convention stated in a file name such as `fold_strike_dip.txt`, or None."""
     name = normalise_name(path.stem)
     conventions: list[Azimuth] = []
     if "strike" in name:

@@ -1,9 +1,9 @@
-"""Reading orientation tables of this and other programs.
+"""Reading of orientation tables written by this and other programs.
 
-A table of planes has a dip direction or a strike, and a dip; a table of lines a trend and a plunge;
-tables of this program have both. The meaning is determined by the column name. An unspecific
-`azimuth`, or two columns without a header, can be a strike or a dip direction: then the user must
-state which. The convention that was used is reported.
+A table of planes contains a dip direction or a strike, and a dip; a table of lines contains a trend
+and a plunge; tables of this program contain both. The meaning is determined by the column name. An
+unspecific `azimuth`, or two columns without a header, may be a strike or a dip direction, so the
+user must state which one it is. The convention that was used is reported.
 """
 
 from __future__ import annotations
@@ -32,34 +32,34 @@ from vomstudio.io.text.rows import shorten
 from vomstudio.io.text.tables import TextTable, read_table
 
 _QUADRANT_NAMES = {"direction", "dir", "side", "sense", "dips"}
-"""Column names that mean a dip quadrant if the cells are compass points."""
+"""Column names that denote a dip quadrant if the cells are compass points."""
 _PLANE, _LINE, _NONE = 1, 2, 0
 
 
 @dataclass(frozen=True, eq=False)
 class OrientationTable:
-    """Table of n planes and lines; NaN if a row does not have that geometry."""
+    """Table of planes and lines (n); values are NaN if a row does not have that geometry."""
 
     table: TextTable
     row_indices: IntArray
-    """(n,) rows of `table` with angles."""
+    """Rows (n,) of `table` that contain angles."""
     is_plane: BoolArray
     dip_direction_deg: FloatArray
     dip_deg: FloatArray
     trend_deg: FloatArray
-    """(n,) for lines; the azimuth of a horizontal plane or vertical line is 0."""
+    """Trends (n,) of lines; the azimuth of a horizontal plane or vertical line is 0."""
     plunge_deg: FloatArray
     ids: tuple[str, ...]
-    """Ids, or the numbers of the rows from 1."""
+    """IDs, or the 1-based numbers of the rows."""
     kinds: tuple[str, ...] | None
-    """Kinds, None if the column is missing or empty."""
+    """Kinds, or None if the column is missing or empty."""
     sets: tuple[str, ...] | None
     overturned: tuple[bool | None, ...] | None
-    """(n,) whether a bed's younger side is below, None if unknown."""
+    """Whether the younger side of each bed (n,) is below it, or None if unknown."""
     convention: str
     """Description of the conventions of the columns."""
     dropped: tuple[int, ...]
-    """Lines without angles."""
+    """Lines that do not contain angles."""
     warnings: tuple[Finding, ...]
 
     def __len__(self) -> int:
@@ -67,17 +67,17 @@ class OrientationTable:
 
     @cached_property
     def turns(self) -> Turns | None:
-        """Rotation errors of the registrations of the rows, None if not stated."""
+        """Rotation errors of the registrations of the rows, or None if not stated."""
         return table_rotation_errors(self.table, self.row_indices)
 
     @property
     def bowed_deg(self) -> float | None:
-        """Bowing of the models, degrees, None if not stated."""
+        """Bowing of the models in degrees, or None if not stated."""
         return stated_bowing_deg(self.table.comments)
 
     @property
     def repeats(self) -> int:
-        """Number of excluded rows that repeat others."""
+        """Number of excluded rows that repeat other rows."""
         return self.table.repeats
 
     @property
@@ -87,16 +87,16 @@ class OrientationTable:
 
     @property
     def line_numbers(self) -> IntArray:
-        """Line (n,) of each row in the file."""
+        """Line number (n,) of each row in the file."""
         return self.table.line_numbers[self.row_indices]
 
     def column(self, key: str) -> list[str]:
-        """Return the text (n,) of the column `key` of the user. Raises `UsageError`."""
+        """Return the text (n,) of the column that the user calls `key`. Raises `UsageError`."""
         cells = self.table.labels(self.table.find(key))
         return [cells[i] for i in self.row_indices]
 
     def vectors(self) -> FloatArray:
-        """Return unit vectors (n, 3) in World: downward poles of planes, and directed lines."""
+        """Return World unit vectors (n, 3): downward poles of planes, and directed lines."""
         poles = planes_to_poles(self.dip_direction_deg, self.dip_deg)
         lines = lines_to_vectors(self.trend_deg, self.plunge_deg)
         return np.where(self.is_plane[:, None], poles, lines)
@@ -111,16 +111,16 @@ def read_orientations(
     ----------
     path : str or Path
     azimuth : {"strike", "dipdir"}, optional
-        Meaning of a column named `azimuth`, or of the first column of a table without a header.
+        Meaning of a column named `azimuth`, or of the first column if there is no header.
     repeats : bool
-        Whether to include rows that repeat the pick of another, by the column `repeat_of`.
+        Whether to include rows that repeat another pick according to the column `repeat_of`.
 
     Raises
     ------
     InputError
-        With file, line and column, if the table or its angles are not valid.
+        If the table or its angles are not valid; states file, line and column.
     UsageError
-        If `azimuth` must be given.
+        If `azimuth` is required but not given.
     """
     return extract_orientations(read_table(path, max_lines=MAX_OBJECTS), azimuth, repeats=repeats)
 
@@ -128,14 +128,14 @@ def read_orientations(
 def extract_orientations(
     table: TextTable, azimuth: Azimuth | None = None, *, repeats: bool = False
 ) -> OrientationTable:
-    """Extract planes and lines from a table, as `read_orientations`."""
+    """Extract planes and lines from a table in the same way as `read_orientations`."""
     if not len(table):
         raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
     return _TableReader(table if repeats else exclude_repeats(table), azimuth).result()
 
 
 class _TableReader:
-    """Interpretation of one table: columns, then planes, lines and findings."""
+    """Interpreter of one table: first its columns, then planes, lines and findings."""
 
     def __init__(self, table: TextTable, azimuth: Azimuth | None) -> None:
         self.table = table
@@ -221,7 +221,8 @@ class _TableReader:
             and direction is not None
             and self.columns.are_compass_points(direction)
         ):
-            # `strike, dip, dip direction` with SE in the third column: it is the quadrant.
+            # For `strike, dip, dip direction` with SE in the third column, that column is the
+            # quadrant.
             quadrant, direction = direction, None
         if quadrant is None and direction is None and strike is not None:
             quadrant = self._find_quadrant()
@@ -249,9 +250,10 @@ class _TableReader:
             self._read_azimuth(azimuth, dip)
 
     def _find_quadrant(self) -> int | None:
-        """Return a column of compass points beside the strike, or None.
+        """Return a column of compass points that complements the strike, or None.
 
-        If its name does not mean a dip quadrant (a limb? a site?), it is reported and not used.
+        If its name does not denote a dip quadrant (it may be a limb or a site), it is reported and
+        not used.
         """
         others = sorted(set(range(self.table.width)) - self.columns.known)
         candidates = [c for c in others if self.columns.are_compass_points(c)]
@@ -443,7 +445,7 @@ class _TableReader:
         )
 
     def _geometry(self, has_plane: BoolArray, has_line: BoolArray) -> IntArray:
-        """Return the geometry (n,) of each row; a row with both is a plane with a line."""
+        """Return the geometry (n,) of each row; a row that has both is a plane with a line."""
         result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NONE))
         column = self.columns.find("element")
         if column is None:
@@ -475,7 +477,7 @@ def _plain_number(cell: str) -> float | None:
 
 
 def parse_plane_cells(words: tuple[str, ...], notation: str | None) -> Plane:
-    """Parse a plane from one cell, or from cells of strike, dip and an optional quadrant."""
+    """Parse a plane from one cell, or from cells with strike, dip and an optional quadrant."""
     if len(words) == 1:
         return parse_plane(words[0], notation)
     strike = words[0]

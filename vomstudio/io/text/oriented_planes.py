@@ -21,7 +21,7 @@ def read_planes(path: str | Path, azimuth: Azimuth | None = None) -> list[Orient
     ----------
     path : str or Path
     azimuth : optional
-        As in `read_orientations`.
+        As for `read_orientations`.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def read_planes(path: str | Path, azimuth: Azimuth | None = None) -> list[Orient
 def extract_planes(table: OrientationTable) -> list[OrientedPlane]:
     """Extract the planes of a table.
 
-    Optional columns are name, x, y, z, extent_m and total95_deg, else max_confidence95_deg.
+    Optional columns are name, x, y, z, extent_m, and total95_deg or else max_confidence95_deg.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Text tables of positions in a photo."""
+"""Text tables of pixel positions in a photo."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def read_pixels(path: str | Path) -> FloatArray | None:
     Returns
     -------
     (n, 2) float64 or None
-        Column and row, if the table has these columns and no z, or two columns and no header.
+        Column and row if the table has these columns and no z, or two columns without a header.
 
     Raises
     ------
     InputError
-        With line and column.
+        If the table is not valid; states line and column.
     """
     table = read_table(path, named=True)
     if table.names is None:

@@ -1,9 +1,9 @@
 """Registration errors stated in an orientation table.
 
-Tables of this program state the covariance of each registration's rotation in a line of their `#`
-block. Other tables, or tables without that block, may have the column `registration_error_deg`. It
-is one half-angle per row and does not determine the axis: the rotation is taken as equally
-uncertain about all axes, with the error of the worst row.
+Tables of this program state the covariance of the rotation of each registration in a line of their
+`#` comment block. Other tables, or tables without that block, may have a column
+`registration_error_deg`. It contains one half-angle per row and does not determine the axis, so the
+rotation is assumed to be equally uncertain about all axes, with the error of the worst row.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable
 
 REGISTRATION_PREFIX = "registration:"
-"""First word of a comment with the covariance of a registration."""
+"""First word of a comment that contains the covariance of a registration."""
 _COLUMN = "registration_error_deg"
 _MODEL = "model"
 
 
 def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
-    """Return the rotation errors of selected rows of a table, None if not stated."""
+    """Return the rotation errors of selected rows of a table, or None if not stated."""
     errors = _cells(table, _COLUMN, rows)
     models = _cells(table, _MODEL, rows) or [""] * len(rows)
     stated = _stated_covariances(table.comments)
@@ -52,9 +52,9 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
 
 
 def stated_bowing_deg(comments: Iterable[str]) -> float | None:
-    """Return the bowing of the worst model, None if none is stated.
+    """Return the bowing of the most strongly bowed model, or None if not stated.
 
-    The bowing is the difference of dips between opposite edges, degrees.
+    The bowing is the difference in dip between opposite edges, in degrees.
     """
     values = [each.get("bowed_deg") for each in stated_registrations(comments)]
     angles = [float(v) for v in values if isinstance(v, int | float) and 0.0 < v <= 180.0]
@@ -64,7 +64,7 @@ def stated_bowing_deg(comments: Iterable[str]) -> float | None:
 def _stated_covariances(
     comments: Iterable[str],
 ) -> dict[str, tuple[object, FloatArray]]:
-    """Return registration and covariance (radians squared) by the name of a model."""
+    """Return the registration and its covariance (radians squared) by model name."""
     stated: dict[str, tuple[object, FloatArray]] = {}
     repeated = set()
     for number, comment in enumerate(comments):
@@ -115,6 +115,6 @@ def _cells(table: TextTable, name: str, rows: IntArray) -> list[str] | None:
 
 
 def _number(cell: str) -> float:
-    """Return a half-angle in degrees, NaN if the cell is not one."""
+    """Return a half-angle in degrees, or NaN if the cell does not contain one."""
     value = parse_number(cell, decimal_comma=True)
     return value if value is not None and 0.0 <= value <= 90.0 else math.nan

@@ -1,4 +1,4 @@
-"""Rows of a table that repeat the pick of another: a structure counts once."""
+"""Exclusion of rows that repeat another pick, so that each structure counts once."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _COLUMN = normalise_name("repeat_of")
 
 
 def exclude_repeats(table: TextTable) -> TextTable:
-    """Return the rows that do not repeat others, by the column `repeat_of`.
+    """Return the rows that do not repeat other rows according to the column `repeat_of`.
 
     A note of the table states the number of excluded rows.
 
@@ -46,12 +46,12 @@ def exclude_repeats(table: TextTable) -> TextTable:
 
 
 def repeats_finding(count: int) -> Finding:
-    """Return the finding about excluded repeats, wherever structures are counted."""
+    """Return the finding about excluded repeats for operations that count structures."""
     return Finding("table.repeats-left-out", count=count)
 
 
 def repeats_note(count: int) -> tuple[str, ...]:
-    """Return the note of a figure about excluded repeats, empty for none."""
+    """Return the note of a figure about excluded repeats; empty if there are none."""
     if not count:
         return ()
     return (repeats_finding(count).message,)

@@ -1,6 +1,6 @@
-"""Splitting text into rows of cells: comments, delimiter, quotes, widths.
+"""Splitting of text into rows of cells: comments, delimiters, quotes and widths.
 
-The meaning of columns is determined in `tables`. Errors state the file and the line.
+The meaning of the columns is determined in `tables`. Errors state the file and the line.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ _MAX_CELLS = 4_000_000
 _SAMPLE_ROWS = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference
 DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
-# Each digit matches in one way only; otherwise backtracking on a long cell takes minutes.
+# Each digit matches in only one way; otherwise, backtracking on a long cell would take minutes.
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 _SPECIAL_NUMBERS = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
 _MISSING = {"", "na", "n/a", "null", "none", "-"}
-# A line between traces: dashes, or `>` of GMT.
+# Separator between traces: dashes, or `>` in GMT.
 _SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
-# A cell with the apostrophe that escapes a formula.
+# Cell with the apostrophe that escapes a formula.
 _ESCAPED_CELL = re.compile(r"(?:^|[;,\t ])'[=+\-@']", re.MULTILINE)
 # First line for Excel, which is not a row of the table.
 _EXCEL_DELIMITER = re.compile(r'\s*"?sep=(.|\\t)"?\s*', re.IGNORECASE)
@@ -46,11 +46,11 @@ class TextRows:
     width: int
     delimiter: str
     lines: list[str]
-    """The data rows as text; use `rows` if it is not None."""
+    """Data rows as text; use `rows` if it is not None."""
     rows: list[list[str]] | None
-    """The cells (`width` per row), if lines cannot be split at the delimiter."""
+    """Cells (`width` per row) if lines cannot be split at the delimiter, otherwise None."""
     numbers: list[int]
-    """First line of each data row in the file, from 1."""
+    """Number (from 1) of the first line of each data row in the file."""
     comments: list[str]
     separators: list[int]
     notes: list[Finding]
@@ -58,7 +58,7 @@ class TextRows:
 
 
 def parse_number(cell: str, *, decimal_comma: bool) -> float | None:
-    """Return the number in a cell, NaN for an empty cell or a missing value, None for a word."""
+    """Return the number in a cell, NaN if it is empty or missing, or None for a word."""
     text = cell.strip()
     if _NUMBER.fullmatch(text):
         return float(text.replace("d", "e").replace("D", "e"))
@@ -96,15 +96,15 @@ def read_rows(path: Path, *, named: bool = False, max_lines: int = MAX_LINES) ->
     ----------
     path : Path
     named : bool
-        Whether rows contain words, such as labels of points: then a first row with mostly numbers
-        is not a header.
+        Whether rows contain words, such as labels of points. If True, a first row that mostly
+        contains numbers is not a header.
     max_lines : int
-        Maximum number of lines; lower if every cell becomes an object.
+        Maximum number of lines, which is lower if every cell becomes an object.
 
     Raises
     ------
     InputError
-        With file and line, if the file is missing, empty, not text, or not a table.
+        If the file is missing, empty, not text, or not a table; states file and line.
     """
     text, notes = read_text(path, max_lines)
     has_objects = '"' in text or _ESCAPED_CELL.search(text) is not None
@@ -188,7 +188,7 @@ def _find_commented_rows(
 _NON_ROW_STARTS = frozenset(
     {"", *"#-=_>,;\x1a", *(c for c in map(chr, range(0x3001)) if c.isspace())}
 )
-"""First characters of blank lines, comments and separators, and of some rows."""
+"""First characters of blank lines, comments and separators, and of some data rows."""
 
 
 def is_blank(stripped: str) -> bool:
@@ -202,7 +202,7 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
     comments: list[str] = []
     separators: list[int] = []
     for number, line in enumerate(lines, 1):
-        # Fast path: almost all lines of a large table are rows.
+        # Fast path, because almost all lines of a large table are data rows.
         if line[:1] not in _NON_ROW_STARTS:
             data.append(line)
             numbers.append(number)
@@ -221,9 +221,9 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
 
 
 class _RecordLines:
-    """Iterator over lines for a csv reader, without comments and separators.
+    """Iterator over lines for a csv reader that skips comments and separators.
 
-    They are removed only between records, because a quoted cell may contain several lines.
+    They are only removed between records because a quoted cell may contain several lines.
     """
 
     def __init__(self, lines: list[str], spaces: bool) -> None:
@@ -276,10 +276,10 @@ def _quoted_rows(
 
 
 def sniff(sample: list[str]) -> str:
-    """Detect the delimiter.
+    """Detect the delimiter of a table.
 
-    It gives rows of the most uniform length, then the most numbers, then it is the first in
-    `_DELIMITERS`: a semicolon or tab beside commas means decimal commas.
+    It is the delimiter that gives rows of the most uniform length, then the most numbers, and then
+    the first one in `_DELIMITERS`: a semicolon or tab in addition to commas means decimal commas.
     """
     quoted = any('"' in line for line in sample)
     best, best_score = " ", (-1.0, -1.0)
@@ -308,7 +308,7 @@ def _split_sample(sample: list[str], delimiter: str, quoted: bool) -> list[list[
 
 
 def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delimiter: str) -> None:
-    """Raise InputError for rows such as `1,5 2,5 3,5`."""
+    """Raise InputError if rows look like `1,5 2,5 3,5`."""
     if delimiter not in ", ":
         return
     for line, number in zip(data[:2], numbers[:2], strict=True):
@@ -321,7 +321,7 @@ def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delim
 
 
 def is_header(cells: list[str], delimiter: str) -> bool:
-    """Return whether a row is a header: it has a word, or only missing values."""
+    """Return whether a row is a header, which contains a word or only missing values."""
     decimal_comma = delimiter in ";\t"
     if any(parse_number(cell, decimal_comma=decimal_comma) is None for cell in cells):
         return True
@@ -344,7 +344,7 @@ def _trim(cells: list[str]) -> list[str]:
 
 
 def rejoin_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
-    """Join words of names such as `Dip direction` in a header delimited by spaces."""
+    """Join the words of names such as `Dip direction` in a header delimited by spaces."""
     sample = rows[0] if rows else (data[0].split() if data else header)
     surplus = len(header) - len(sample)
     second = {"direction", "dir", "azimuth", "quadrant"}
@@ -376,7 +376,7 @@ def _check_widths(
     width: int,
     delimiter: str,
 ) -> list[list[str]] | None:
-    """Return rows split to `width`, None if all lines have it. Raises for a ragged row."""
+    """Return rows split to `width`, or None if all lines have it. Raises for a ragged row."""
     if rows is None:
         if delimiter == " ":
             is_uniform = all(len(line.split()) == width for line in data)

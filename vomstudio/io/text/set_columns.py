@@ -23,9 +23,9 @@ _WKT = "wkt"
 
 
 def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | None:
-    """Return position, extent and border of each plane of a table.
+    """Return the position, extent and border of each plane in a table.
 
-    Read are area_m2, rms_m with lambda1 to lambda3, and a border `wkt`.
+    The columns used are area_m2, rms_m with lambda1 to lambda3, and a border `wkt`.
 
     Parameters
     ----------
@@ -36,12 +36,12 @@ def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | No
     Returns
     -------
     Pieces or None
-        None without places.
+        Pieces, or None if there are no coordinates.
 
     Raises
     ------
     InputError
-        For a border that is not WKT.
+        If a border is not WKT.
     """
     if places is None:
         return None
@@ -78,7 +78,7 @@ def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
 
 
 def parse_rings(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
-    """Return the corners (k, 3) of each border in WKT, empty without text.
+    """Return the corners (k, 3) of each border in WKT; empty if there is no text.
 
     Raises
     ------
@@ -89,9 +89,9 @@ def parse_rings(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
 
 
 def _outer_ring(shape: Any) -> FloatArray:
-    """Return the corners (k, 3) of the largest polygon of a geometry with z.
+    """Return the corners (k, 3) of the largest polygon of a geometry with z coordinates.
 
-    The first corner is not repeated; empty without such a polygon.
+    The first corner is not repeated. The result is empty if there is no such polygon.
     """
     import shapely
 
@@ -125,12 +125,12 @@ def table_with_sets(
     ----------
     table : OrientationTable
     rows : (k,) sequence of int
-        Rows with a set.
+        Rows that belong to a set.
     sets, probability : (k,) sequence
     notes : sequence of str
         Additional comments.
     discontinuity : (k,) sequence of str
-        Discontinuities for another column; empty for none.
+        Discontinuities for an additional column; empty for none.
     """
     text = table.table
     delimiter = "," if text.delimiter == " " else text.delimiter
@@ -158,9 +158,9 @@ def table_with_sets(
 
 
 def _default_names(table: OrientationTable) -> list[str]:
-    """Return column names for a table without a header.
+    """Return column names for a table that has no header.
 
-    Its first two columns are a dip direction or strike, and a dip.
+    The first two columns are a dip direction or strike, and a dip.
     """
     first = table.table.numbers([0])[table.row_indices, 0]
     difference_deg = np.abs((first - table.dip_direction_deg + 180.0) % 360.0 - 180.0)
@@ -169,7 +169,7 @@ def _default_names(table: OrientationTable) -> list[str]:
 
 
 def _has_decimal_commas(delimiter: str, rows: Sequence[Sequence[str]]) -> bool:
-    """Return whether a table has decimal commas; decimal marks are not mixed in a table."""
+    """Return whether a table has decimal commas; decimal marks are not mixed within a table."""
     if delimiter not in ";\t":
         return False
     return any(

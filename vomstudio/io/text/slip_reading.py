@@ -1,8 +1,8 @@
-"""Tables of faults with slip, of this program, FaultKin, Win-Tensor and others.
+"""Tables of faults with slip from this program, FaultKin, Win-Tensor and others.
 
-A fault has a strike (right-hand rule) or dip direction, and a dip. Its slip is a trend and plunge,
-or a rake (pitch), of the striae, and a sense in words or letters. In tables of this program it is
-the directed rake of the movement of the hanging wall.
+A fault has a strike (right-hand rule) or dip direction, and a dip. Its slip is given by the trend
+and plunge or the rake (pitch) of the striae, and by a sense in words or letters. In tables of this
+program, it is the directed rake of the movement of the hanging wall.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ _OBLIQUE_SENSES = {
     "id": ("reverse", "dextral"),
     "is": ("reverse", "sinistral"),
 }
-"""Codes of both components of oblique slip, those of FaultKin first."""
+"""Codes for both components of oblique slip, starting with those of FaultKin."""
 
 
 _SENSE_WORDS = ("N", "R", "S", "D", "TR", "TL", "NR", "NL")
@@ -110,14 +110,14 @@ def read_slips(path: str | Path) -> SlipTable:
     Raises
     ------
     InputError
-        With file, line and column, for missing columns, invalid angles, unknown senses of slip, and
-        if no row is complete.
+        If columns are missing, angles or senses of slip are not valid, or no row is complete;
+        states file, line and column.
     """
     return extract_slips(read_table(path, max_lines=MAX_OBJECTS))
 
 
 def extract_slips(table: TextTable) -> SlipTable:
-    """Extract faults from a table, without repeats. Raises as `read_slips`."""
+    """Extract faults without repeats from a table. Raises the same errors as `read_slips`."""
     table = exclude_repeats(table)
     columns = {
         key: column
@@ -193,7 +193,7 @@ def _column(table: TextTable, names: tuple[str, ...]) -> int | None:
 
 
 def _check(table: TextTable, columns: dict[str, int]) -> None:
-    """Raise InputError for missing columns."""
+    """Raise InputError if columns are missing."""
     missing = None
     if "dip" not in columns or not ({"strike", "dip_direction"} & columns.keys()):
         missing = tr("strike (or dip direction) and dip of the fault")
@@ -212,9 +212,9 @@ def _check(table: TextTable, columns: dict[str, int]) -> None:
 
 
 def _is_r_right_lateral(words: Sequence[str]) -> bool:
-    """Return whether R alone means right-lateral.
+    """Return whether R by itself means right-lateral.
 
-    It does beside T, the thrust of FaultKin, or L, if no other letter means dextral.
+    It does so if there is also T (the thrust of FaultKin) or L, and no other letter means dextral.
     """
     codes = {normalise_name(word) for word in words}
     others = {"i", "s", "d", "rl", "rd", "rs", "dextral", "right", "right_lateral"}
@@ -222,7 +222,7 @@ def _is_r_right_lateral(words: Sequence[str]) -> bool:
 
 
 class _Row:
-    """Parser of a row with one fault."""
+    """Parser of a row that contains one fault."""
 
     def __init__(self, path: Path, line: int, cells: dict[str, str]) -> None:
         self.path, self.line, self.cells = path, line, cells
@@ -236,7 +236,8 @@ class _Row:
         slip_rake_deg : float
             Directed rake.
         off_plane_deg : float
-            Angle between the striae and the plane. None instead of all for an incomplete row.
+            Angle between the striae and the plane. For an incomplete row, the result is None
+            instead.
         """
         dip, strike = self._number("dip"), self._number("strike")
         azimuth = self._number("dip_direction")
@@ -275,7 +276,7 @@ class _Row:
         return (None if rake is None else _convert_axial_rake(plane, rake, turn)), 0.0
 
     def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
-        """Return the directed rake, None if the sense does not determine the direction."""
+        """Return the directed rake, or None if the sense does not define the direction."""
         known = _SENSES.get(normalise_name(word))
         senses = (known,) if known is not None else _OBLIQUE_SENSES.get(normalise_name(word))
         if senses is None:
@@ -299,9 +300,9 @@ class _Row:
 
 
 def _strike_difference(plane: Plane, strike_deg: float, *, has_strike: bool) -> float:
-    """Return the angle from the reference strike to that of the row, degrees.
+    """Return the angle from the reference strike to the strike of the row, in degrees.
 
-    They differ on a horizontal plane, whose reference is dip direction 0, and on a vertical plane,
+    They differ on a horizontal plane, whose reference dip direction is 0, and on a vertical plane,
     whose reference strike is below 180, if the row states a strike and no dip direction.
     """
     if plane.undefined:
@@ -321,5 +322,5 @@ def _convert_directed_rake(plane: Plane, rake_deg: float, turn: float) -> float:
     """Return the directed rake from the reference strike, degrees."""
     if plane.undefined and turn:
         return 180.0 - (180.0 - (rake_deg - turn)) % 360.0
-    # The other wall is the hanging wall, and moves in the opposite direction.
+    # The other wall is the hanging wall and moves in the opposite direction.
     return -rake_deg if turn else rake_deg

@@ -1,12 +1,12 @@
 """Tables of numbers and words in text files.
 
-The rules are those of the command line: the delimiter is a comma, a semicolon, a tab or spaces, and
-is detected; lines with `#` are comments; the first row is a header if and only if one of its cells
-is not a number; decimal commas are accepted if the delimiter is `;` or a tab. Every error states
-the file, the line as in an editor, and the column.
+The rules are those of the command line: the delimiter (a comma, semicolon, tab or spaces) is
+detected; lines with `#` are comments; the first row is a header if and only if one of its cells is
+not a number; decimal commas are accepted if the delimiter is `;` or a tab. Every error states the
+file, the line number as in an editor, and the column.
 
-Long tables of plain numbers (a million points) are read by numpy; only if that fails are the cells
-parsed one by one, to locate the error.
+Long tables of plain numbers (a million points) are read by numpy. Only if that fails are the cells
+parsed individually in order to locate the error.
 """
 
 from __future__ import annotations
@@ -46,21 +46,21 @@ _SCIENTIFIC = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
-    """Rows of a text file. Columns are numbered from 0 here, and from 1 for users."""
+    """Rows of a text file. Columns are numbered from 0 here, but from 1 for users."""
 
     path: Path
     names: tuple[str, ...] | None
-    """The cells of the header, None without a header."""
+    """Cells of the header, or None if there is no header."""
     header_line: int | None
     width: int
     delimiter: str
-    """`,`, `;`, a tab, or a space for any number of spaces."""
+    """`,`, `;`, a tab, or a space that stands for any number of spaces."""
     comments: tuple[str, ...]
     notes: tuple[Finding, ...]
     """Findings about the file."""
     separators: tuple[int, ...]  # lines of separators such as `---`
     line_numbers: IntArray
-    """(n,) first line of each row in the file, from 1."""
+    """Number (from 1) of the first line of each row (n,) in the file."""
     _text: TextRows = field(repr=False)
     repeats: int = 0  # number of excluded rows that repeat others
     commented: tuple[int, ...] = ()  # lines that look like rows
@@ -69,13 +69,13 @@ class TextTable:
         return len(self.line_numbers)
 
     def label(self, column: int) -> str:
-        """Return the name of a column for messages: its header, or `column 3`."""
+        """Return the name of a column for messages: its header, or for example `column 3`."""
         return self.names[column] if self.names else f"column {column + 1}"
 
     def header_error(
         self, finding: Finding, field: str | None, kind: type[InputError] = InputError
     ) -> InputError:
-        """Return the error that a column is missing, or that the header may be a row of data."""
+        """Return the error that a column is missing or that the header may be a row of data."""
         cell = doubtful_cell(self.names or (), self.header_line, self.delimiter)
         if cell is not None:
             finding = Finding(
@@ -101,7 +101,7 @@ class TextTable:
     def labels(self, column: int) -> list[str]:
         """Return the labels (n,) in a column.
 
-        Some programs write whole tables in scientific notation: 1.000000e+00 becomes 1.
+        Some programs write whole tables in scientific notation, so 1.000000e+00 becomes 1.
         """
         cells = self.cells(column)
         labels = {
@@ -111,7 +111,7 @@ class TextTable:
         return [labels[cell] for cell in cells]
 
     def numbers(self, columns: Sequence[int]) -> FloatArray:
-        """Return the numbers of columns.
+        """Return the numbers in columns.
 
         Parameters
         ----------
@@ -120,12 +120,12 @@ class TextTable:
         Returns
         -------
         (n, len(columns)) float64
-            NaN for an empty cell.
+            Numbers; NaN for an empty cell.
 
         Raises
         ------
         InputError
-            For a word.
+            If a cell contains a word.
         """
         fast = self._fast_numbers(columns)
         if fast is not None:
@@ -180,7 +180,7 @@ class TextTable:
         )
 
     def find(self, key: str) -> int:
-        """Return the number of a column from its name or its number from 1.
+        """Return the 0-based number of a column from its name or its 1-based number.
 
         Names are compared without case and separators. Raises `UsageError` unless exactly one
         column matches.
@@ -216,34 +216,34 @@ class TextTable:
         raise self.header_error(finding, key, UsageError)
 
     def has(self, name: str) -> bool:
-        """Return whether the header contains a name, compared without case and separators."""
+        """Return whether the header contains a name, ignoring case and separators."""
         return self.names is not None and normalise_name(name) in map(normalise_name, self.names)
 
 
 @dataclass(frozen=True, eq=False)
 class PointGroups:
-    """Points of one or several features, grouped by feature.
+    """Points of one or more features, grouped by feature.
 
-    Group i is `points[offsets[i]:offsets[i + 1]]`. The groups and the points in them have the order
-    of the file.
+    Group i is `points[offsets[i]:offsets[i + 1]]`. The groups and their points are in the order of
+    the file.
     """
 
     ids: tuple[str, ...]
     points: FloatArray
-    """(n, 3) float64 x, y, z as in the file."""
+    """x, y, z as in the file, (n, 3) float64."""
     offsets: IntArray
-    """(len(ids) + 1,)"""
+    """Start of each group, and the end of the last one, (len(ids) + 1,)."""
     dropped: tuple[int, ...]
-    """Lines without finite coordinates."""
+    """Lines that have no finite coordinates."""
     warnings: tuple[Finding, ...]
     words: Words[str] = field(default_factory=dict)
-    """Kind and set of groups."""
+    """Kinds and sets of the groups."""
     comments: tuple[str, ...] = ()
-    """Comments of the table, which may name its CRS."""
+    """Comments of the table, which may state its CRS."""
 
 
 def line_numbers_text(lines: Sequence[int], limit: int = 8) -> str:
-    """Return `line 4`, `lines 4, 7 and 9`, or a longer list with the number of others."""
+    """Return `line 4`, `lines 4, 7 and 9`, or a longer list with the number of further lines."""
     if len(lines) == 1:
         return tr("line {number}", number=lines[0])
     head = ", ".join(str(n) for n in (lines[:-1] if len(lines) <= limit else lines[:limit]))
@@ -259,12 +259,12 @@ def read_table(path: str | Path, *, named: bool = False, max_lines: int = MAX_LI
     ----------
     path : str or Path
     named, max_lines
-        As in `read_rows`.
+        As for `read_rows`.
 
     Raises
     ------
     InputError
-        With file and line, if the file is missing, empty, not text, or not a table.
+        If the file is missing, empty, not text, or not a table; states file and line.
     """
     path = Path(path)
     text = read_rows(path, named=named, max_lines=max_lines)
@@ -289,7 +289,7 @@ def table_from_cells(
     title: str,
     comments: Sequence[str] = (),
 ) -> TextTable:
-    """Create a table from cells in memory; its lines are its rows, from 1.
+    """Create a table from cells in memory; its line numbers are the row numbers from 1.
 
     Parameters
     ----------
@@ -297,9 +297,9 @@ def table_from_cells(
         Column names.
     rows : sequence of sequence of str
     title : str
-        Name of the table in errors.
+        Name of the table for error messages.
     comments : sequence of str
-        As in a file.
+        Comments as in a file.
     """
     width = len(names) if names is not None else len(rows[0]) if rows else 0
     cells = [list(row) for row in rows]
@@ -325,11 +325,11 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     Parameters
     ----------
     path : str or Path
-        With a header, the columns x, y, z (also easting, northing, elevation) are used, without one
-        the first three.
+        Table file. If it has a header, the columns x, y, z (or easting, northing, elevation) are
+        used, otherwise the first three columns.
     by : str, optional
-        Name or number from 1 of the column of features; `segment` for parts between `---` lines.
-        None for a single feature `1`.
+        Name or 1-based number of the column with the features, or `segment` for parts between `---`
+        lines. If None, all points belong to a single feature `1`.
 
     Raises
     ------
@@ -454,7 +454,7 @@ def coordinate_columns(table: TextTable) -> list[int]:
 
 
 def _refuse_large_coordinates(table: TextTable, columns: list[int], points: FloatArray) -> None:
-    """Raise InputError for coordinates too large for metres, whose squares may overflow."""
+    """Raise InputError if coordinates are too large for metres and their squares may overflow."""
     far = np.isfinite(points) & (np.abs(points) > MAX_COORDINATE_M)
     if far.any():
         row, place = np.argwhere(far)[0]
@@ -467,7 +467,7 @@ def _refuse_large_coordinates(table: TextTable, columns: list[int], points: Floa
 
 
 def _segments(table: TextTable) -> list[str]:
-    """Return the segment of each row, from 1, by the separators between them."""
+    """Return the segment number of each row, from 1, according to the separators."""
     place = np.searchsorted(np.asarray(table.separators), table.line_numbers)
     _, number = np.unique(place, return_inverse=True)
     return [str(n + 1) for n in number]
@@ -499,5 +499,5 @@ def _detect_groups(table: TextTable, excluded: list[int]) -> list[Finding]:
 
 
 def _is_grouped(cells: list[str]) -> bool:
-    """Return whether equal cells are adjacent, as labels are and measurements usually are not."""
+    """Return whether equal cells are adjacent, as is usual for labels but not measurements."""
     return 1 + sum(a != b for a, b in itertools.pairwise(cells)) == len(set(cells)) < len(cells)

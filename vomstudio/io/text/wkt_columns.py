@@ -8,17 +8,17 @@ from itertools import accumulate
 from typing import Any
 
 _MAX_DEPTH = 16
-"""Maximum depth of brackets; a multipolygon in a collection has five."""
+"""Maximum nesting depth of brackets; a multipolygon in a collection has five levels."""
 _BRACKET = re.compile(r"[()]")
 
 
 def parse_wkt(texts: Sequence[str | None]) -> list[Any]:
-    """Parse the geometry of each text, None without text.
+    """Parse the geometry of each text; the result is None if there is no text.
 
     Raises
     ------
     shapely.errors.GEOSException
-        If a text is not WKT, or nested too deeply: GEOS parses recursively, and a few thousand
+        If a text is not WKT or is nested too deeply: GEOS parses recursively, and a few thousand
         brackets exhaust the stack of the process.
     """
     import shapely

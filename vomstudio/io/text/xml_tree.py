@@ -1,7 +1,7 @@
-"""Small XML files, read by lxml, whose elements have line numbers for errors.
+"""Small XML files read with lxml, whose elements have line numbers for error messages.
 
-libxml2 limits the expansion of entities, and no network is used. From line 65,536 on the number may
-be that of the following element.
+libxml2 limits the expansion of entities, and no network is used. From line 65,536 on, the line
+number may be that of the following element.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ Element = Any
 """Element of lxml, which has no type annotations."""
 MAX_FILE_BYTES = 64 << 20
 _MAX_DEPTH = 64
-# An element, with one or two tags, takes more than 100 bytes of memory; files of thousands of
-# photos have far fewer.
+# An element with one or two tags takes more than 100 bytes of memory; files of thousands of photos
+# contain far fewer.
 _MAX_TAGS = 1_000_000
 
 
 def read_xml(path: str | Path) -> Element:
-    """Return the root of a file. Raises InputError with the line, as `parse_xml`."""
+    """Return the root of a file. Raises InputError with the line, as `parse_xml` does."""
     path = Path(path)
     try:
         data = read_small(path, MAX_FILE_BYTES)
@@ -42,12 +42,12 @@ def parse_xml(data: bytes, path: Path | None = None) -> Element:
     ----------
     data : bytes
     path : Path, optional
-        For errors.
+        File name for error messages.
 
     Raises
     ------
     InputError
-        If it is not XML, is nested more than 64 levels deep, has more than a million tags, or
+        If the text is not XML, is nested more than 64 levels deep, has more than a million tags, or
         declares entities, whose expansion may exceed the memory.
     """
     from lxml import etree
@@ -74,7 +74,7 @@ def parse_xml(data: bytes, path: Path | None = None) -> Element:
 
 
 def refuse_many_tags(blocks: Iterable[bytes], path: Path | None, max_tags: int = _MAX_TAGS) -> None:
-    """Raise InputError for too many tags, or more than four attributes for each of them.
+    """Raise InputError if there are too many tags, or more than four attributes per tag.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def refuse_many_tags(blocks: Iterable[bytes], path: Path | None, max_tags: int =
 
 
 def is_xml(path: str | Path) -> bool:
-    """Return whether a file begins with `<`; False if it cannot be read."""
+    """Return whether a file begins with `<`; return False if it cannot be read."""
     if not is_regular(path):
         return False
     try:
@@ -110,12 +110,12 @@ def is_xml(path: str | Path) -> bool:
 def element_error(
     path: Path, element: Element, cause: Finding, field: str | None = None
 ) -> InputError:
-    """Return an error with file, line and element, or another field."""
+    """Return an error with the file, line and element, or another field."""
     return InputError(cause, file=path, line=element.sourceline, field=field or element.tag)
 
 
 def words(path: Path, parent: Element, tag: str) -> str:
-    """Return the text of a child. Raises InputError if it is missing or empty."""
+    """Return the text of a child element. Raises InputError if it is missing or empty."""
     child = parent.find(tag)
     if child is None:
         raise element_error(path, parent, Finding("file.missing-element", name=tag))
@@ -126,7 +126,7 @@ def words(path: Path, parent: Element, tag: str) -> str:
 
 
 def attribute(path: Path, element: Element, name: str) -> str:
-    """Return an attribute. Raises InputError if it is missing or empty."""
+    """Return the value of an attribute. Raises InputError if it is missing or empty."""
     value = str(element.get(name, "")).strip()
     if not value:
         raise element_error(path, element, Finding("file.missing-element", name=name))
@@ -146,7 +146,7 @@ def number(path: Path, element: Element, text: str, name: str = "") -> float:
 
 
 def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float, ...]:
-    """Parse `count` finite numbers, separated by spaces. Raises InputError with the element."""
+    """Parse `count` finite numbers separated by spaces. Raises InputError with the element."""
     values = tuple(number(path, element, word) for word in text.split())
     if len(values) != count:
         raise element_error(
@@ -158,7 +158,7 @@ def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float,
 
 
 class UniqueKeys:
-    """Register of unique keys of a file with their lines."""
+    """Register of the unique keys in a file, with their line numbers."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -167,7 +167,7 @@ class UniqueKeys:
     def add(
         self, key: object, element: Element, code: str, field: str | None = None, **values: str
     ) -> None:
-        """Raise InputError with a code and the value `first_line` if the key is known."""
+        """Raise InputError with a code and the value `first_line` if the key already exists."""
         if key in self._lines:
             finding = Finding(code, **values, first_line=self._lines[key])
             raise element_error(self._path, element, finding, field)

@@ -1,1 +1,1 @@
-"""Exports of projects: tables, GIS layers, drawings, files of other programs."""
+"""Exports of projects: tables, GIS layers, drawings, and files for other programs."""

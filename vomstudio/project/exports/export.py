@@ -44,13 +44,13 @@ def export_project(
     Parameters
     ----------
     folder : Path
-        Folder of the project.
+        Project folder.
     format_ : str
         Name of the format.
     out : Path
         File to write.
     writes_map : bool
-        Also write the QGIS map of a GeoPackage.
+        Whether to also write the QGIS map of a GeoPackage.
     force : bool, optional
         Whether to replace existing files.
     progress : Progress, optional
@@ -58,18 +58,19 @@ def export_project(
     Returns
     -------
     ProjectTable
-        Table with the files that were written.
+        Exported table, including the paths of the written files.
 
     Raises
     ------
     InputError
         If the project cannot be read or contains no features.
     UsageError
-        For an unknown format.
+        If the format is unknown.
     TargetError
         If `out` cannot be written.
     """
-    # Around everything that is created, else the collector scans it before it is freed.
+    # The block covers everything that is created; otherwise the collector would scan it before it
+    # is freed.
     with pause_collection():
         return _export(folder, format_, out, writes_map, force, progress or Silent())
 
@@ -96,7 +97,7 @@ def _export(
 
 
 def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:
-    """Raise InputError if there is nothing to export."""
+    """Raise InputError if the project contains nothing to export."""
     if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
             Finding("export.no-features"),
@@ -113,7 +114,7 @@ def export_records(
     force: bool = False,
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
-    """Export the features of a project. Raises the errors of `export_project`."""
+    """Export the features of a project. Raises the same errors as `export_project`."""
     format_ = _format_name(format_)
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
@@ -158,7 +159,7 @@ def export_records(
 
 
 def _features_on(layers: Iterable[Layer]) -> set[str]:
-    """Return the ids of the features; grids are not features."""
+    """Return the IDs of the features on the layers; grids are not features."""
     from vomstudio.project.tables.grid_layer import LAYER as GRIDS
 
     return {id_ for layer in layers if layer.name != GRIDS for id_ in layer.columns["id"]}
@@ -184,7 +185,7 @@ def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> Project
 
 
 def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
-    """Return the thresholds of the newest edit, so that a table agrees with the window."""
+    """Return the thresholds of the newest edit, so that a table matches the window."""
     try:
         return Thresholds(**settings["thresholds"])
     except (KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""Format of an export, declared once for every door."""
+"""Format of an export, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -27,6 +27,6 @@ ExportFormatName = Literal[
 
 @dataclass(frozen=True)
 class ExportFormat(Options):
-    """Format of an export. Raises UsageError for an unknown format."""
+    """Format of an export. Raises UsageError if the format is unknown."""
 
     to: ExportFormatName = option(help=to_translate("format of the export"))

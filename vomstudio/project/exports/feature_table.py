@@ -1,6 +1,6 @@
-"""Some features of a project as the orientation table that commands read from exports.
+"""Features of a project in the same orientation table that commands read from exports.
 
-Results from the project and from the exported table are the same.
+Results computed from the project and from the exported table are therefore identical.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def feature_table(
 ) -> OrientationTable:
     """Return the table of features with their errors and those of their registrations.
 
-    `repeats` includes features that repeat another. Raises InputError if no feature has an
-    orientation.
+    If `repeats` is set, features that repeat another one are included. Raises InputError if no
+    feature has an orientation.
     """
     subjects = [Subject(f, measured[f.id], records) for f in features]
     rows = [row for row in feature_rows(subjects) if row is not None]
@@ -42,7 +42,7 @@ def feature_table(
 
 
 def _cell(value: Any) -> str:
-    """Return a value as in a file, with all digits."""
+    """Return a value as it is written to a file, with all digits."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -1,6 +1,6 @@
-"""The project's GIS layers with their styles, and a QGIS map beside them.
+"""GeoPackage of the project's GIS layers with their styles, and a QGIS map next to it.
 
-Planes and lines are points with their figures; traces, lineations and dimensions are 3-D lines;
+Planes and lines are points with attributes; traces, lineations and dimensions are 3-D lines;
 patches are polygons.
 """
 
@@ -38,7 +38,7 @@ CREATE TABLE layer_styles (
     owner TEXT(30), ui TEXT(30),
     update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now'))
 )"""
-"""As QGIS creates it."""
+"""Table definition as created by QGIS."""
 
 
 def write_layers(
@@ -52,7 +52,8 @@ def write_layers(
 ) -> list[Path]:
     """Write the layers of `project_layers` and return the written files.
 
-    `writes_map` also writes NAME.qgs beside it, which QGIS opens as a map. Raises TargetError.
+    If `writes_map` is set, NAME.qgs, which QGIS opens as a map, is written next to the GeoPackage.
+    Raises TargetError.
     """
     # Without a CRS, GDAL would declare east and north.
     crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
@@ -88,7 +89,7 @@ def write_layers(
 
 
 def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
-    """Write the table from which QGIS takes the styles of layers added to a map."""
+    """Write the table from which QGIS reads the styles of layers that are added to a map."""
     rows = [
         (
             "",

@@ -1,4 +1,4 @@
-"""A project's layers as shapefiles and as a drawing for CAD."""
+"""Export of a project's layers as shapefiles and as a CAD drawing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vomstudio.project import catalogue
 from vomstudio.project.records import FeatureType, Record
 
 SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
-"""Names of at most ten letters of the orientation table's columns, for shapefiles; degrees."""
+"""Column names of the orientation table for shapefiles, with at most ten letters; in degrees."""
 
 DISC_CORNERS = 24
 _SYMBOL_LAYERS = ("planes", "lines")
@@ -32,14 +32,14 @@ _KINDS = {"line": shapefile.LINE_Z, "ring": shapefile.RING_Z}
 def write_shapefiles(
     out: Path, layers: Sequence[Layer], crs: str | None, *, force: bool = False
 ) -> list[Path]:
-    """Write one shapefile for each layer, since each contains one type of geometry.
+    """Write one shapefile per layer, because a shapefile contains only one geometry type.
 
-    `planes` is written as `out` itself, the others as `NAME_layer.shp` beside it; all or none are
-    written. Raises UsageError for another suffix, and TargetError.
+    The layer `planes` is written to `out` itself and the other layers to `NAME_layer.shp` next to
+    it, either all or none. Raises UsageError for another suffix, and TargetError.
     """
     if out.suffix.lower() != ".shp":
         raise UsageError(Finding("export.not-shp"), file=out)
-    # O.SHP is written as O.shp: its parts need one name on case-sensitive file systems.
+    # O.SHP is written as O.shp because its parts need the same name on case-sensitive file systems.
     names = [
         out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")
         for layer in layers
@@ -85,11 +85,11 @@ def write_dxf(
     axes: Axes = WORLD,
     force: bool = False,
 ) -> list[Path]:
-    """Write polylines of traces and dimensions, on a DXF layer for each feature type.
+    """Write polylines of traces and dimensions to a DXF layer for each feature type.
 
     Each plane and line is also written as a point and as a map symbol with its dip or plunge, and a
-    plane of known extent as a disc of faces, on separate layers. Figures are extended data of the
-    entity. Raises TargetError.
+    plane of known extent as a disc of faces, on separate layers. Attributes are written as extended
+    data of the entity. Raises TargetError.
     """
     colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
     dxf_layers = {
@@ -159,7 +159,7 @@ def _kinds_of(layer: Layer) -> list[str]:
 
 
 def _dxf_layer(layer: Layer, kind: str) -> str:
-    """Return the DXF layer of a kind of feature."""
+    """Return the name of the DXF layer for a kind of feature."""
     if layer.main:
         return kind or layer.name
     return f"{kind}_{layer.name}" if kind else layer.name
@@ -172,9 +172,9 @@ def _symbol(
     size: float,
     layer: str,
 ) -> None:
-    """Draw strike and dip with the dip value, or an arrow with the plunge value.
+    """Draw a strike and dip symbol with the dip, or an arrow with the plunge.
 
-    Nothing is drawn if an angle is unknown.
+    If an angle is unknown, nothing is drawn.
     """
     plane = np.isfinite(values.get("dip_deg", np.nan))
     names = ("dip_direction_deg", "dip_deg") if plane else ("trend_deg", "plunge_deg")
@@ -194,14 +194,14 @@ def _symbol(
 
 
 def _disc(centre: FloatArray, values: Mapping[str, Any]) -> FloatArray:
-    """Return the (n, 4, 3) faces of a disc as wide as the feature, empty without an extent."""
+    """Return the faces (n, 4, 3) of a disc as wide as the feature; none without an extent."""
     normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
     radius = float(values["extent_m"]) / 2
     if not (np.isfinite(normal).all() and np.isfinite(radius) and radius > 0):
         return np.empty((0, 4, 3))
     ring = disc(centre, normal, radius, DISC_CORNERS)
     next_corners = np.roll(ring, -1, axis=0)
-    # A quadrilateral for every second corner, between the centre and three points of the ring.
+    # One quadrilateral for every second corner, formed by the centre and three points of the ring.
     return np.stack(
         [
             np.broadcast_to(centre, ring[::2].shape),

@@ -1,6 +1,7 @@
 """Map styles of the project's layers.
 
-Types have their colours, planes strike and dip symbols, and verdicts line styles.
+Features have the colours of their types, planes have strike and dip symbols, and the line style
+depends on the verdict.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ _LINE_STYLE = (
     "CASE WHEN \"quality\" = 'poor' THEN 'dot' WHEN \"quality\" = 'doubtful' THEN 'dash' "
     "ELSE 'solid' END"
 )
-"""Solid, dashed, dotted: as maps draw certain, approximate and inferred lines."""
+"""Solid, dashed and dotted, as used on maps for certain, approximate and inferred lines."""
 
 
 def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
-    """Return the style of one of the layers of `project_layers`."""
+    """Return the style of a layer returned by `project_layers`."""
     colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
     classes = layer.colors_of(colors, _DEFAULT_COLOR)
     if layer.by not in layer.columns or not classes:
@@ -38,7 +39,7 @@ def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
         for word, color in classes.items()
     ]
     if "" not in classes:
-        # For features that are added in QGIS later with an unknown type.
+        # Style for features of unknown type that are added later in QGIS.
         categories.append(RendererCategory("", tr("other"), _pieces(layer, _DEFAULT_COLOR)))
     return Style(layer.kind, categories, layer.by, _labels(layer), _TIP)
 
@@ -63,10 +64,10 @@ def _quality(layer: Layer, name: str) -> dict[str, str]:
 
 
 def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
-    """Return a bar along the strike and a tick down the dip.
+    """Return the symbol layers of a bar along the strike and a tick down the dip.
 
-    The tick is on both sides for a vertical plane, a cross for a horizontal and a hook for an
-    overturned one.
+    A vertical plane has a tick on both sides, a horizontal plane a cross, and an overturned plane a
+    hook.
     """
     line_style = _quality(layer, "outlineStyle")
     strike, dip_direction = '"dip_direction_deg" - 90', '"dip_direction_deg"'
@@ -97,7 +98,7 @@ def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
 
 
 def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
-    """Return an arrow along the trend, with two heads for a horizontal line."""
+    """Return the symbol layers of an arrow along the trend; a horizontal line has two heads."""
     line_style = _quality(layer, "outlineStyle")
     head = qml.mark("arrowhead", 1.8, color, offset=f"0,{-BAR_MM}")
     overrides = {"angle": '"trend_deg" - 90'}
@@ -115,7 +116,7 @@ def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
 
 
 def _labels(layer: Layer) -> Labels | None:
-    """Return the labels: the dip beside the tick, the plunge at the arrow's tip."""
+    """Return the labels: the dip next to the tick, or the plunge at the tip of the arrow."""
     if layer.name == "planes":
         return Labels(
             'round("dip_deg")', by={"OffsetXY": _offset_expression("dip_direction_deg", _LABEL_MM)}
@@ -129,7 +130,7 @@ def _labels(layer: Layer) -> Labels | None:
 
 
 def _offset_expression(azimuth: str, distance_mm: float) -> str:
-    """Return the expression of an offset along an azimuth; y points down on the page."""
+    """Return the expression for an offset along an azimuth; y points down on the page."""
     return (
         f"to_string({distance_mm} * sin(radians(\"{azimuth}\"))) || ',' || "
         f'to_string(-{distance_mm} * cos(radians("{azimuth}")))'

@@ -1,4 +1,4 @@
-"""Export of a project for one other program: the features that it accepts, in its columns."""
+"""Export of a project for another program: only accepted features, in its own columns."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.project.records import FeatureType, Record
 from vomstudio.project.tables.orientation_table import Row
 from vomstudio.project.tables.project_table import ProjectTable
 
-# Reason for one feature, and if it applies to all of them.
+# Reasons for one feature and for all features.
 _NO_ORIENTATION = (_("it has no orientation"), _("none of its features has an orientation"))
 _NO_PLACE = (_("it has no place"), _("none of its features has a place"))
 _NO_PLANE = (
@@ -48,9 +48,9 @@ def write_for_program(
     *,
     force: bool,
 ) -> ProjectTable:
-    """Write the files for a program and return the written and skipped rows.
+    """Write the files for a program and return the written and the skipped rows.
 
-    Raises InputError if there is nothing that the program accepts, and TargetError.
+    Raises InputError if the program does not accept any of the features, and TargetError.
     """
     if format_ == "geojson":
         texts = geojson_files(out, layers, crs)
@@ -101,7 +101,7 @@ def _texts(
 
 
 def _stereonet(out: Path, rows: Sequence[Row]) -> dict[Path, str]:
-    """Return a file of planes and one of lines; `out` is that of the planes if there are any."""
+    """Return one file of planes and one of lines; `out` contains the planes if there are any."""
     planes = [row for row in rows if is_plane(row)]
     lines = [row for row in rows if not is_plane(row)]
     texts = {}
@@ -138,4 +138,4 @@ _ACCEPTED_ROWS: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[st
     "loopstructural": (_is_positioned_plane, _NO_PLANE),
     "gems": (_has_position, _NO_PLACE),
 }
-"""Rows of the table that a program accepts, and the reason for skipping the others."""
+"""Rows of the table that a program accepts, and the reason for skipping other rows."""

@@ -1,1 +1,1 @@
-"""Imports into projects: readings, features from tables, sidecars of other programs."""
+"""Imports into projects: readings, features from tables, and sidecars of other programs."""

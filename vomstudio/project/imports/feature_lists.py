@@ -1,6 +1,6 @@
 """Import of stations, contact lines and lithologies from files.
 
-The files are exports of this program, or 3-D drawings with the same names of layers and columns.
+The files are exports of this program or 3-D drawings with the same layer and column names.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ _COLUMNS = (
     "rock",
     "area_m2",
 )
-"""Columns that are read; a layer or table may have any number of others."""
+"""Columns that are read; a layer or table may have additional ones."""
 _WGS84 = "EPSG:4326"
 MAX_TABLE_BYTES = 256 << 20
 ROWS_PER_PROGRESS_STEP = 2000
-"""Rows between two progress reports, which check for cancellation."""
+"""Number of rows between two progress reports, which also check for cancellation."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class ImportedFeatures:
     Attributes
     ----------
     features : tuple of Feature
-        New features that are not in the project yet.
+        Features that are not in the project yet.
     skipped : tuple of tuple of str and Finding
-        Name and reason of each skipped feature.
+        Name of each skipped feature and the reason.
     warnings : tuple of Finding
     """
 
@@ -88,7 +88,7 @@ class _Row:
     crs: str | None
 
     def text(self, *names: str) -> str:
-        """Return the text of the first of these columns that has a value, or ""."""
+        """Return the text of the first of these columns that is not empty, or ""."""
         values = (self.values.get(name) for name in names)
         value = next((v for v in values if v is not None and v == v and str(v).strip()), "")
         return str(value).strip()
@@ -103,26 +103,28 @@ def read_listed_features(
     bounds: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> ImportedFeatures:
-    """Read the features of a file for a model.
+    """Read features from a file and assign them to a model.
 
     Parameters
     ----------
     path : Path
-        GeoPackage, GeoJSON, shapefile, KML or table (CSV with `wkt`, or stations with x, y, z).
+        GeoPackage, GeoJSON, shapefile, KML or table (CSV with a `wkt` column, or stations with x,
+        y, z).
     model : Model
     records : mapping
     crs : str or None
-        CRS of World.
+        CRS of the World frame.
     area_inside : callable or None
-        Returns the area of the model's surface inside an outline; None if the model is not loaded.
+        Function that returns the area of the model surface inside an outline; None if the model is
+        not loaded.
     bounds : (2, 3) float64 or None
-        Bounds of the model in its file frame; None if it is not loaded.
+        Bounds of the model in its file frame, or None if it is not loaded.
     progress : Progress, optional
 
     Raises
     ------
     InputError
-        If the file cannot be read or contains none of these features.
+        If the file cannot be read or contains no features of these kinds.
     """
     if not path.is_file():
         raise InputError(Finding("file.missing"), file=path)
@@ -222,7 +224,7 @@ def _feature(
     )
     area = None if area_inside is None else area_inside(np.asarray(vertices, np.float64))
     if area is None and (area_text := row.text("area_m2")):
-        # The model is not loaded: use the stored area if it is plausible.
+        # The model is not loaded, so use the stored area if it is plausible.
         scale = transform.scale_of(transform.matrix(model.to_world))
         try:
             value = float(area_text)
@@ -236,7 +238,7 @@ def _feature(
 def _points_in_world(
     rows: Sequence[_Row], path: Path, crs: str | None
 ) -> tuple[list[FloatArray], tuple[Finding, ...]]:
-    """Return the points of each row in World, all rows with the same CRS at once."""
+    """Return the points of each row in the World frame, converting equal CRSs together."""
     points: list[FloatArray] = [row.points for row in rows]
     findings: list[Finding] = []
     for crs_text in dict.fromkeys(row.crs for row in rows):
@@ -255,7 +257,7 @@ def _points_in_world(
 
 
 def _invalid_points(row: _Row, points: FloatArray) -> Finding | None:
-    """Return why the points of a row cannot be used; None if they can."""
+    """Return the reason why the points of a row cannot be used, or None if they are valid."""
     minimum = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
     if len(points) < minimum:
         return Finding("import.too-few-points", count=minimum)
@@ -265,7 +267,7 @@ def _invalid_points(row: _Row, points: FloatArray) -> Finding | None:
 
 
 def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding | None:
-    """Return a finding if the farthest of points is too far from the model."""
+    """Return a finding if the farthest point is too far from the model."""
     if bounds is None:
         return None
     low, high = bounds
@@ -275,7 +277,7 @@ def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding 
 
 # --- files -----------------------------------------------------------------------------------
 def _layer_of(name: str) -> str:
-    """Return the kind of a layer or file; "" for others."""
+    """Return the kind of a layer or file, or "" for other layers."""
     plain = name.casefold()
     return next((layer for layer in LAYERS if plain == layer or plain.endswith(f"_{layer}")), "")
 
@@ -316,7 +318,7 @@ def _unreadable(path: Path) -> InputError:
 
 
 def _points(shape: Any) -> Iterator[FloatArray]:
-    """Yield the (n, 3) points of each part, NaN for missing heights, without closing points."""
+    """Yield the points (n, 3) of each part without closing points; missing heights are NaN."""
     import shapely
 
     for part in shapely.get_parts(shape):
@@ -330,7 +332,7 @@ def _points(shape: Any) -> Iterator[FloatArray]:
 
 
 def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
-    """Yield the rows of a table. `findings` receives those about its CRS."""
+    """Yield the rows of a table. Findings about its CRS are appended to `findings`."""
     import shapely
 
     try:

@@ -1,7 +1,7 @@
-"""Meaning of the columns of a table of readings, from their names and their cells.
+"""Detection of the columns of a table of readings from their names and cells.
 
-Nothing is guessed that the numbers do not determine: the user decides about an azimuth that can be
-a strike or a dip direction.
+The module does not guess anything that the numbers leave ambiguous: the user decides whether an
+azimuth is a strike or a dip direction.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _NOTES = {"notes", "note", "comment", "comments", "remark", "remarks", "descript
 
 @dataclass(frozen=True)
 class Guess:
-    """Guessed columns by role. `notation` is None if only the user can decide."""
+    """Guessed columns by role. `notation` is None if the user has to decide."""
 
     columns: Mapping[str, int]
     notation: str | None
@@ -30,7 +30,7 @@ class Guess:
 
 
 def guess(table: FieldTable) -> Guess:
-    """Guess the roles of the columns from the header, or from the cells without one."""
+    """Guess the roles of the columns from the header or, if there is none, from the cells."""
     if table.names is None:
         return _guess_without_names(table)
     names = [normalise_name(name) for name in table.names]
@@ -127,7 +127,7 @@ def _guess_without_names(table: FieldTable) -> Guess:
 
 
 def _text_column(table: FieldTable) -> int | None:
-    """Return the first column most of whose cells contain an orientation."""
+    """Return the first column in which most of the cells contain an orientation."""
     for column in range(table.width):
         cells = [row[column] for row in table.rows[:50] if row[column]]
         if cells and sum(map(is_orientation, cells)) > len(cells) / 2:
@@ -136,7 +136,7 @@ def _text_column(table: FieldTable) -> int | None:
 
 
 def _text_notation(table: FieldTable, column: int) -> str | None:
-    """Return the notation of pairs in one cell if all have directions or the header states it."""
+    """Return the notation of pairs in one cell if it is stated by all cells or the header."""
     name = normalise_name(table.names[column]) if table.names else ""
     if "dipdir" in name:
         return "dipdir/dip"
@@ -169,7 +169,7 @@ def _are_directions(table: FieldTable, column: int) -> bool:
 
 
 def _assign_once(roles: Mapping[str, int | None]) -> dict[str, int]:
-    """Return the columns by role; the first role of a column is used."""
+    """Return the columns by role; if a column has several roles, only the first is used."""
     columns: dict[str, int] = {}
     for role, column in roles.items():
         if column is not None and column not in columns.values():

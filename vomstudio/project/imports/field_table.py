@@ -1,4 +1,4 @@
-"""Cells of a table of readings, as written in a text file."""
+"""Cells of a table of readings as they are written in a text file."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from vomstudio.io.text.rows import (
 class FieldTable:
     """Cells of a text file.
 
-    `ragged` contains the findings for rows with too many or too few cells, by index; `comments` are
-    without their mark.
+    `ragged` contains the findings for rows with too many or too few cells, by row index; `comments`
+    are stored without their comment mark.
     """
 
     path: Path
@@ -48,9 +48,9 @@ class FieldTable:
 
 
 def read_field_table(path: str | Path) -> FieldTable:
-    """Read the cells of a table of readings; rows of another width are kept and marked.
+    """Read the cells of a table of readings; rows with another number of cells are flagged.
 
-    Raises InputError if the file is missing, is not text, or has no rows.
+    Raises InputError if the file is missing, is not a text file, or has no rows.
     """
     path = Path(path)
     text, notes = read_text(path, MAX_OBJECTS)
@@ -108,7 +108,7 @@ def _split_cells(line: str, delimiter: str) -> list[str]:
 
 
 def is_orientation(text: str) -> bool:
-    """Return whether a text contains both angles; two plain numbers are rather columns."""
+    """Return whether a text contains both angles; two plain numbers do not count."""
     if not any(c in text for c in "/°") and not any(c in "NSEWnsew" for c in text):
         return False
     for parse in (parse_plane, parse_line):

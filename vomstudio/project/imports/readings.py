@@ -1,8 +1,8 @@
 """Compass readings from a table: columns, north reference, and invalid rows.
 
-A field book is typed by hand, so a row that cannot be read does not affect the others: it is listed
-with its line and the reason. Nothing is guessed that the numbers do not determine: the user decides
-about an azimuth that can be a strike or a dip direction.
+Field books are typed by hand, so a row that cannot be read does not affect the other rows: it is
+listed with its line number and the reason. The module does not guess anything that the numbers
+leave ambiguous: the user decides whether an azimuth is a strike or a dip direction.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from vomstudio.project.imports.field_table import FieldTable, number_in
 from vomstudio.project.kinds.reading import Reading
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
-"""Meaning of the two angles of a row; the last one is for lines."""
+"""Meaning of the two angles of a row; the last notation is for lines."""
 
 ToGrid = Callable[[float, float], tuple[float, float] | None]
-"""Converts longitude and latitude to x and y of the project."""
+"""Function that converts longitude and latitude to x and y of the project."""
 
 WITHOUT_CRS = ModelFrame()
 """Frame of a project in local coordinates."""
@@ -42,7 +42,7 @@ _EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
 
 @dataclass(frozen=True)
 class FieldRow:
-    """One reading as written in the table, before its azimuth is referred to grid north."""
+    """Reading as written in the table, before its azimuth is referred to grid north."""
 
     line: int
     name: str
@@ -58,7 +58,7 @@ class FieldRow:
 
 @dataclass(frozen=True)
 class BadRow:
-    """Skipped row of a table, and the reason."""
+    """Skipped row of a table with the reason."""
 
     line: int
     reason: Finding
@@ -77,13 +77,13 @@ class FieldReadings:
 
     @property
     def type_names(self) -> tuple[str, ...]:
-        """Distinct names in the type column, in order."""
+        """Distinct names in the type column, in order of appearance."""
         return tuple(dict.fromkeys(row.type_name for row in self.rows if row.type_name))
 
 
 # --- reading ---------------------------------------------------------------------------------
 def missing_choice(columns: Mapping[str, int], notation: str | None) -> Finding | None:
-    """Return what the user must select before the table can be read; None if nothing."""
+    """Return the choice the user must make before the table can be read, or None."""
     missing = [role for role in ("azimuth", "inclination") if role not in columns]
     if missing and "text" not in columns:
         return Finding("reading.columns-missing", roles=missing)
@@ -99,22 +99,23 @@ def read_readings(
 ) -> FieldReadings:
     """Return the readings of a table as written, without referring azimuths to grid north.
 
-    Positions are converted to World if the table states another CRS than the project's; if that
-    fails, the readings have no position. A line that points up is replaced by its other end.
+    Positions are converted to the World frame if the table states a CRS other than that of the
+    project; if the conversion fails, the readings have no position. A line that points up is
+    replaced by its opposite.
 
     Parameters
     ----------
     table : FieldTable
     columns : mapping of str to int
-        Column by role. Roles are `azimuth` and `inclination`, the two angles of the notation;
-        `text`, both angles in one cell; `trend` and `plunge` of rows that are lines in a table of
-        planes; and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`, `y`,
-        `z`, `longitude`, `latitude`.
+        Columns by role. The roles are `azimuth` and `inclination` (the two angles of the notation);
+        `text` (both angles in one cell); `trend` and `plunge` (for rows that are lines in a table
+        of planes); and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`,
+        `y`, `z`, `longitude`, `latitude`.
     notation : str
         One of `NOTATIONS`.
     to_grid : callable or None
-        Converts longitude and latitude to x and y (`io.crs.from_degrees`). Without it a position
-        needs x, y and z.
+        Function that converts longitude and latitude to x and y (`io.crs.from_degrees`). If None, a
+        position requires x, y and z.
     model : ModelFrame
         Frame of the project.
     """
@@ -197,7 +198,7 @@ def _rows_in_world(
 
 
 def _row_findings(flipped: list[int], unpositioned: list[int], needs_crs: bool) -> list[Finding]:
-    """Return findings for rows that were flipped or have no position."""
+    """Return findings for rows that were reversed or have no position."""
     findings = []
     if flipped:
         findings.append(_rows_finding("reading.upward", flipped))
@@ -208,7 +209,7 @@ def _row_findings(flipped: list[int], unpositioned: list[int], needs_crs: bool) 
 
 
 def _position_findings(rows: list[tuple[int, Finding]]) -> list[Finding]:
-    """Return findings for invalid positions; their readings are used without them."""
+    """Return findings for invalid positions, whose readings are used without a position."""
     if not rows:
         return []
     reason = rows[0][1]
@@ -263,7 +264,7 @@ def _orientation(
             Finding("angle.out-of-range", angle="azimuth", value=azimuth, minimum=0, maximum=360)
         )
     if dip is not None and dip < 0.0:
-        # In a single text a minus may separate two numbers; in a separate cell it is an error.
+        # In a single text, a minus may separate two numbers; in a separate cell it is an error.
         raise InputError(
             Finding("angle.out-of-range", angle="dip", value=dip, minimum=0, maximum=90)
         )
@@ -290,7 +291,7 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
 
 
 def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
-    """Return the position of a row. Raises InputError for numbers that are not on Earth."""
+    """Return the position of a row. Raises InputError for coordinates that are not on Earth."""
     x, y, z, longitude, latitude = (
         number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
@@ -317,17 +318,18 @@ def make_readings(
     turn_deg: float = 0.0,
     source: str = "",
 ) -> list[Reading]:
-    """Return records of the rows, with azimuths referred to grid north.
+    """Create records from the rows, with azimuths referred to grid north.
 
     Parameters
     ----------
     rows : sequence of FieldRow
     type_ids : mapping of str to str
-        Type id by casefolded name in the type column.
+        Type IDs by case-folded name in the type column.
     type_id, set_name : str
-        For rows without a type or set.
+        Type and set of rows that do not state one.
     turn_deg : float
-        Added to each azimuth, degrees. A horizontal plane and a vertical line keep azimuth 0.
+        Angle added to each azimuth, in degrees. The azimuth of a horizontal plane or a vertical
+        line stays 0.
     source : str, optional
         Name of the table.
     """

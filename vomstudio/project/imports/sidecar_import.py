@@ -1,6 +1,7 @@
-"""Import of the control points, marks and masks beside photos as records.
+"""Import of control points, marks and masks stored next to photos.
 
-The files stay in place. Once imported, the records are authoritative and the files are exports.
+The files remain in place. After the import, the records are authoritative and the files are
+exports.
 """
 
 from __future__ import annotations
@@ -23,24 +24,24 @@ from vomstudio.project.photo_edits import (
 from vomstudio.project.records import Asset, Record
 
 PHOTO_TABLES = "photos"
-"""Folder of tables of photos whose own folder is read-only."""
+"""Folder for the tables of photos whose own folder is read-only."""
 Records = Mapping[str, Record]
 
 
 @dataclass(frozen=True)
 class SidecarData:
-    """Content of the sidecar files of a photo set.
+    """Contents of the sidecar files of a photo set.
 
     Attributes
     ----------
     marks : tuple
-        (label, photo, x, y) in pixels.
+        Marks as (label, photo, x, y), in pixels.
     masks : mapping of str to Asset
-        Files stored in the project, by photo.
+        Files stored in the project, by photo name.
     problems : tuple of str
-        Messages about what could not be read.
+        Messages about data that could not be read.
     unread : tuple of str
-        Names of unreadable tables, which must not be overwritten without asking.
+        Names of unreadable tables, which must not be overwritten without asking the user.
     """
 
     points: tuple[PointState, ...] = ()
@@ -52,7 +53,7 @@ class SidecarData:
 
     @property
     def pixels(self) -> dict[tuple[str, str], tuple[float, float]]:
-        """Pixels of the marks, by label and photo."""
+        """Pixel coordinates of the marks by label and photo name."""
         return {(label, photo): (x, y) for label, photo, x, y in self.marks}
 
 
@@ -63,9 +64,9 @@ def fallback_folder(project: Path, photos: Path) -> Path:
 
 
 def sidecar_tables(project: Path, photos: Path) -> tuple[Path | None, Path | None]:
-    """Return the tables of control points and of marks, beside the photos or in the project.
+    """Return the tables of control points and of marks, next to the photos or in the project.
 
-    None for a table that is in neither folder.
+    A table is None if it is in neither folder.
     """
     folders = [photos, fallback_folder(project, photos.resolve())]
     paths = [
@@ -85,7 +86,7 @@ def read_sidecars(
 ) -> SidecarData:
     """Read the tables and store the masks in the project.
 
-    Unreadable files stay in place and are reported in `problems`.
+    Unreadable files are left in place and reported in `problems`.
     """
     points: tuple[PointState, ...] = ()
     image_marks: tuple[tuple[str, str, float, float], ...] = ()
@@ -121,7 +122,7 @@ def _state(point: ControlPoint) -> PointState:
 def _resolve_photos(
     marks: Sequence[Mark], photos: Sequence[str]
 ) -> tuple[tuple[str, str, float, float], ...]:
-    """Replace the photo names of marks by those of the photo set, if they match."""
+    """Replace the photo names of marks by the matching names of the photo set."""
     find = photo_finder(photos)
     resolved = []
     for mark in marks:
@@ -133,6 +134,6 @@ def _resolve_photos(
 
 
 def stored_path(project: Path, photos: Path) -> str:
-    """Return the stored path of photos: relative inside the project, else absolute."""
+    """Return the path to store for photos: relative inside the project, otherwise absolute."""
     full, folder = photos.resolve(), project.resolve()
     return full.relative_to(folder).as_posix() if full.is_relative_to(folder) else str(full)

@@ -1,1 +1,1 @@
-"""The journal of a project: rows, database, replay, migration."""
+"""Journal of a project: rows, database, replay and migration."""

@@ -1,9 +1,9 @@
-"""Database connection of a journal that survives a truncation of its files.
+"""Database connection of a journal that survives the truncation of its files.
 
-SQLite maps one file, the index beside the log (`-shm`), into memory. Access to a map whose file was
-truncated ends the process. The index can always be rebuilt from the log
+SQLite maps one file, the index next to the log (`-shm`), into memory. Accessing the map of a
+truncated file ends the process. The index can always be rebuilt from the log
 (https://www.sqlite.org/walformat.html, 2.2), so a truncated file is filled with zeros before each
-use, which SQLite takes for an index to be rebuilt.
+use, which makes SQLite rebuild the index.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ PAGE_BYTES = 4096
 
 
 class JournalConnection(sqlite3.Connection):
-    """Factory for `sqlite3.connect`; `path` is that of the journal."""
+    """Connection factory for `sqlite3.connect`; `path` is the path of the journal."""
 
-    # Set before `__init__`, which fails if the database cannot be opened.
+    # Set before `__init__` because that fails if the database cannot be opened.
     _index = -1
 
     def __init__(self, path: Any, *args: Any, **options: Any) -> None:
         super().__init__(path, *args, **options)
         self._index_path = f"{os.fspath(path)}-shm"
-        # Kept open as long as the database: closing any descriptor of a file releases the locks of
+        # Stays open as long as the database: closing any descriptor of a file releases all locks of
         # this process on it.
         self._size = 0
 
     def _restore_index(self) -> None:
-        """Fill a truncated index. Raises sqlite3.OperationalError if that fails."""
+        """Fill a truncated index with zeros. Raises sqlite3.OperationalError if that fails."""
         if self._index < 0:
             # Windows does not allow a mapped file to be truncated.
             if not hasattr(os, "pwrite"):
@@ -42,12 +42,13 @@ class JournalConnection(sqlite3.Connection):
         try:
             size = os.fstat(self._index).st_size
             while size < self._size:
-                # Written, not only extended: a page without space on a full disk is as fatal.
+                # Write the zeros instead of only extending the file: on a full disk, a page without
+                # space is just as fatal.
                 missing = min(PAGE_BYTES, self._size - size)
                 size += os.pwrite(self._index, bytes(missing), size)
         except OSError as error:
             raise sqlite3.OperationalError(
-                f"disk I/O error: {error.strerror}"  # as SQLite words it
+                f"disk I/O error: {error.strerror}"  # same wording as SQLite
             ) from error
         self._size = size
 

@@ -1,7 +1,8 @@
-"""The project's journal in SQLite: append-only rows, on disk before their effect.
+"""Journal of a project in SQLite: append-only rows that are on disk before their effect.
 
-It uses WAL with synchronous FULL if the file system supports it, otherwise a rollback journal
-(network drives). On closing the log is merged, so that the single file can be copied and zipped.
+It uses WAL with synchronous FULL if the file system supports it, and otherwise a rollback journal
+(network drives). When the journal is closed, the log is merged so that the single file can be
+copied and zipped.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ PRAGMA user_version = {SCHEMA_VERSION};
 
 
 class SqliteJournal:
-    """Journal of a project in one file. Also stores the view state, which is not history."""
+    """Journal of a project in one file, which also stores the view state outside the history."""
 
     def __init__(self, path: Path, *, create: bool = False) -> None:
         """Open or create the journal.
@@ -88,9 +89,9 @@ class SqliteJournal:
         Raises
         ------
         InputError
-            If the file is not a journal of VOM Studio, or is newer than this program.
+            If the file is not a journal of VOM Studio or was written by a newer version.
         TargetError
-            If it cannot be written.
+            If the file cannot be written.
         """
         self.path = path
         self._pending: list[NewRow] = []
@@ -110,7 +111,8 @@ class SqliteJournal:
             raise InputError(Finding("project.not-a-project"), file=path)
         try:
             is_checked = create or _is_checked(path)
-            # A window reads it in a worker thread; two threads never use it at the same time.
+            # A window reads the journal in a worker thread; two threads never use it at the same
+            # time.
             self._db = sqlite3.connect(
                 path,
                 isolation_level=None,
@@ -151,7 +153,7 @@ class SqliteJournal:
         after: Mapping[str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> int:
-        """Append a row. Raises NotWritten, after `buffer_unwritten_steps` for a save only."""
+        """Append a row. Raises NotWritten; after `buffer_unwritten_steps`, only for a save."""
         return self._append(kind, of_seq, label, before, after, _now(), __version__, settings)
 
     def _append(
@@ -249,17 +251,17 @@ class SqliteJournal:
         lock_again: Callable[[], object],
         write_dependencies: Callable[[], object],
     ) -> None:
-        """Keep rows that cannot be written in memory and write them with the next row that can be.
+        """Keep rows that cannot be written in memory and write them with the next row that can.
 
         Parameters
         ----------
         report : callable
-            Called with the reason when this begins, and with None when it ends.
+            Called with the reason when buffering begins and with None when it ends.
         lock_again : callable
             Called before the file is opened again at its path; raises VomError if another program
             has locked it.
         write_dependencies : callable
-            Writes the pending files that rows name; raises VomError.
+            Writes the pending files that rows reference; raises VomError.
         """
         self._report_failure, self._lock_again, self._write_dependencies = (
             report,
@@ -268,7 +270,7 @@ class SqliteJournal:
         )
 
     def try_writing(self) -> None:
-        """Report now, instead of with the next row, if no row can be written."""
+        """Report immediately, instead of with the next row, if rows cannot be written."""
         try:
             self._write_dependencies()
             self._db.execute("BEGIN IMMEDIATE")
@@ -282,21 +284,21 @@ class SqliteJournal:
             self._report_failure(failure)
 
     def write_failure(self) -> Finding | None:
-        """Return why the next row cannot be written, as far as it is known."""
+        """Return the reason why the next row cannot be written, if known."""
         return (self._files.write_failure(self._head) if self._is_open else None) or self._failure
 
     @property
     def is_in_place(self) -> bool:
-        """Whether the file at the journal's path is the open one. Thread-safe."""
+        """Whether the file at the path of the journal is the open one. Thread-safe."""
         return self._is_open and self._files.is_open_file()
 
     @property
     def has_pending_rows(self) -> bool:
-        """Whether there are rows in memory only."""
+        """Whether there are rows that exist only in memory."""
         return bool(self._pending)
 
     def _has_returned(self) -> bool:
-        """Reopen the journal and return True if it is back unchanged, for example on a drive."""
+        """Reopen the journal and return True if it is available again and unchanged."""
         if self._report_failure is None or not self._files.is_back(self._head):
             return False
         if not self._files.is_open_file():
@@ -316,7 +318,7 @@ class SqliteJournal:
         return self._pending[-1].head.seq if self._pending else self._head.seq
 
     def last_rows(self, count: int) -> list[JournalRow]:
-        """Return the newest rows in order, without checking their checksums. Raises InputError."""
+        """Return the last rows in order, without verifying their checksums. Raises InputError."""
         return last_rows(self._db, self.path, count)
 
     def copy_row(
@@ -328,7 +330,7 @@ class SqliteJournal:
         after: Mapping[str, Any] | None,
         template: JournalRow | None,
     ) -> int:
-        """Append a row with the time, version and settings of another and return its number."""
+        """Append a copy of a row with its time, version and settings, and return the new number."""
         if template is None:
             return self._append(kind, of_seq, label, before, after, _now(), __version__, None)
         return self._append(
@@ -341,13 +343,13 @@ class SqliteJournal:
                 self.set_view(key, json.loads(value))
 
     def rows(self) -> Iterator[JournalRow]:
-        """Yield all rows in order, pending ones last. Raises InputError if the file is damaged."""
+        """Yield all rows in order, pending rows last. Raises InputError if the file is damaged."""
         yield from read_rows(self._db, self.path)
         yield from (row.to_row() for row in self._pending)
 
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
-        # A lost camera is not a loss of work: view state never prevents an edit.
+        # A lost camera is not lost work: the view state never prevents an edit.
         if self._files.write_failure(self._head) is not None:
             return
         try:
@@ -367,7 +369,7 @@ class SqliteJournal:
 
     # --- copies ------------------------------------------------------------------------------
     def copy_to(self, path: Path) -> None:
-        """Write a consistent copy including pending rows. Raises TargetError."""
+        """Write a consistent copy that includes pending rows. Raises TargetError."""
         copy_database(self._db, path)
         last_number = self._pending[-1].head if self._pending else self._head
         try:
@@ -387,13 +389,13 @@ class SqliteJournal:
     def reopen_replaced(self, head: Head) -> None:
         """Continue in the journal that has replaced this one, which is closed.
 
-        Raises the errors of opening; the next row then tries again.
+        If opening fails, the error is raised and the next row tries again.
         """
         self._head = head
         self.reopen()
 
     def reopen(self) -> None:
-        """Open again after closing. Raises the errors of opening; the next row then tries again."""
+        """Open the journal again after closing. If that fails, the next row tries again."""
         self._open(create=False)
 
     def close(self) -> None:
@@ -418,14 +420,14 @@ class SqliteJournal:
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.execute("PRAGMA journal_mode = DELETE")
         except sqlite3.Error:
-            # Another reader has the file open: the log stays and is merged next time.
+            # Another reader has the file open; the log stays and is merged next time.
             pass
         self._db.close()
         self._files.close()
 
 
 def own_files(folder: Path) -> list[Path]:
-    """Return the files of a project's journal, which no export may replace."""
+    """Return the files of a project's journal, which an export must not replace."""
     return [folder / f"{NAME}{ending}" for ending in ("", "-wal", "-shm")]
 
 
@@ -438,16 +440,16 @@ def read_replay(folder: Path) -> Replay:
 
 
 def _check_side_files(path: Path) -> None:
-    """Check the files that SQLite writes beside a journal, even while it only reads.
+    """Check the files that SQLite writes next to a journal, even when it only reads.
 
-    Raises TargetError for links and InputError for anything that is not a regular file.
+    Raises TargetError for links and InputError for anything else that is not a regular file.
     """
     for ending in ("", "-journal", "-wal", "-shm"):
         require_regular(check_generated_path(path.with_name(path.name + ending)))
 
 
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
-    """Return the schema of the journal and the result of `read_replay`."""
+    """Return the schema version of the journal and the result of `read_replay`."""
     path = Path(folder)
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
@@ -475,15 +477,15 @@ def _read_unlocked(path: Path) -> tuple[int, Replay]:
 
 
 def _schema_of(db: sqlite3.Connection, path: Path) -> int:
-    """Return the schema of a journal.
+    """Return the schema version of a journal.
 
-    Raises InputError if it is not a journal of VOM Studio, or a newer one.
+    Raises InputError if the file is not a journal of VOM Studio or was written by a newer version.
     """
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID or version < 1:
         raise InputError(Finding("journal.foreign"), file=path)
-    # Checked before the tables, because a newer schema may have others.
+    # Checked before the tables because a newer schema may have different ones.
     if version > SCHEMA_VERSION:
         raise InputError(
             Finding("project.newer", version=version, known=SCHEMA_VERSION),
@@ -494,17 +496,17 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
 
 
 def _is_checked(path: Path) -> bool:
-    """Check a journal read-only, before it is opened for writing.
+    """Check a journal in read-only mode before it is opened for writing.
 
     Returns whether that was possible. A writing connection merges the log when it is closed, even
-    for a journal that is refused. Raises InputError.
+    for a journal that is rejected. Raises InputError.
     """
     try:
         with closing(open_to_read(path)) as db:
             _schema_of(db, path)
             require_intact(db, path)
     except sqlite3.Error:
-        # For example, a change was interrupted, which is rolled back by a writing connection.
+        # For example, an interrupted change that a writing connection rolls back.
         return False
     return True
 

@@ -1,4 +1,4 @@
-"""Why a journal cannot be written."""
+"""Reasons why a journal cannot be written."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ _LOST_CODES = frozenset({"journal.folder-gone", "journal.gone", "journal.replace
 
 
 def is_lost(failure: Finding) -> bool:
-    """Return whether the journal's path has no file, or one that this program did not write."""
+    """Return whether the file of the journal is missing or not written by this program."""
     return failure.code in _LOST_CODES
 
 
 class NotWritten(DocumentError):
-    """A row could not be written to the disk.
+    """A row could not be written to disk.
 
     Parameters
     ----------
     failure : Finding
-        Reason: ``journal.folder-gone``, ``journal.gone``, ``journal.replaced``,
-        ``disk.full``, ``disk.read-only``, ``disk.no-permission`` or
-        ``journal.not-written``.
+        Reason: ``journal.folder-gone``, ``journal.gone``, ``journal.replaced``, ``disk.full``,
+        ``disk.read-only``, ``disk.no-permission`` or ``journal.not-written``.
     path : Path
-        The journal.
+        Path of the journal.
     """
 
     def __init__(self, failure: Finding, path: Path) -> None:

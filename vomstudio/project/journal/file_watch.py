@@ -1,4 +1,4 @@
-"""State of the files of an open journal, which may change under the program."""
+"""State of the files of an open journal, which may be changed by other programs."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ PAGE_BYTES = 4096
 
 
 class JournalFiles:
-    """The file of a journal and its log, as last written by this program.
+    """File of a journal and its log, as last written by this program.
 
-    Device and inode show whether the file is still the open one; sizes, times and SQLite's
+    The device and inode show whether the file is still the open one; sizes, times and SQLite's
     `data_version` show whether another program has written to it.
     """
 
@@ -36,13 +36,13 @@ class JournalFiles:
         # Used twice for each row.
         self._file, self._log = str(path), f"{path}-wal"
         self._file_stamp: _Stamp | None = None
-        # Kept open as long as the database: closing any descriptor of a file releases the locks of
+        # Stays open as long as the database: closing any descriptor of a file releases all locks of
         # this process on it.
         self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
         self.record_state()
 
     def close(self) -> None:
-        """Close the descriptor after the database was closed."""
+        """Close the descriptor after the database has been closed."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
         self._descriptor = -1
@@ -55,7 +55,7 @@ class JournalFiles:
             return b""
 
     def record_state(self) -> None:
-        """Record the present state of the files as written by this program."""
+        """Record the current state of the files as the one written by this program."""
         self._note_files()
         self._version = _data_version(self._db)
 
@@ -68,7 +68,7 @@ class JournalFiles:
     def record_write(self) -> Finding | None:
         """Record the state after a write, or return why the row is not at the journal's path."""
         previous, log = self._file_stamp, self._log_stamp
-        # Rows of this connection do not change the version.
+        # Rows written by this connection do not change the version.
         self._note_files()
         if not _same_file(previous, self._file_stamp) or (
             log and not _same_file(log, self._log_stamp)
@@ -78,7 +78,7 @@ class JournalFiles:
         return None
 
     def write_failure(self, head: Head) -> Finding | None:
-        """Return why nothing may be written, or None. `head` is that of the rows in the file."""
+        """Return why nothing may be written, or None; `head` belongs to the rows in the file."""
         now, log = _stamp(self._file), _stamp(self._log)
         version = _data_version(self._db)
         if (now, log, version) == (self._file_stamp, self._log_stamp, self._version):
@@ -88,10 +88,10 @@ class JournalFiles:
         )
         # Truncated pages that have not been read yet may be missing.
         same = same and not _is_shorter(now, self._file_stamp)
-        # The log hides the file: an older copy written into the file is not visible through the
-        # log until the log is merged.
+        # The log hides the file: an older copy written into the file does not become visible until
+        # the log is merged.
         if same and self._read_first_page() == self._first_page and contains_rows(self._path, head):
-            # Touched, but not written.
+            # The file was touched but not written.
             self.record_state()
             return None
         return self._why_lost()
@@ -105,7 +105,7 @@ class JournalFiles:
         return Finding("journal.replaced")
 
     def is_back(self, head: Head) -> bool:
-        """Return whether the rows up to `head` are at the path, possibly in another file."""
+        """Return whether the rows up to `head` are at the path, possibly in a different file."""
         untouched = not self.is_open_file() or (
             self._read_first_page() == self._first_page
             and not _is_shorter(_stamp(self._file), self._file_stamp)
@@ -113,16 +113,16 @@ class JournalFiles:
         return untouched and contains_rows(self._path, head)
 
     def has_known_log(self) -> bool:
-        """Return whether the log beside the journal is the one that this program wrote."""
+        """Return whether the log next to the journal is the one written by this program."""
         return self._log_stamp is not None and _same_file(self._log_stamp, _stamp(self._log))
 
     def is_open_file(self) -> bool:
-        """Return whether the file at the journal's path is the open one."""
+        """Return whether the file at the path of the journal is the open one."""
         return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._file))
 
 
 def write_failure_of(error: Exception, path: Path) -> Finding:
-    """Return the finding for an error of SQLite or of a file beside a journal."""
+    """Return the finding for an error of SQLite or of a file next to a journal."""
     if is_full(path.parent, error):
         return Finding("disk.full")
     if is_read_only(path.parent, error):
@@ -135,7 +135,7 @@ def write_failure_of(error: Exception, path: Path) -> Finding:
 
 
 def contains_rows(path: Path, head: Head) -> bool:
-    """Return whether the journal at `path` contains the rows up to `head`, unchanged."""
+    """Return whether the journal at `path` contains the rows up to `head` unchanged."""
     try:
         with closing(open_to_read(path, 1.0)) as db:
             db.text_factory = text_of
@@ -147,7 +147,7 @@ def contains_rows(path: Path, head: Head) -> bool:
 
 
 def has_interrupted_write(path: Path, error: sqlite3.Error) -> bool:
-    """Return whether reading failed because of an interrupted write, and roll that back."""
+    """Return whether reading failed because of an interrupted write, and roll it back."""
     log = path.with_name(f"{path.name}-journal")
     if getattr(error, "sqlite_errorcode", 0) & 0xFF != sqlite3.SQLITE_READONLY or not log.exists():
         return False
@@ -160,7 +160,7 @@ def has_interrupted_write(path: Path, error: sqlite3.Error) -> bool:
 
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:
-    """Write a consistent copy of everything committed so far. Raises TargetError."""
+    """Write a consistent copy of all committed data. Raises TargetError."""
     check_generated_path(path)
     try:
         target = sqlite3.connect(path)
@@ -182,10 +182,10 @@ def head_of(path: Path) -> Head:
 
 
 def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log: bool) -> None:
-    """Close a journal whose file was replaced, without merging its log into the new file.
+    """Close a journal whose file has been replaced, without merging its log into the new file.
 
     SQLite merges the log when the last connection closes. A reader that stays open longer prevents
-    that, and cannot do it itself.
+    that and cannot merge the log itself.
     """
     reader: sqlite3.Connection | None = None
     try:
@@ -196,7 +196,7 @@ def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log
         pass
     db.close()
     if is_known_log:
-        # The next program would take the log for a part of the new file.
+        # Otherwise the next program would treat the log as part of the new file.
         for ending in ("-wal", "-shm"):
             path.with_name(path.name + ending).unlink(missing_ok=True)
     if reader is not None:
@@ -204,7 +204,7 @@ def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log
 
 
 def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
-    """Return the error of a journal that cannot be opened."""
+    """Return the error for a journal that cannot be opened."""
     words = str(error)
     if "not a database" in words or "malformed" in words:
         return InputError(Finding("journal.damaged", reason=error), file=path)
@@ -243,9 +243,9 @@ def _data_version(db: sqlite3.Connection) -> int:
 
 
 def is_read_only_connection(error: sqlite3.Error, path: Path) -> bool:
-    """Return whether the disk was read-only when the database was opened, but is writable now.
+    """Return whether the disk was read-only when the database was opened but is now writable.
 
-    SQLite then stays read-only as long as the database is open.
+    In this case SQLite stays read-only as long as the database is open.
     """
     code = getattr(error, "sqlite_errorcode", 0) & 0xFF
     return code == sqlite3.SQLITE_READONLY and os.access(path, os.W_OK)

@@ -1,4 +1,4 @@
-"""JSON in the rows of a journal."""
+"""JSON values in the rows of a journal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def dump_json(value: Mapping[str, Any] | None) -> str | None:
-    """Encode a value as compact JSON; None for None."""
+    """Encode a value as compact JSON, or return None for None."""
     return None if value is None else json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
@@ -22,9 +22,9 @@ def _refuse_constant(word: str) -> float:
 
 
 def load_json(text: str | None) -> Any:
-    """Return the value given to `dump_json`.
+    """Return the value that was passed to `dump_json`.
 
-    Unreadable text becomes a record that no replay accepts.
+    Unreadable text is returned as a record that no replay accepts.
     """
     if text is None:
         return None

@@ -1,4 +1,4 @@
-"""Migrate project journals of earlier schemas to the current schema."""
+"""Migration of project journals from earlier schemas to the current schema."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from vomstudio.project.journal.replay import replay
 from vomstudio.project.journal.rows import read_rows
 
 SCHEMA_VERSION = 1
-"""Schema of the journals that this program writes."""
+"""Schema version of the journals that this program writes."""
 
 STEPS: dict[int, Callable[[sqlite3.Connection], None]] = {}
 """``STEPS[n]`` migrates a journal from schema n to n + 1 within the caller's transaction.
 
-A step must not call ``executescript``, which commits. Records that only gained a kind or a field
-need a step that does nothing: the new version keeps earlier programs from opening the journal.
+A step must not call ``executescript``, which commits. If records have only gained a kind or a
+field, the step does nothing: the new version prevents earlier programs from opening the journal.
 """
 
 
 def migrate(db: sqlite3.Connection, path: Path, schema: int) -> None:
-    """Migrate a journal to the current schema, all steps in one transaction.
+    """Migrate a journal to the current schema, with all steps in one transaction.
 
-    All rows are read first, and the journal is copied to ``journal-schema<n>.sqlite`` beside it,
-    unless an earlier attempt left such a copy.
+    All rows are read first, and the journal is copied to ``journal-schema<n>.sqlite`` next to it,
+    unless such a copy already exists from an earlier attempt.
 
     Parameters
     ----------
     db : sqlite3.Connection
-        The open journal, in autocommit mode.
+        Open journal in autocommit mode.
     path : Path
-        Its file.
+        Path of the journal.
     schema : int
-        Its schema, lower than ``SCHEMA_VERSION``.
+        Schema version of the journal, lower than ``SCHEMA_VERSION``.
 
     Raises
     ------
     InputError
-        If a row cannot be read from the file. The journal is unchanged.
+        If a row cannot be read from the file. In this case the journal is unchanged.
     TargetError
-        If the copy cannot be written. The journal is unchanged.
+        If the copy cannot be written. In this case the journal is unchanged.
     """
-    # Damaged rows are reported at each opening and stay as they are.
+    # Damaged rows are reported each time the journal is opened and are left as they are.
     replay(read_rows(db, path))
     backup = path.with_name(f"{path.stem}-schema{schema}{path.suffix}")
     if not backup.exists():

@@ -1,4 +1,4 @@
-"""Outline of the steps of a project without positions and without names given by its user."""
+"""Outline of the steps of a project without coordinates and user-defined names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from vomstudio.project.journal.replay import JournalRow
 
-# Words of the edits' labels; any other word of a label is a name.
+# Words used in the labels of edits; any other word in a label is a name.
 _WORDS = frozenset(
     """add axis bedding beds change changes contact declare delete dimension dip discard fault
     feature features field fold foliation fracture frame import in intersection joint line
@@ -22,7 +22,7 @@ _NAME = re.compile(r"[a-z_][a-z0-9_]*", re.IGNORECASE)
 def outline(rows: Iterable[JournalRow]) -> list[str]:
     """Return one line per row: number, kind, time, version, label, and changed fields.
 
-    Lines contain no coordinates and no names typed by the user.
+    The lines contain no coordinates and no names typed by the user.
     """
     return [_line(row) for row in rows]
 
@@ -40,7 +40,7 @@ def _line(row: JournalRow) -> str:
 
 
 def _label(label: str) -> str:
-    """Replace each word that is not in `_WORDS` by "…", consecutive ones by one."""
+    """Replace each sequence of words that are not in `_WORDS` by "…"."""
     words = [
         w if w.lower() in _WORDS or re.fullmatch(r"\d{1,3}", w) else "…" for w in label.split()
     ]

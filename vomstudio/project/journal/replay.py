@@ -1,4 +1,4 @@
-"""Interface of a journal, and replay of its rows to the records of a project."""
+"""Interface of a journal, and replay of its rows into the records of a project."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
 
 @dataclass(frozen=True)
 class JournalRow:
-    """One row of the journal.
+    """Row of a journal.
 
-    do, discard : `before` and `after` are maps id -> None, a complete record, or its changed fields
-    (`codec`); `of_seq` of a do is the draft that it finishes. amend : a do that replaces the newest
-    one, row `of_seq`, as in repeated nudges. undo, redo : `of_seq` is the row undone or redone.
-    draft : `after` is the state of an unfinished tool, None after it was cancelled. gap :
-    placeholder for missing rows, which is read but never written.
+    do, discard : `before` and `after` map an ID to None, a complete record, or its changed fields
+    (`codec`); for a do, `of_seq` is the draft that it finishes. amend : a do that replaces the
+    newest one, which is row `of_seq`, as in repeated nudges. undo, redo : `of_seq` is the row that
+    is undone or redone. draft : `after` is the state of an unfinished tool, or None after the tool
+    was cancelled. gap : placeholder for missing rows, which is read but never written.
     """
 
     seq: int
@@ -38,13 +38,13 @@ class JournalRow:
     version: str
     settings: Plain | None
     problem: Finding | None = None
-    """Reason why the row is not valid: it is reported and skipped."""
+    """Reason why the row is not valid; such a row is reported and skipped."""
     notice: Finding | None = None
-    """Problem before the row, which itself is valid: missing rows."""
+    """Problem before this row, which itself is valid, such as missing rows."""
 
 
 class Journal(Protocol):
-    """Append-only; a row is on the disk when `append` returns."""
+    """Append-only journal; a row is on disk when `append` returns."""
 
     def append(
         self,
@@ -65,7 +65,7 @@ class Journal(Protocol):
 
 @dataclass(frozen=True)
 class Draft:
-    """The clicks of an unfinished tool."""
+    """Clicks of an unfinished tool."""
 
     seq: int
     state: Plain
@@ -78,13 +78,13 @@ class Replay:
     Attributes
     ----------
     done, undone : list of tuple of int and Edit
-        Stacks of row number and edit, newest last.
+        Stacks of row numbers and edits, newest last.
     saved, saved_top
-        Records at the last save, and the row on top of `done` then (0 for none).
+        Records at the last save, and the row that was on top of `done` then (0 if there was none).
     settings : dict
         Settings stored with the newest edit.
     problems : list of Finding
-        Rows that could not be read; everything else is complete.
+        Findings for rows that could not be read; all other data are complete.
     """
 
     records: dict[str, Record] = field(default_factory=dict)
@@ -167,18 +167,19 @@ def _play(result: Replay, row: JournalRow) -> None:
 
 
 def _merge_amended(result: Replay, row: JournalRow, edit: Edit) -> Edit:
-    """Merge an edit with the one that it amends."""
+    """Merge an edit with the edit that it amends."""
     if not result.done or result.done[-1][0] != row.of_seq:
-        # The amended row was damaged: only the change itself is known.
+        # The amended row was damaged, so only the change itself is known.
         return edit
     _, earlier = result.done.pop()
     return earlier.followed_by(edit)
 
 
 def _pop_until(stack: list[tuple[int, Edit]], row: JournalRow) -> list[tuple[int, Edit]]:
-    """Pop steps up to row `of_seq`, newest first.
+    """Pop steps down to row `of_seq`, newest first.
 
-    Steps above it belong to damaged rows that were skipped. Raises DocumentError if it is missing.
+    The steps above it belong to damaged rows that were skipped. Raises DocumentError if the row is
+    missing.
     """
     if all(seq != row.of_seq for seq, _ in stack):
         raise DocumentError(Finding("row.target-missing", row=row.of_seq))

@@ -1,4 +1,4 @@
-"""Rows of a journal as stored in its file."""
+"""Rows of a journal as they are stored in its file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.project.journal.replay import JournalRow
 
 
 class Head(NamedTuple):
-    """Number of rows, number of the last row, and its checksum."""
+    """Number of rows, and number and checksum of the last row."""
 
     rows: int
     seq: int
@@ -23,7 +23,7 @@ class Head(NamedTuple):
 
 
 class NewRow(NamedTuple):
-    """Values of a row, and the head of the journal that ends with it."""
+    """Values of a row, and the head of the journal after it."""
 
     values: tuple[Any, ...]
     head: Head
@@ -42,28 +42,28 @@ def _to_row(values: Sequence[Any]) -> JournalRow:
 
 
 def read_head(db: sqlite3.Connection) -> Head:
-    """Return the head of the existing rows, whatever the stored head contains.
+    """Return the head computed from the existing rows, regardless of the stored head.
 
-    New rows follow the last one. A checksum that is damaged in the head alone must not affect the
-    next row.
+    New rows follow the last row. If only the checksum in the stored head is damaged, the next row
+    must not be affected.
     """
     (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
     last = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
     seq, total = last or (0, "")
     stored = db.execute("SELECT seq FROM head").fetchone()
-    # A number is never used twice.
+    # Row numbers are never reused.
     return Head(rows, max(seq, stored[0] if stored else 0), total)
 
 
 def checksum(previous: str, values: Sequence[object]) -> str:
-    """Return the SHA-256 of a row's values (except its checksum) and the previous checksum.
+    """Return the SHA-256 of a row's values (without its checksum) and the previous checksum.
 
-    No row can be changed, removed or inserted unnoticed.
+    Therefore rows cannot be changed, removed or inserted without being detected.
     """
     digest = hashlib.sha256(previous.encode())
     for value in values:
         text = b"" if value is None else str(value).encode("utf-8", "surrogatepass")
-        # The lengths prevent characters from moving between neighbouring values.
+        # The lengths prevent characters from moving between adjacent values.
         digest.update(b"-" if value is None else b"%d:" % len(text))
         digest.update(text)
     return digest.hexdigest()
@@ -75,7 +75,7 @@ SET_HEAD = "INSERT OR REPLACE INTO head VALUES (1, ?, ?, ?)"
 
 
 def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
-    """Yield the rows in order, with findings for damaged and missing ones.
+    """Yield the rows in order, with findings for damaged and missing rows.
 
     Raises InputError if the file itself is damaged.
     """
@@ -95,7 +95,7 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
                 problem = Finding("row.not-text")
                 kind, label, time, version = map(str, (kind, label, time, version))
             seq, total = number, str(stored)
-            # Settings rarely change from row to row.
+            # Settings rarely change from one row to the next.
             if settings != settings_cache[0]:
                 settings_cache = (settings, load_json(settings))
             yield JournalRow(
@@ -120,7 +120,7 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
 
 
 def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[JournalRow]:
-    """Return the newest rows in order, without checking their checksums. Raises InputError."""
+    """Return the last rows in order, without verifying their checksums. Raises InputError."""
     query = f"SELECT {COLUMNS} FROM journal ORDER BY seq DESC LIMIT ?"
     try:
         rows = db.execute(query, (count,)).fetchall()
@@ -134,5 +134,5 @@ def _missing_rows(first: int, last: int) -> Finding:
 
 
 def text_of(raw: bytes) -> str:
-    """Decode text; damaged bytes fail the checksum of their row instead of the whole file."""
+    """Decode text; damaged bytes invalidate the checksum of their row, not the whole file."""
     return raw.decode("utf-8", "replace")

@@ -1,8 +1,8 @@
-"""Check of a journal's schema: its tables only, complete and without programs.
+"""Check that the schema of a journal contains its tables only and no code.
 
-A database can contain views, triggers, generated columns, conditions and indices over expressions.
-They run when a row is read, written or checked, may never end, and can remove other rows. A project
-from an untrusted source may contain them.
+A database can contain views, triggers, generated columns, constraints and indices on expressions.
+They run when a row is read, written or checked, may never terminate, and can remove other rows. A
+project from an untrusted source may contain them.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ _HEAD_CHECK = ("check", "(", "id", "=", "1", ")")
 
 
 def require_plain(db: sqlite3.Connection, path: Path) -> None:
-    """Check that a journal contains its tables alone, each of plain columns.
+    """Check that a journal contains only its own tables, with plain columns.
 
     Raises
     ------
     InputError
-        With ``file.unsafe-schema`` for anything else.
+        With the code ``file.unsafe-schema`` for anything else.
     sqlite3.Error
         If the schema cannot be read.
     """
     for entry in read_schema(db):
-        # Statistics of SQLite are in tables with a reserved prefix.
+        # SQLite stores statistics in tables with a reserved prefix.
         is_known = entry.name in _TABLES or entry.name.startswith("sqlite_")
         if entry.kind != "table" or not is_known or not _is_plain(entry.tokens):
             refuse(entry.kind, entry.name, path)
 
 
 def _is_plain(tokens: tuple[str, ...]) -> bool:
-    """Return whether a table has only columns with types.
+    """Return whether a table contains only columns with types.
 
-    Conditions and computed columns have brackets.
+    Constraints and computed columns contain brackets.
     """
     size = len(_HEAD_CHECK)
     brackets = tokens.count("(")
@@ -48,7 +48,7 @@ def _is_plain(tokens: tuple[str, ...]) -> bool:
 
 
 def require_intact(db: sqlite3.Connection, path: Path) -> None:
-    """Refuse a damaged file, which writing would damage further. Raises InputError."""
+    """Reject a damaged file, which writing would damage further. Raises InputError."""
     (result,) = db.execute("PRAGMA quick_check(1)").fetchone()
     if result != "ok":
         raise InputError(Finding("journal.damaged", reason=result), file=path)

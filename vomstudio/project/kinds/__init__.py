@@ -1,7 +1,7 @@
-"""The kinds of features. Each module of this package with a `KIND` defines one.
+"""Kinds of features; each module of this package that has a `KIND` defines one of them.
 
-It contains the record and defines how it is measured, edited and drawn, which figures it has and
-what it depends on. A new kind is a new module; no list has to be updated.
+A module contains the record and defines how it is measured, edited and drawn, which figures it has
+and what it depends on. A new kind is a new module; no list needs to be updated.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def _load_kinds() -> list[Kind]:
 
 
 def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute, ...]:
-    """Return each field once, in an order that agrees with every list."""
+    """Return each field once, in an order that is consistent with every list."""
     merged: list[Attribute] = []
     for attributes in lists:
         fields = [attribute.field for attribute in merged]
@@ -56,7 +56,7 @@ def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute
             if attribute.field in fields:
                 index = fields.index(attribute.field) + 1
                 continue
-            # Before the next fields that are already present.
+            # Insert before the following fields that are already in the list.
             after = [fields.index(a.field) for a in attributes if a.field in fields[index:]]
             index = min(after, default=len(fields))
             merged.insert(index, attribute)
@@ -70,20 +70,20 @@ for _kind in KINDS:
     register(_kind)
 
 RECORDS: Mapping[str, type] = {kind.name: kind.record for kind in KINDS}
-"""The class of a record by its name on disk."""
+"""Record classes by their name on disk."""
 PARTS: Mapping[str, type] = {name: part for kind in KINDS for name, part in kind.parts.items()}
-"""The class of a field that is a record itself, by the field's name."""
+"""Classes of fields that are records themselves, by field name."""
 FIGURES: Mapping[str, Figure] = {f.name: f for kind in reversed(KINDS) for f in kind.figures}
-"""Figures by name; if several kinds have one of that name, that of the first kind."""
+"""Figures by name; if several kinds have a figure with the same name, the first kind's."""
 ATTRIBUTES: tuple[Attribute, ...] = _merge_attributes(kind.attributes for kind in KINDS)
 GROUPS: tuple[KindGroup, ...] = tuple(
     dict.fromkeys(kind.group for kind in KINDS if kind.group is not None)
 )
-"""Groups of features without a feature type."""
+"""Groups of features that have no feature type."""
 
 _BY_NAME = {kind.name: kind for kind in KINDS}
 
 
 def kind_named(name: str) -> Kind | None:
-    """Return the kind with this name on disk, or None."""
+    """Return the kind with this name on disk, or None if there is no such kind."""
     return _BY_NAME.get(name)

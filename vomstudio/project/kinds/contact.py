@@ -1,4 +1,4 @@
-"""A contact line or fault line that is drawn and not fitted."""
+"""Contact or fault line that is drawn but not fitted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from vomstudio.project.records import Logged, Repeatable, Typed
 
 @dataclass(frozen=True)
 class Contact(Logged, Repeatable, Typed):
-    """A line without a plane. vertices: in order, model file frame."""
+    """Line without a plane. `vertices` are in order, in the file frame of the model."""
 
     id: str
     name: str

@@ -1,4 +1,4 @@
-"""A point of known coordinates that is marked on a model to register it."""
+"""Point of known coordinates that is marked on a model in order to register it."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ GROUP = KindGroup("control_points", _("Control points"), "crosshairs-gps")
 
 @dataclass(frozen=True)
 class ControlPoint(Picked):
-    """A control point.
+    """Control point.
 
     Attributes
     ----------
     vertices : tuple of Point
-        Its position on the model, one point in the file frame; empty before it is marked.
+        Position on the model: one point in the file frame, or empty before it is marked.
     position : Point or None
-        Known coordinates, metres; None before they are known.
+        Known coordinates in metres, or None as long as they are unknown.
     sigma_m : Point or None
-        One sigma of the coordinates; None if not stated.
+        Standard deviations of the coordinates, or None if not stated.
     check : bool
-        Check point: it is compared with the registration and not used for it.
+        Whether this is a check point, which is compared with the registration but not used for it.
     """
 
     id: str
@@ -53,7 +53,7 @@ class ControlPoint(Picked):
 
 
 def measure(at: MeasurementContext, points: Sequence[ControlPoint]) -> list[Measurement]:
-    """Return the positions in World; nothing else is measured."""
+    """Return the positions in the World frame; there is nothing else to measure."""
     measurements = []
     for point in points:
         model = at.model(point.model_id)
@@ -67,7 +67,7 @@ def measure(at: MeasurementContext, points: Sequence[ControlPoint]) -> list[Meas
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:
-    """Return the position (1, 3) of a control point, World."""
+    """Return the position (1, 3) of a control point in the World frame."""
     points = subject.measured.points
     return points if len(points) else None
 
@@ -79,7 +79,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def about(subject: Subject) -> list[str]:
-    """Return what is known about the point."""
+    """Return the known properties of the point."""
     point = subject.feature
     assert isinstance(point, ControlPoint)
     lines = []

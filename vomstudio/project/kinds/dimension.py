@@ -1,4 +1,4 @@
-"""A length, an area, or a distance perpendicular to the plane of another feature."""
+"""Length, area, or distance perpendicular to the plane of another feature."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ GROUP = KindGroup("dimensions", _("Measurements"), "ruler")
 
 @dataclass(frozen=True)
 class Dimension(Logged):
-    """A measured dimension. plane_id: feature across whose plane a thickness is measured."""
+    """Measured dimension. A thickness is perpendicular to the plane of feature `plane_id`."""
 
     id: str
     name: str
@@ -123,10 +123,10 @@ def _measure(at: MeasurementContext, feature: Dimension) -> Measurement:
 def _thickness(
     at: MeasurementContext, feature: Dimension, step: FloatArray
 ) -> tuple[dict[str, float], Finding | None]:
-    """Return the distance across the plane and its 95 % error (of this figure, not joint).
+    """Return the distance across the plane and its 95 % error (for this figure alone).
 
-    A tilt of the plane changes the thickness of points that are apart along the bed, and each of
-    the two points is on a surface as rough as the plane.
+    A tilt of the plane changes the thickness between points that are apart along the bed, and each
+    of the two points is on a surface as rough as the plane.
     """
     plane = at.plane(feature.plane_id)
     if plane is None:
@@ -171,7 +171,7 @@ WHAT = replace(
     words=(),
     shown=None,
 )
-"""For files only: elsewhere `kind` is the feature type."""
+"""Used only in files; elsewhere, `kind` is the feature type."""
 FIGURES = (
     AREA,
     AREA_REGISTRATION,

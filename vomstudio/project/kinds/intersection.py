@@ -69,8 +69,8 @@ class Intersection(Typed):
 def members(records: Records, group: Group) -> list[Feature]:
     """Return the planes of a group, in the order of the records.
 
-    Compass readings are not members of a group by type: they are independent evidence, to be
-    compared and not pooled.
+    Compass readings are not members of a group defined by type: they are independent evidence that
+    is compared and not pooled.
     """
     if group.feature_id:
         return planes_among(records, [group.feature_id])
@@ -85,12 +85,12 @@ def members(records: Records, group: Group) -> list[Feature]:
 
 
 def dependency_ids(feature: Intersection) -> list[str]:
-    """Return the ids of the features of both groups."""
+    """Return the IDs of the features in both groups."""
     return [g.feature_id for g in (feature.first, feature.second) if g.feature_id]
 
 
 def dependencies(records: Records, feature: Intersection) -> list[Feature]:
-    """Return the planes of both groups."""
+    """Return the planes in both groups."""
     return [*members(records, feature.first), *members(records, feature.second)]
 
 
@@ -116,8 +116,8 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
             if len(planar) == 1:
                 planes = [plane_with_error(planar[0])]
             else:
-                # The error of a mean is computed from the scatter; the errors of its planes would
-                # take time.
+                # The error of a mean is computed from the scatter; computing the errors of its
+                # planes would take too long.
                 planes = [UncertainPlane(_normal_of(m), None) for m in planar]
             usable = [plane for plane in planes if plane is not None]
             means.append(mean_plane(usable))
@@ -164,7 +164,7 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
 
 
 def _registered_mean(planes: list[UncertainPlane], turns: Turns) -> MovedVectors:
-    """Return the mean of a group's planes as moved by their registrations."""
+    """Return the mean of a group's planes with the rotations of their registrations."""
     normals = np.array([plane.normal for plane in planes])
     moved_normals = move_vectors(normals, turns)
     if len(planes) == 1:
@@ -182,10 +182,10 @@ def _normal_of(measured: Measurement) -> FloatArray:
 def _ends(
     direction: FloatArray, means: list[UncertainPlane], measured: list[list[Measurement]]
 ) -> FloatArray:
-    """Return the (2, 3) ends of the intersection, as long as the longest of the planes.
+    """Return the ends (2, 3) of the intersection, which is as long as the longest plane.
 
-    It passes where the planes through the centres of the groups meet, or, if that is far away,
-    midway between the groups.
+    The line passes through the intersection of the planes through the centres of the groups or, if
+    that is far away, midway between the groups.
     """
     extents = [m.fit.extent for group in measured for m in group if m.fit and m.fit.extent]
     centres = []
@@ -219,7 +219,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def words(measured: Measurement) -> list[str]:
-    """Describe the angle between the planes."""
+    """Describe the angle between the two planes."""
     if measured.angle_deg is None:
         return []
     return [tr("Angle between the planes {angle}", angle=degrees(measured.angle_deg))]

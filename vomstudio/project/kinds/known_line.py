@@ -1,7 +1,7 @@
-"""A line or plane of known attitude or length on a model, used to register the model.
+"""Line or plane of known attitude or length that is used to register a model.
 
-It is a line that is level or vertical, or whose azimuth or length is known, or a plane or line of
-the project that was read by compass.
+It is either a line that is level or vertical or has a known azimuth or length, or a plane or line
+of the project that was measured with a compass.
 """
 
 from __future__ import annotations
@@ -41,41 +41,42 @@ CLICKED: tuple[tuple[ClickedKind, str], ...] = (
     ("azimuth", _("Line of known azimuth")),
     ("length", _("Known length")),
 )
-"""Kinds whose two ends are clicked."""
+"""Kinds defined by clicking the two ends."""
 READ: tuple[tuple[ReadKind, str], ...] = (
     ("plane", _("Plane by compass")),
     ("lineation", _("Line by compass")),
 )
-"""Features of the project that were read by compass."""
+"""Features of the project that were measured with a compass."""
 KINDS: tuple[tuple[KnownKind, str], ...] = (*CLICKED, *READ)
 GROUP = KindGroup("known_lines", _("Known lines and planes"), "spirit-level")
 
 
 @dataclass(frozen=True)
 class KnownLine(Picked):
-    """A known line or plane.
+    """Known line or plane.
 
     Attributes
     ----------
     vertices : tuple of Point
-        Its two ends on the model, file frame; empty for a compass reading.
+        Two ends on the model in the file frame; empty for a compass reading.
     value : float or None
-        Azimuth from the first end to the second (degrees) or length (metres); dip direction of a
-        plane or trend of a line that was read. None for a level or plumb line, and before it is
-        known.
+        Azimuth from the first to the second end (degrees), length (metres), or dip direction or
+        trend of a compass reading. None for a level or plumb line, and as long as the value is
+        unknown.
     sigma : float or None
-        One sigma of level, plumb, azimuth or reading (degrees) or length (metres); None for the
-        default.
+        Standard deviation of the level, plumb line, azimuth or reading (degrees) or of the length
+        (metres). If None, the default is used.
     check : bool
-        It is compared with the registration and not used for it.
+        Whether the line is compared with the registration but not used for it.
     inclination_deg : float or None
-        Dip of a plane or plunge of a line that was read.
+        Dip of a plane or plunge of a line that was measured with a compass.
     feature_id : str
-        The feature that is this plane or line on the model, "" for clicked ends.
+        ID of the feature on the model that represents this plane or line; "" if the ends were
+        clicked.
 
     Notes
     -----
-    Azimuths are stored as read: the model's `Compass` states their north reference.
+    Azimuths are stored as read; the model's `Compass` states their north reference.
     """
 
     id: str
@@ -93,24 +94,24 @@ class KnownLine(Picked):
 
     @property
     def is_read(self) -> bool:
-        """Whether it is a plane or line of the project that was read by compass."""
+        """Whether this is a plane or line of the project that was measured with a compass."""
         return self.kind in ("plane", "lineation")
 
     @property
     def has_value(self) -> bool:
-        """Whether it has a number; a level or plumb line is defined by its kind alone."""
+        """Whether a value applies; a level or plumb line is defined by its kind alone."""
         return self.kind not in ("level", "plumb")
 
     @property
     def is_complete(self) -> bool:
-        """Whether all that defines it is known."""
+        """Whether all defining values are known."""
         if self.is_read:
             return self.value is not None and self.inclination_deg is not None
         return len(self.vertices) > 1 and not (self.has_value and self.value is None)
 
 
 def measure(at: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurement]:
-    """Return the positions in World; nothing else is measured."""
+    """Return the positions in the World frame; there is nothing else to measure."""
     measurements = []
     for line in lines:
         model = at.model(line.model_id)
@@ -125,14 +126,14 @@ def measure(at: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurem
 
 
 def _middle(measured: Measurement | None) -> FloatArray:
-    """Return the (1, 3) centre of the feature that was read, (0, 3) if it was deleted."""
+    """Return the centre (1, 3) of the measured feature, or (0, 3) if it was deleted."""
     if measured is None or not len(measured.points):
         return np.zeros((0, 3))
     return np.asarray(kind.centre(measured), np.float64)[None]
 
 
 def dependencies(records: Records, line: KnownLine) -> list[Feature]:
-    """Return the feature that was read."""
+    """Return the feature that was measured with a compass."""
     feature = get_feature(records, line.feature_id)
     return [] if feature is None else [feature]
 
@@ -148,7 +149,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def known_text(line: KnownLine) -> str:
-    """Return what is known about the line, in a few words."""
+    """Return the known properties of the line in a few words."""
     if line.kind == "level":
         return tr("level")
     if line.kind == "plumb":
@@ -172,7 +173,7 @@ def _arrow_text(line: KnownLine) -> str:
 def format_reading(line: KnownLine, notation: str = "dipdir/dip") -> str:
     """Return the reading in a notation for planes, or as trend and plunge for a line.
 
-    It has as many digits as were read, and is "" before it is known.
+    The text has as many digits as were read, and is empty as long as the value is unknown.
     """
     if line.value is None or line.inclination_deg is None:
         return ""
@@ -183,12 +184,12 @@ def format_reading(line: KnownLine, notation: str = "dipdir/dip") -> str:
 
 
 def _digits(angle_deg: float) -> int:
-    """Return the number of decimals that an angle needs, at most two."""
+    """Return the number of decimals that an angle needs (at most two)."""
     return next((n for n in (0, 1) if abs(angle_deg - round(angle_deg, n)) < 1e-6), 2)
 
 
 def about(subject: Subject) -> list[str]:
-    """Return what is known about the line."""
+    """Return the known properties of the line."""
     line = subject.feature
     assert isinstance(line, KnownLine)
     lines = [tr("Known of it: {what}", what=known_text(line))]
@@ -213,7 +214,7 @@ WHAT = replace(
     words=(),
     shown=None,
 )
-"""For files only: elsewhere `kind` is the feature type."""
+"""Used only in files; elsewhere, `kind` is the feature type."""
 
 KIND = Kind(
     name="known_line",

@@ -1,4 +1,4 @@
-"""A line on the outcrop: a striation, a hinge, a mineral lineation."""
+"""Line on the outcrop, such as a striation, a fold hinge or a mineral lineation."""
 
 from __future__ import annotations
 
@@ -57,21 +57,21 @@ from vomstudio.project.slip_figures import SLIP
 
 @dataclass(frozen=True)
 class Lineation(Picked, Repeatable, Typed):
-    """A lineation with two or more vertices.
+    """Lineation with two or more vertices.
 
     Attributes
     ----------
     plane_id : str
-        Feature whose plane contains it, "" for none. Its direction is projected onto that plane
-        and has a rake.
+        ID of the feature whose plane contains the lineation, or "" if there is none. The direction
+        is projected onto that plane and has a rake.
     slip : str
-        Movement of the hanging wall along it.
+        Movement of the hanging wall along the lineation.
     slip_confidence : str
         Confidence of the sense of slip.
 
     Notes
     -----
-    Other fields as in Trace.
+    The other fields are described in Trace.
     """
 
     id: str
@@ -92,7 +92,7 @@ class Lineation(Picked, Repeatable, Typed):
 
 
 def measure(at: MeasurementContext, lines: Sequence[Lineation]) -> list[Measurement]:
-    """Measure directions of lines, with rake and slip on their planes."""
+    """Measure the directions of lines, with rake and slip if they lie on planes."""
     return [_measure(at, line) for line in lines]
 
 
@@ -157,9 +157,9 @@ def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
 def _registration_covariance(
     at: MeasurementContext, feature: Lineation, direction: FloatArray, base: UncertainPlane | None
 ) -> FloatArray | None:
-    """Return the (3, 3) covariance from the registrations of the models of line and plane.
+    """Return the covariance (3, 3) due to the registrations of the models of line and plane.
 
-    None if neither is known.
+    The result is None if neither is known.
     """
     plane = None if base is None else get_feature(at.records, feature.plane_id)
     turns = turns_of([at.model(feature.model_id), model_of(at.records, plane)])
@@ -176,7 +176,7 @@ def _projected_error(
 ) -> tuple[float | None, float | None, FloatArray | None]:
     """Return semi-axes and axis of the joint 95 % region of a line projected onto a plane.
 
-    Its error is that of the fit within the plane, and that of the plane across it.
+    Within the plane, the error is that of the fit; across it, the error is that of the plane.
     """
     across = deviation95(base, direction)
     if across is None or fit.confidence95_deg is None:
@@ -188,7 +188,7 @@ def _projected_error(
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """Return the line, with an arrowhead in the direction of slip if that is known."""
+    """Return the line, with an arrowhead in the direction of slip if known."""
     feature: Lineation = subject.feature
     points = subject.measured.points
     if not len(points):
@@ -215,7 +215,7 @@ def _add_arrowhead(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> Floa
 
 
 def remarks(subject: Subject) -> list[str]:
-    """Return a remark if the recorded sense of slip does not determine a direction."""
+    """Return a remark if the recorded sense of slip does not define a direction."""
     feature, measured = subject.feature, subject.measured
     if not feature.slip or measured.on_plane is None or measured.slip_rake_deg is not None:
         return []
@@ -223,7 +223,7 @@ def remarks(subject: Subject) -> list[str]:
 
 
 def words(measured: Measurement) -> list[str]:
-    """Describe the rake and the angle from the plane."""
+    """Describe the rake and the angle between line and plane."""
     lines = []
     if measured.rake_deg is not None:
         angle = degrees(measured.off_plane_deg)

@@ -1,4 +1,4 @@
-"""A part of the outcrop that consists of one rock: a closed outline on its surface."""
+"""Part of the outcrop that consists of one rock: a closed outline on its surface."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ CHOICES = (("", _("not known")), *((word, word) for word in LITHOLOGIES))
 
 @dataclass(frozen=True)
 class Lithology(Picked, Repeatable):
-    """A lithology.
+    """Outlined area of one lithology.
 
     Attributes
     ----------
     vertices : tuple of Point
-        Outline in order, model file frame, first point not repeated.
+        Outline in order, in the file frame of the model; the first point is not repeated.
     lithology : str
-        A word of StraboSpot's forms, or another one from a file; "" if unknown.
+        Term from the forms of StraboSpot or another term from a file; "" if unknown.
     area : float or None
-        Area of the model's surface inside the outline, file units squared; None if unknown, as on a
-        point cloud.
+        Area of the model surface inside the outline, in file units squared; None if unknown, as on
+        a point cloud.
     """
 
     id: str
@@ -102,13 +102,13 @@ def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Mea
 
 
 def ring(subject: Subject) -> FloatArray | None:
-    """Return the ring (n, 3) of a lithology, World."""
+    """Return the outline (n, 3) of a lithology in the World frame."""
     points = subject.measured.points
     return points if len(points) > 2 else None
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """Return the outline, labelled with its rock at the vertex nearest its centre."""
+    """Return the outline, with the rock as a label at the vertex nearest to the centre."""
     points = subject.measured.points
     if not len(points):
         return None
@@ -118,7 +118,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def words(measured: Measurement) -> list[str]:
-    """Return the area on the surface first, then the figures of the outline."""
+    """Return the area on the surface, followed by the figures of the outline."""
     figures = measured.dimension or {}
     surface_text, *other_lines = words_of_dimension(measured) or [""]
     lines = (
@@ -137,7 +137,7 @@ def words(measured: Measurement) -> list[str]:
 
 
 def headline(measured: Measurement) -> str | None:
-    """Return rock and area."""
+    """Return the rock and the area."""
     return ", ".join(filter(None, (measured.text, area(measured)))) or None
 
 

@@ -1,4 +1,4 @@
-"""A piece of the outcrop face selected as one surface: a joint or an exposed bed."""
+"""Part of the outcrop face selected as one surface, such as a joint or an exposed bed."""
 
 from __future__ import annotations
 
@@ -38,28 +38,28 @@ from vomstudio.project.records import Painted, Repeatable, Surrounded, Typed
 
 @dataclass(frozen=True)
 class Patch(Painted, Surrounded, Repeatable, Typed):
-    """A patch.
+    """Patch of the outcrop face.
 
     Attributes
     ----------
     element, runs, n, mean, outline
-        As in Painted.
+        As for Painted.
     scatter, n_effective
-        With n and mean the moments of its points in the file frame (geometry/patches.py), so that
-        the plane can be computed without the model.
+        Together with `n` and `mean`, the moments of the points in the file frame
+        (geometry/patches.py), from which the plane can be computed without the model.
     area : float or None
-        Area of the faces, file units squared; None for points.
+        Area of the faces in file units squared, or None for points.
     rule : int
-        Rule by which the resolution was measured.
+        Version of the rule with which the resolution was measured.
     level_gap : float or None
-        Distance of the levels that contain its points (geometry/heights/levels.py), file units;
-        None for a single level.
+        Distance between the levels that contain the points (geometry/heights/levels.py), in file
+        units; None if there is a single level.
     bent : bool
-        Proposed as a piece of a wavy or curved face.
+        Whether the patch was proposed as a part of a wavy or curved face.
 
     Notes
     -----
-    Other fields as in Trace.
+    The other fields are described in Trace.
     """
 
     id: str
@@ -136,13 +136,13 @@ def _to_world(points: Sequence[Point], subject: Subject) -> FloatArray:
 
 
 def outline(subject: Subject) -> FloatArray | None:
-    """Return the (n, 3) outline of the patch in World, or None."""
+    """Return the outline (n, 3) of the patch in the World frame, or None."""
     patch: Patch = subject.feature
     return _to_world(patch.outline, subject) if len(patch.outline) > 2 else None
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch:
-    """Return its outline, or its centre without one."""
+    """Return the outline of the patch, or its centre if it has no outline."""
     patch: Patch = subject.feature
     middle = centre(subject.measured)
     line = subject.measured.points
@@ -152,7 +152,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch:
 
 
 def places(subject: Subject) -> FloatArray:
-    """Return its centre and outline."""
+    """Return the centre and the outline of the patch."""
     patch: Patch = subject.feature
     points = subject.measured.points
     if not patch.outline:

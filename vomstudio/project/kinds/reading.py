@@ -1,4 +1,4 @@
-"""An orientation measured in the field with a compass, referred to grid north."""
+"""Orientation measured in the field with a compass, referred to grid north."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from vomstudio.project.records import Typed
 
 @dataclass(frozen=True)
 class Reading(Typed):
-    """A compass reading.
+    """Compass reading.
 
     Attributes
     ----------
     azimuth_deg, inclination_deg : float
-        Dip direction and dip of a plane, trend and plunge of a line.
+        Dip direction and dip of a plane, or trend and plunge of a line.
     turned_deg : float
-        Added to the azimuth that was read (declination minus convergence).
+        Correction added to the azimuth that was read (declination minus convergence).
     position : Point or None
-        World; None if it was not recorded.
+        Position in the World frame, or None if it was not recorded.
     source : str
-        File of the reading.
+        File that contains the reading.
     """
 
     id: str
@@ -79,7 +79,7 @@ def is_plane(reading: Reading) -> bool:
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """Return its position, if recorded."""
+    """Return the position of the reading if it was recorded."""
     if not len(subject.measured.points):
         return None
     middle = centre(subject.measured)
@@ -87,7 +87,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def remarks(subject: Subject) -> list[str]:
-    """Return the correction of its azimuth and the angle to the nearest pick."""
+    """Return the azimuth correction and the angle to the nearest pick."""
     reading: Reading = subject.feature
     lines = []
     if reading.turned_deg:
@@ -127,7 +127,7 @@ def comparison_text(nearest: NearestPick | None) -> str:
 
 
 def about(subject: Subject) -> list[str]:
-    """Describe a reading and the nearest plane of the model."""
+    """Describe a reading and the nearest plane on the model."""
     reading: Reading = subject.feature
     nearest = subject.nearest()
     lines = [

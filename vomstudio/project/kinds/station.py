@@ -1,4 +1,4 @@
-"""A station where something was observed or a sample was taken; it has no orientation."""
+"""Station where something was observed or a sample was taken; it has no orientation."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ GROUP = KindGroup("stations", _("Stations and samples"), "map-marker")
 
 @dataclass(frozen=True)
 class Station(Picked):
-    """A station or sample.
+    """Station or sample.
 
     Attributes
     ----------
     vertices : tuple of Point
-        Its position on the model, one point in the file frame.
+        Position on the model: one point in the file frame.
     number : str
-        As written in the field book or on the bag.
+        Number as written in the field book or on the sample bag.
     photo : str
-        Name or path of a photo of it.
+        Name or path of a photo of the station or sample.
     """
 
     id: str
@@ -51,7 +51,7 @@ class Station(Picked):
 
 
 def measure(at: MeasurementContext, stations: Sequence[Station]) -> list[Measurement]:
-    """Return the positions in World; nothing else is measured."""
+    """Return the positions in the World frame; there is nothing else to measure."""
     models = [at.model(station.model_id) for station in stations]
     points_of_stations = world_lines(stations, models)
     return [
@@ -76,7 +76,7 @@ def _station_text(station: Station) -> str:
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:
-    """Return the position (1, 3) of a station, World."""
+    """Return the position (1, 3) of a station in the World frame."""
     points = subject.measured.points
     return points[:1] if len(points) else None
 
@@ -121,7 +121,7 @@ PHOTO = text_figure(
 WHAT = replace(
     of.KIND, title=_("Kind"), explanation=_("Station or sample"), value=_what, words=(), shown=None
 )
-"""For files only: elsewhere `kind` is the feature type."""
+"""Used only in files; elsewhere, `kind` is the feature type."""
 
 KIND = Kind(
     name="station",

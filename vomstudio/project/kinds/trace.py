@@ -1,4 +1,4 @@
-"""A digitised line where a surface meets the outcrop."""
+"""Digitised line along which a surface intersects the outcrop."""
 
 from __future__ import annotations
 
@@ -50,29 +50,29 @@ METHODS = (
 
 
 MAX_LENGTH_TO_EXTENT = 4.0
-"""Own choice; for a trace once around an outcrop the ratio is pi."""
+"""Limit chosen without a published source; a trace once around an outcrop has a ratio of pi."""
 
 
 @dataclass(frozen=True)
 class Trace(Logged, Surrounded, Repeatable, Typed):
-    """A trace.
+    """Trace of a plane on the outcrop.
 
     Attributes
     ----------
     vertices : tuple of Point
-        In order, model file frame.
+        Vertices in order, in the file frame of the model.
     resolution : float or None
-        Effective resolution of the model's vertices or points around the pick, file units; None if
-        unknown.
+        Effective resolution of the model's vertices or points around the pick, in file units; None
+        if unknown.
     outcrop_normal : Point or None
-        Unit normal of the outcrop face around the trace, file frame; None if unknown.
+        Unit normal of the outcrop face around the trace in the file frame; None if unknown.
     rule : int
-        Rule by which these two were measured.
+        Version of the rule with which `resolution` and `outcrop_normal` were measured.
     axis : str
         Axis along which the residuals of a regression are measured.
     doubtful : tuple of tuple of int
-        First and last vertex of stretches that may be on another contact, detected when the trace
-        was followed.
+        First and last vertex of each stretch that may belong to another contact, as detected when
+        the trace was followed.
     """
 
     id: str
@@ -97,7 +97,7 @@ class Trace(Logged, Surrounded, Repeatable, Typed):
 
 
 def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement]:
-    """Fit and judge traces in World, all in one batch."""
+    """Fit and judge traces in the World frame, all in one batch."""
     models = [at.model(trace.model_id) for trace in traces]
     points = world_lines(traces, models)
     # Most traces are on the same model and share its record.
@@ -165,7 +165,7 @@ def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement
 
 
 def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArray | None]:
-    """Return the (3,) World normal of the outcrop face of each trace."""
+    """Return the World normal (3,) of the outcrop face of each trace."""
     faces: list[FloatArray | None] = [None] * len(traces)
     rows_by_frame: dict[int, list[int]] = {}
     for i, (trace, frame) in enumerate(zip(traces, frames, strict=True)):
@@ -173,7 +173,8 @@ def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArra
             rows_by_frame.setdefault(id(frame), []).append(i)
     for rows in rows_by_frame.values():
         normals = np.array([traces[i].outcrop_normal for i in rows], np.float64)
-        # As single rows: the product of many rows is rounded differently from that of one.
+        # Multiply single rows: the product of many rows is rounded differently from that of a
+        # single row.
         world_normals = (normals[:, None] @ frames[rows[0]].turn)[:, 0]
         for i, face in zip(rows, world_normals, strict=True):
             faces[i] = face
@@ -181,7 +182,7 @@ def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArra
 
 
 def _tilts(fits: Sequence[FittedPlane | None], frames: Sequence[ToWorld]) -> list[float | None]:
-    """Return the 95 % tilt of each plane due to its registration, degrees."""
+    """Return the 95 % tilt of each plane due to its registration, in degrees."""
     tilts: list[float | None] = [None] * len(fits)
     rows_by_frame: dict[int, list[int]] = {}
     for i, (fit, frame) in enumerate(zip(fits, frames, strict=True)):
@@ -197,7 +198,7 @@ def _tilts(fits: Sequence[FittedPlane | None], frames: Sequence[ToWorld]) -> lis
 def _fits(
     traces: Sequence[Trace], points: Sequence[FloatArray]
 ) -> list[tuple[FittedPlane | None, Finding | None]]:
-    """Return the plane of each trace, or the reason for its absence."""
+    """Return the plane of each trace, or the reason why it has none."""
     fits: list[tuple[FittedPlane | None, Finding | None]] = [(None, None)] * len(traces)
     rows_by_method: dict[tuple[Method, Axis], list[int]] = {}
     for i, trace in enumerate(traces):
@@ -216,7 +217,7 @@ def _fits(
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """Return the line, labelled at the vertex nearest its centroid."""
+    """Return the line, with the label at the vertex nearest to its centroid."""
     points = subject.measured.points
     if not len(points):
         return None

@@ -1,8 +1,9 @@
-"""Records of a project: frozen, plain, and in the frame of the measured file.
+"""Records of a project: frozen, plain data in the frame of the measured file.
 
-Features contain float64 coordinates in their model's file frame. World coordinates and fits are
-computed from feature and model and never stored, so declaring or changing a frame is one edit of
-one Model that moves all its features. The record of each kind of feature is in `project/kinds`.
+Features contain float64 coordinates in the file frame of their model. World coordinates and fits
+are computed from feature and model and never stored, so declaring or changing a frame is a single
+edit of one Model that moves all its features. The record of each kind of feature is in
+`project/kinds`.
 """
 
 from __future__ import annotations

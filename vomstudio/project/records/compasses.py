@@ -9,21 +9,22 @@ from vomstudio.geometry.registrations import NorthKind
 
 @dataclass(frozen=True)
 class Compass:
-    """Compass of a model. One instrument measures all its planes, lines and azimuths.
+    """Compass of a model. One instrument measures all planes, lines and azimuths on the model.
 
     Attributes
     ----------
     north : str
-        North reference of its azimuths.
+        North reference of the azimuths.
     day : str
-        Day of the readings, as 2024-05-12, "" if not stated.
+        Day of the readings, such as 2024-05-12, or "" if not stated.
     place : tuple of float or None
-        Longitude and latitude (WGS 84, degrees) of the readings; None for those of the model.
+        Longitude and latitude (WGS 84, degrees) of the readings. If None, those of the model are
+        used.
     declination_deg : float or None
-        Stated declination of magnetic north, east positive; None for that of a geomagnetic field
-        model.
+        Stated declination of magnetic north, east positive. If None, a geomagnetic field model is
+        used.
     doubt_deg : float or None
-        Common error of all azimuths, one sigma; None for the default.
+        Common error of all azimuths as a standard deviation. If None, the default is used.
     """
 
     id: str
@@ -36,10 +37,10 @@ class Compass:
 
     @property
     def name(self) -> str:
-        """Constant name, since every record has one."""
+        """Constant name, required because every record has one."""
         return "compass"
 
 
 def compass_id(model_id: str) -> str:
-    """Return the id of the compass of a model."""
+    """Return the ID of the compass of a model."""
     return f"compass-{model_id}"

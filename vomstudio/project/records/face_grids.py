@@ -1,4 +1,4 @@
-"""Coverage of the face of an outcrop."""
+"""Coverage of an outcrop face."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from vomstudio.geometry.matrices import Point
 
 @dataclass(frozen=True)
 class FaceGrid:
-    """A grid of square cells over a face, each marked with the result of its inspection.
+    """Grid of square cells on a face, each marked with the result of its inspection.
 
     Attributes
     ----------
     origin : Point
-        Lower left corner, model file frame.
+        Lower-left corner in the file frame of the model.
     right, up : Point
-        Unit vectors in its plane, model file frame.
+        Unit vectors in the plane of the grid, in the file frame of the model.
     cell : float
-        Side of a cell, file units.
+        Side length of a cell in file units.
     marks : str
-        A letter of `geology.coverage.face_coverage` for each cell, row by row from the origin.
+        One letter of `geology.coverage.face_coverage` per cell, row by row from the origin.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""Types of features: what is measured, and how it is displayed."""
+"""Types of features: what they represent and how they are displayed."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class FeatureType:
-    """A type of feature: bedding, fault, joint ...
+    """Type of feature, such as bedding, fault or joint.
 
-    `color` is #rrggbb, `symbol` a marker name, and `geometry` the nature of its features (a plane
-    may still be drawn as its pole).
+    `color` is #rrggbb, `symbol` is a marker name, and `geometry` states whether the features are
+    planes or lines (a plane may still be drawn as its pole).
     """
 
     id: str
@@ -21,7 +21,7 @@ class FeatureType:
     geometry: Literal["plane", "line"] = "plane"
 
 
-# Okabe-Ito (2008), a set for colour-blind readers.
+# Okabe-Ito (2008), a palette that colour-blind readers can distinguish.
 DEFAULT_TYPES: tuple[FeatureType, ...] = (
     FeatureType("bedding", "Bedding", "#0072b2", "circle"),
     FeatureType("fault", "Fault", "#d55e00", "square"),

@@ -1,8 +1,8 @@
 """Common fields of features that are measured on a model or in the field.
 
 Each kind of feature is a frozen dataclass in `project/kinds`. These classes declare the fields that
-several kinds share, so that code can use them without naming a kind. They contain no values: each
-kind defines the order of its fields.
+several kinds share, so that code can use them without depending on a kind. They do not define
+values: each kind defines the order of its fields.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ R = TypeVar("R")
 
 SURROUNDINGS_RULE = 1
 """Version of the rule that measures resolution and attitude of the surface around a pick
-(`studio/tools/local_surface.py`). Features store the version that they were measured with, 0 for
-all earlier ones."""
+(`studio/tools/local_surface.py`). Features store the version with which they were measured, or 0
+for all earlier versions."""
 
 
 class Feature:
-    """Anything measured."""
+    """Feature measured on a model or in the field."""
 
     id: str
     name: str
     notes: str
-    # Every kind is a dataclass, as `dataclasses.replace` requires.
+    # Every kind is a dataclass, as required by `dataclasses.replace`.
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def but(self, **changes: Any) -> Self:
-        """Return a copy with other values in some fields."""
+        """Return a copy with the given fields changed."""
         return replace(self, **changes)
 
 
 class Typed(Feature):
-    """A feature of one of the project's feature types, in a set or in none ("").
+    """Feature with one of the project's feature types, optionally in a set.
 
-    `domain` is the part of the structure that contains it, for all types (hanging wall, footwall,
-    dip domain), "" for none.
+    `domain` is the part of the structure that contains the feature, regardless of its type (hanging
+    wall, footwall, dip domain), or "" if there is none.
     """
 
     type_id: str
@@ -48,17 +48,17 @@ class Typed(Feature):
 
 
 class OnAModel(Feature):
-    """A feature whose coordinates are in the file frame of a model."""
+    """Feature whose coordinates are in the file frame of a model."""
 
     model_id: str
     model_hash: str
 
 
 class Repeatable(OnAModel):
-    """A feature that may have been picked a second time, without seeing the first pick.
+    """Feature that may be picked a second time without the first pick being visible.
 
-    `repeat_of` is the id of the feature that it repeats, `interpreter` who picked it; None if it
-    is not a repeat or the interpreter is unknown.
+    `repeat_of` is the ID of the feature that it repeats, and `interpreter` the person who picked
+    it. A value is None if the feature is not a repeat or the interpreter is unknown.
     """
 
     repeat_of: str | None
@@ -66,10 +66,10 @@ class Repeatable(OnAModel):
 
 
 class Surrounded(OnAModel):
-    """A feature whose plane is judged by the surface around it.
+    """Feature whose plane is judged using the surrounding surface.
 
-    `resolution` is that of the model there, file units, None if unknown. `rule` is the rule by
-    which it was measured, 0 for an earlier one.
+    `resolution` is the resolution of the model there in file units, or None if unknown. `rule` is
+    the version of the rule with which it was measured, or 0 for an earlier version.
     """
 
     resolution: float | None
@@ -77,34 +77,34 @@ class Surrounded(OnAModel):
 
 
 class Picked(OnAModel):
-    """A feature made of clicks. vertices: in order, model file frame."""
+    """Feature defined by clicks. `vertices` are in order, in the file frame of the model."""
 
     vertices: tuple[Point, ...]
 
 
 class Logged(Picked):
-    """A line that may have a log of beds.
+    """Line that may have a log of beds.
 
-    `beds` contains (boundary at which the bed begins, lithology, notes). A boundary is the id of
-    the trace there, or "#" and the number of the line's point, from 0.
+    `beds` contains (boundary at which the bed begins, lithology, notes). A boundary is the ID of
+    the trace there, or "#" followed by the 0-based number of a point of the line.
     """
 
     beds: tuple[tuple[str, str, str], ...]
 
 
 class Painted(OnAModel):
-    """A piece of the model's surface.
+    """Part of the surface of a model.
 
     Attributes
     ----------
     element : str
-        Type of the ids.
+        Type of the elements, faces or points.
     runs : tuple of tuple of int
-        Sorted ids of the model's faces or points, as (first, count).
+        Sorted IDs of the faces or points of the model, as (first, count).
     n, mean : int, Point
-        Number and centre of their points in the file frame.
+        Number of the points, and their centre in the file frame.
     outline : tuple of Point
-        Ring of points around it, as seen along its normal.
+        Ring of points around the part, as seen along its normal.
     """
 
     element: Literal["face", "point"]
@@ -116,7 +116,7 @@ class Painted(OnAModel):
 
 @dataclass(frozen=True)
 class Group:
-    """Planes used together: a single feature, or all of a type and optionally of a set."""
+    """Planes used together: a single feature, or all features of a type and optionally a set."""
 
     feature_id: str = ""
     type_id: str = ""
@@ -124,11 +124,11 @@ class Group:
 
 
 def get(records: Mapping[str, Any], id_: str | None, cls: type[R]) -> R | None:
-    """Return the record of an id if it is an instance of a class, else None."""
+    """Return the record with an ID if it is an instance of a class, or None."""
     record = records.get(id_) if id_ is not None else None
     return record if isinstance(record, cls) else None
 
 
 def get_feature(records: Mapping[str, Any], id_: str | None) -> Feature | None:
-    """Return the feature of an id; None if there is no such record, or it is not a feature."""
+    """Return the feature with an ID, or None if there is no such feature."""
     return get(records, id_, Feature)

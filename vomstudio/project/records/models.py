@@ -12,18 +12,19 @@ from vomstudio.geometry.registrations import Registration
 
 @dataclass(frozen=True)
 class Model:
-    """A model of the outcrop.
+    """Model of the outcrop.
 
     Attributes
     ----------
     path : str
-        Relative to the project folder if inside it or beside it on the same drive, else absolute.
+        Path, relative to the project folder if the file is inside it or next to it on the same
+        drive, otherwise absolute.
     content_hash : str
         SHA-256 of the file.
     placement : Frame or Registration
-        Position in World, declared by the user or determined by a registration. It is the record
-        of the registration itself: an edit that changes one changes its models with it
-        (`edits.set_registration`), so undo restores all of them. On disk it is an id.
+        Position in the World frame, declared by the user or determined by a registration. It is the
+        record of the registration itself: an edit that changes a registration also changes its
+        models (`edits.set_registration`), so undo restores all of them. On disk it is an ID.
     """
 
     id: str
@@ -39,10 +40,10 @@ class Model:
 
     @property
     def frame(self) -> Frame:
-        """Known properties of the axes, unit and place of World."""
+        """Known properties of the axes, the unit and the position of the World frame."""
         return self.placement if isinstance(self.placement, Frame) else self.placement.frame
 
     @property
     def to_world(self) -> Matrix:
-        """4x4 similarity from the file frame to World."""
+        """Similarity transformation (4, 4) from the file frame to the World frame."""
         return self.placement.to_world()

@@ -9,10 +9,10 @@ from vomstudio.geometry.matrices import Point
 
 @dataclass(frozen=True)
 class Asset:
-    """A file of the project that is too large for a row of the journal.
+    """File of the project that is too large for a journal row.
 
-    `path` is relative to the project folder; the name is the hash of the content and the file is
-    never overwritten, so undo finds it. `size` is in bytes.
+    `path` is relative to the project folder. The name is the hash of the content, and the file is
+    never overwritten, so undo can find it. `size` is in bytes.
     """
 
     path: str
@@ -21,11 +21,11 @@ class Asset:
 
 @dataclass(frozen=True)
 class PhotoSet:
-    """A folder of photos.
+    """Folder of photos.
 
-    `path` is stored like that of a Model. `crs` is "EPSG:n" or WKT of the coordinates of its
-    points, "" if unknown. Control points, marks and masks from beside the photos are records;
-    those files are exports.
+    `path` is stored in the same way as that of a Model. `crs` is "EPSG:n" or the WKT of the CRS of
+    the points, or "" if unknown. Control points, marks and masks found next to the photos are
+    stored as records; those files are exports.
     """
 
     id: str
@@ -36,10 +36,10 @@ class PhotoSet:
 
 @dataclass(frozen=True)
 class Mask:
-    """The used part of a photo.
+    """Used part of a photo.
 
-    `photo` is its name in the set; `file` is an image of the size of the stored photo, white where
-    it is used.
+    `photo` is the name of the photo in the set. `file` is an image of the same size as the stored
+    photo, in which the used pixels are white.
     """
 
     id: str
@@ -54,11 +54,11 @@ class Mask:
 
 @dataclass(frozen=True)
 class MarkedPoint:
-    """A point that is marked in photos of a set.
+    """Point that is marked in photos of a set.
 
-    `position` is east, north, up in the CRS of the set, metres, None for a tie point; `sigma_m` is
-    that of each coordinate, None if not stated; `check` marks a check point, which is not used for
-    the model.
+    `position` contains east, north and up in the CRS of the set in metres, or None for a tie point.
+    `sigma_m` contains the standard deviation of each coordinate, or None if not stated. `check`
+    marks a check point, which is not used for the model.
     """
 
     id: str
@@ -77,8 +77,8 @@ class MarkedPoint:
 class ImageMark:
     """Position of a marked point in a photo.
 
-    `photo` is its name in the set; x, y are pixels of the stored photo, from the outer corner of
-    its top left pixel.
+    `photo` is the name of the photo in the set; x and y are pixel coordinates in the stored photo,
+    measured from the outer corner of its top-left pixel.
     """
 
     id: str
@@ -94,20 +94,20 @@ class ImageMark:
 
 @dataclass(frozen=True)
 class ReconstructionRecord:
-    """A model that was reconstructed from a photo set.
+    """Model reconstructed from a photo set.
 
     Attributes
     ----------
     folder : str
-        Below the project's folder of reconstructions.
+        Path relative to the project's folder of reconstructions.
     result_sha256 : str
-        Hash of its reconstruction.json, which contains all figures.
+        Hash of the file reconstruction.json, which contains all figures.
     settings : tuple of tuple of str
-        Names and values of the requested settings.
+        Names and values of the settings that were requested.
     registered, photos : int
-        Number of aligned photos, and of all photos.
+        Number of aligned photos, and total number of photos.
     finished : str
-        ISO 8601 time in UTC.
+        Time of completion in UTC as ISO 8601.
     """
 
     id: str

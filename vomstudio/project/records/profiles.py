@@ -1,4 +1,4 @@
-"""Thresholds by which the planes and lines of a project are judged."""
+"""Thresholds with which the planes and lines of a project are judged."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Any
 from vomstudio.geology.profiles import Thresholds
 
 PROFILE_ID = "verdict-profile"
-"""A project has at most one; without it, the thresholds of the program or user are used."""
+"""ID of the profile; a project without one uses the thresholds of the program or user."""
 
 
 @dataclass(frozen=True)
 class VerdictProfile:
     """Thresholds with the name under which they are printed.
 
-    Verdicts are derived from it and never stored, so selecting another profile is one edit that
-    judges everything again.
+    Verdicts are derived from the profile and never stored, so selecting another profile is a single
+    edit that judges all features again.
     """
 
     id: str
@@ -30,6 +30,6 @@ class VerdictProfile:
 
 
 def limits_of(records: Mapping[str, Any], default: Thresholds) -> Thresholds:
-    """Return the thresholds of the project's profile, else `default`."""
+    """Return the thresholds of the project's profile, or `default` if it has none."""
     profile = records.get(PROFILE_ID)
     return profile.limits if isinstance(profile, VerdictProfile) else default

@@ -1,1 +1,1 @@
-"""Projections of the figures of features: columns of CSV files, layers, and rows."""
+"""Conversion of the figures of features to columns of CSV files, layers and rows."""

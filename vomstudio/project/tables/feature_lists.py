@@ -1,6 +1,6 @@
 """Tables of features without an orientation (stations, contact lines, lithologies).
 
-There is one table per kind, with the geometry as well-known text.
+There is one table per kind, in which the geometry is stored as well-known text.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Options of the fit of planes to points, declared once for every door."""
+"""Options for fitting planes to points, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class FitOptions(Options):
-    """Options of fitting and judging planes.
+    """Options for fitting and judging planes.
 
     Raises
     ------
     UsageError
-        For a value that is not allowed.
+        If a value is not allowed.
     """
 
     by: str | None = option(
@@ -40,12 +40,12 @@ class FitOptions(Options):
 
 @dataclass(frozen=True)
 class FitTogether(Options):
-    """Fits of several traces together and their figure, for the command.
+    """Options of the command for fitting several traces together and drawing the result.
 
     Raises
     ------
     UsageError
-        For traces of one plane without parallel planes.
+        If `same` is given without `parallel`.
     """
 
     parallel: bool = option(

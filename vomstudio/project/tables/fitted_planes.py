@@ -22,21 +22,21 @@ from vomstudio.project.tables.orientation_table import Row, plane_row
 NO_METADATA: Mapping[str, Mapping[Any, str]] = MappingProxyType({})
 _PROGRESS_STEP = 100
 FRAME_AS_GIVEN = "as given"
-"""Frame of points that do not state one."""
+"""Frame of points for which no frame is stated."""
 
 
 @dataclass(frozen=True)
 class FittedPlanes:
-    """Planes of groups of points.
+    """Planes fitted to groups of points.
 
     Parameters
     ----------
     rows : list of Row
         Rows of the orientation table.
     skipped : list of dict
-        ``id`` and ``reason`` (a finding) of each group without a plane.
+        ``id`` and ``reason`` (a finding) of each group that has no plane.
     bands : mapping of PlaneBand
-        Bands of the planes that a straight group allows, by its id.
+        Bands of planes compatible with straight groups, by group ID.
     """
 
     rows: list[Row]
@@ -56,26 +56,26 @@ def fitted_planes(
     metadata: Mapping[str, Mapping[Any, str]] = NO_METADATA,
     progress: Progress | None = None,
 ) -> FittedPlanes:
-    """Fit and judge a plane to each group of points.
+    """Fit a plane to each group of points and judge it.
 
     Parameters
     ----------
     ids : sequence
-        Ids of the groups.
+        IDs of the groups.
     points : (n, 3) array_like
-        Metres; group i is points[offsets[i]:offsets[i + 1]].
+        Points in metres; group i is points[offsets[i]:offsets[i + 1]].
     offsets : (m + 1,) array_like of int
     method : Method, optional
         Criterion of the fit.
     axis : str
-        Coordinate that a regression minimises; "auto" takes for each group the one nearest the
-        normal of its orthogonal least squares plane.
+        Coordinate whose residuals a regression minimises. "auto" selects for each group the one
+        nearest to the normal of its orthogonal least-squares plane.
     resolution_m : float or None
-        Resolution of the model of the points, if known.
+        Resolution of the model that contains the points, if known.
     thresholds : Thresholds
-        Thresholds of the profile by which the planes are judged.
+        Thresholds of the profile with which the planes are judged.
     metadata : mapping
-        Further values of the groups, by column of the table and by id.
+        Further values of the groups, by table column and group ID.
     progress : Progress, optional
     """
     progress = progress or Silent()
@@ -85,7 +85,7 @@ def fitted_planes(
     rows: list[Row] = []
     skipped: list[dict[str, Any]] = []
     bands: dict[Any, PlaneBand] = {}
-    # Vectorised: single vectors take a hundred times as long.
+    # Vectorised: processing single vectors takes a hundred times as long.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
     progress.stage(tr("Judging planes"), len(fits))
     for number, (name, fit) in enumerate(zip(ids, fits, strict=True)):

@@ -1,4 +1,4 @@
-"""GIS layer of the coverage grids: a ring for each cell, with its mark."""
+"""GIS layer of the coverage grids, with a ring for each cell and its mark."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COLORS = {OPEN: "#bdbdbd", DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#20
 
 
 def grid_in_file_frame(grid: FaceGrid) -> SquareGrid:
-    """Return the cells of a grid in the model's file frame."""
+    """Return the cells of a grid in the file frame of the model."""
     return SquareGrid(
         np.array(grid.origin),
         np.array(grid.right),
@@ -33,7 +33,7 @@ def grid_in_file_frame(grid: FaceGrid) -> SquareGrid:
 def world_cells(
     grid: FaceGrid, records: Mapping[str, Record], marks: str | None = None
 ) -> tuple[IntArray, FloatArray]:
-    """Return (n,) numbers and (n, 4, 3) World corners of the cells that have one of the marks."""
+    """Return numbers (n,) and World corners (n, 4, 3) of the cells that have one of the marks."""
     cell_marks = marks_of(grid)
     selected = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
     numbers = np.array(selected, np.int64)
@@ -45,7 +45,7 @@ def world_cells(
 def grid_cells(
     records: Mapping[str, Record],
 ) -> tuple[list[FloatArray], dict[str, ObjectArray], list[str]]:
-    """Return rings, columns and colours of all cells of the project's grids."""
+    """Return the rings, columns and colours of all cells of the project's grids."""
     shapes: list[FloatArray] = []
     rows: list[tuple[str, str, str, str, str, str]] = []
     colors: list[str] = []

@@ -24,19 +24,19 @@ def write_line_table(
     source: str = "",
     force: bool = False,
 ) -> None:
-    """Write lines as CSV with `line, x, y, z` in World, metres.
+    """Write lines as CSV with the columns `line, x, y, z` in the World frame, metres.
 
     Parameters
     ----------
     path : str or Path
     lines : sequence of tuple of str and (n, 3) float64
-        Names and points.
+        Names and points of the lines.
     crs : str or None
         CRS of the points.
     north_known : bool, optional
         Whether azimuths refer to grid north.
     source : str, optional
-        Inputs of the lines, for the header.
+        Inputs of the lines, written to the header.
     force : bool, optional
         Whether to replace existing files.
 

@@ -1,4 +1,4 @@
-"""A log as a table with one row per interval, from the oldest up."""
+"""Log as a table with one row per interval, starting with the oldest."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def write_log(
     path : str or Path
     log : BedLog
     about : str
-        Inputs of the thicknesses, for the header.
+        Inputs of the thicknesses, written to the header.
     metric : bool
-        Lengths are in metres; False for units of a model of unknown scale.
+        Whether lengths are in metres. If False, they are in units of a model of unknown scale.
     force : bool, optional
         Whether to replace existing files.
 
@@ -80,7 +80,7 @@ def write_log(
 
 
 def about_log(bed: Plane, error95_deg: float) -> str:
-    """Return the inputs of a log's thicknesses, for its header."""
+    """Return the inputs of the thicknesses of a log, for its header."""
     if not error95_deg:
         return tr("bedding {bed}, its error not known", bed=format_plane(bed, decimals=1))
     return tr("bedding {bed} (95 %)", bed=format_attitude(bed, error95_deg))

@@ -1,4 +1,4 @@
-"""Numbers as text with their usual digits."""
+"""Formatting of numbers with their usual number of digits."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Any
 
 
 def number(value: Any, decimals: int) -> str:
-    """Return a number with fixed decimals, `-` if it is undefined."""
+    """Return a number with fixed decimals, or `-` if it is undefined."""
     return "-" if value is None else f"{value:.{decimals}f}"
 
 
 def figures(value: Any, digits: int = 4) -> str:
-    """Return a number of any size with significant digits."""
+    """Return a number of any magnitude with significant digits."""
     if value is None:
         return "-"
     return f"{value:.{digits}g}" if 1e-3 <= abs(value) < 1e6 or value == 0 else f"{value:.3e}"

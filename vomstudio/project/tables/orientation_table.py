@@ -1,7 +1,7 @@
-"""The orientation table: one row per plane or line, as in files, JSON and the window.
+"""Orientation table: one row per plane or line, as in files, JSON and the window.
 
-`COLUMNS` is the contract. Their values are the figures of the project's catalogue, which the
-window's table, `fit` and every export use as well.
+`COLUMNS` defines the public format. The values are the figures of the project's catalogue, which
+the table of the window, `fit` and every export use as well.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from vomstudio.geometry.planes import FittedPlane
 
 Row = dict[str, Any]
-"""One value per column of `COLUMNS`: str, float, int, bool, or None where not applicable."""
+"""One value per column in `COLUMNS`: str, float, int, bool, or None if not applicable."""
 
 COLUMNS: tuple[str, ...] = tuple(figure.name for figure in catalogue.ORIENTATION)
 _NAMES = frozenset(COLUMNS)
@@ -51,7 +51,7 @@ UNITS = (
 
 
 BATCH_ROWS = 256
-"""Rows per batch: small batches stay in the processor's cache while their columns are converted,
+"""Rows per batch. Small batches stay in the processor cache while their columns are converted,
 which halves the time compared with 50,000 rows at once."""
 _NUMBER_TYPES = {float, NoneType}
 _TEXT_TYPES = {str, NoneType}
@@ -59,7 +59,7 @@ _PLAIN_TYPES = {str, bool, int, NoneType}
 
 
 def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
-    """Return a row with the subject's figures that have a column; others are None."""
+    """Return a row with those figures of the subject that have a column; others are None."""
     row: Row = dict.fromkeys(COLUMNS)
     for name, value in _table_figures(tuple(figures)):
         row[name] = plain(value(subject))
@@ -67,7 +67,7 @@ def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
 
 
 def rows_of(subjects: Sequence[Subject], figures: Iterable[Figure]) -> list[Row]:
-    """Return `row_of` for many subjects with the same figures, five times faster by columns."""
+    """Return `row_of` for subjects with the same figures, five times faster by columns."""
     rows: list[Row] = []
     table_figures = _table_figures(tuple(figures))
     for first in range(0, len(subjects), BATCH_ROWS):
@@ -103,16 +103,16 @@ def plane_row(
     Parameters
     ----------
     fit, verdict : FittedPlane, Verdict
-        In World.
+        Fit and verdict in the World frame.
     resolution_m : float or None
         Resolution of the model around the points.
     registration_error_deg : float or None
-        95 % half-angle of the model's rotation, which is added to fit and resolution in
-        `total95_deg`.
+        95 % half-angle of the rotation of the model, which is added to the errors of fit and
+        resolution in `total95_deg`.
     stretch_error_deg : float or None
-        95 % half-angle due to doubtful stretches, a lower limit of the total error.
+        95 % half-angle due to doubtful stretches, which is a lower bound of the total error.
     plane : Plane or None
-        Attitude of the fit, if it is already known.
+        Attitude of the fit if it is already known.
     judged_as, outcrop_normal, bend_deg
         Inputs of the verdict.
     **metadata
@@ -121,7 +121,7 @@ def plane_row(
     Raises
     ------
     TypeError
-        For a name that is not a column.
+        If a name is not a column.
     """
     fields = fit_fields(fit, plane)
     fields["registration_error_deg"] = registration_error_deg
@@ -144,16 +144,16 @@ def plane_row(
 
 
 def orientation_row(plane: Plane, **metadata: Any) -> Row:
-    """Return the row of a plane known by its attitude only (a compass reading).
+    """Return the row of a plane of which only the attitude is known (a compass reading).
 
-    Metadata as in `plane_row`, including x, y, z.
+    The metadata are the same as for `plane_row`, plus x, y, z.
     """
     measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, plane=plane)
     return _add_metadata(_detached_row(measured, *catalogue.PLANE), metadata)
 
 
 def line_row(line: Line, **metadata: Any) -> Row:
-    """Return the row of a line; metadata as in `plane_row`, including x, y, z and rake_deg."""
+    """Return the row of a line; metadata as for `plane_row`, plus x, y, z and rake_deg."""
     measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, line=line)
     return _add_metadata(_detached_row(measured, *catalogue.LINE), metadata)
 
@@ -182,17 +182,17 @@ def write_orientation_csv(
     path : str or Path
     rows : iterable of mapping
     crs : str or None
-        CRS of x, y, z ("EPSG:32615"); None if none was declared.
+        CRS of x, y, z ("EPSG:32615"), or None if none was declared.
     north : str or None
-        Reference of the azimuths.
+        North reference of the azimuths.
     notes : sequence of str
-        Further lines for the `#` block.
+        Additional lines for the `#` comment block.
     axes : Axes
         Axes of x, y, z.
     limits : Thresholds or None
-        Thresholds by which the rows were judged; None if no row has a verdict.
+        Thresholds with which the rows were judged, or None if no row has a verdict.
     extra_columns : sequence of str
-        Names of columns after `COLUMNS`.
+        Names of additional columns after `COLUMNS`.
     force : bool, optional
         Whether to replace existing files.
 
@@ -226,7 +226,7 @@ def _columns_of(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Iter
     try:
         return zip(*map(itemgetter(*names), rows), strict=True)
     except KeyError:
-        # A row may contain only some of the columns.
+        # A row may contain only a part of the columns.
         return ([row.get(name) for row in rows] for name in names)
 
 
@@ -239,7 +239,7 @@ def _add_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
 
 
 def plain(value: Any) -> Any:
-    """Return None for undefined or infinite values, as in CSV and JSON."""
+    """Return the value, or None if it is undefined or infinite, as in CSV and JSON."""
     if type(value) is float:
         return value if math.isfinite(value) else None
     if isinstance(value, float | np.floating):
@@ -248,7 +248,7 @@ def plain(value: Any) -> Any:
 
 
 def _plain_column(values: list[Any]) -> list[Any]:
-    """Return `plain` of each value, fast for columns of one type."""
+    """Return `plain` of each value; fast for columns of a single type."""
     classes = set(map(type, values))
     if classes <= _PLAIN_TYPES:
         return values
@@ -258,7 +258,7 @@ def _plain_column(values: list[Any]) -> list[Any]:
 
 
 def _csv_column(values: Sequence[Any]) -> list[str]:
-    """Return `csv_cell` of each value, fast for columns of one type and repeated words."""
+    """Return `csv_cell` of each value; fast for columns of one type and repeated words."""
     classes = set(map(type, values))
     if classes == {float} and all(map(math.isfinite, values)):
         # Formatting all values together is 1.5 times as fast.
@@ -272,7 +272,7 @@ def _csv_column(values: Sequence[Any]) -> list[str]:
 
 
 def csv_cell(value: Any) -> str:
-    """Format a value for a CSV cell."""
+    """Format a value as a CSV cell."""
     if value is None:
         return ""
     match value:
@@ -289,7 +289,7 @@ _QUOTED = re.compile(r'[,"\n\r]')
 
 
 def csv_text(text: str) -> str:
-    """Escape and quote a text for a CSV cell."""
+    """Escape and quote a text as a CSV cell."""
     text = escape_formula(text)
     # A leading # would turn the row into a comment.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():

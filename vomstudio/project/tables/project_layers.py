@@ -1,6 +1,6 @@
-"""A project's features as layers of points, lines and rings with attributes, in World.
+"""Features of a project as layers of points, lines and rings with attributes, in World.
 
-They are the content of a GIS or CAD file, whatever its format.
+They form the content of a GIS or CAD file, whatever its format.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from vomstudio.project.tables.orientation_table import plain
 from vomstudio.project.tables.project_table import ProjectTable
 
 _POINT_LAYERS = {"plane": "planes", "line": "lines"}
-"""Layers of points, one for each type of orientation."""
+"""Layers of points, one per type of orientation."""
 
 
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
-    """Return the layers of the kinds, without repeats, and the cells of grids.
+    """Return the layers of the kinds, excluding repeats, and the cells of grids.
 
-    Each layer follows the points of its orientations. Empty layers are left out, except `planes`
-    and `traces`. A compass reading without a position is in the table only.
+    Each layer follows the points of its orientations. Empty layers are omitted, except `planes` and
+    `traces`. A compass reading without a position is included only in the table.
     """
     features = first_picks((r for r in records.values() if isinstance(r, Feature)), records)
     measured = measurements.of(records, [f.id for f in features])
@@ -59,7 +59,7 @@ def _points(name: str, nature: str, table: ProjectTable) -> Layer:
     table = table.drop_repeats()
     rows = [row for row in table.rows if row["x"] is not None and row["element"] == nature]
     places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
-    # The key of the layer is `fid`, so `id` stays that of the record.
+    # The key of the layer is `fid`, so `id` remains the ID of the record.
     columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}
     return Layer(name, "point", places, columns)
 
@@ -78,7 +78,7 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
 
 
 def _column(values: list[Any], figure: Figure) -> AnyArray:
-    """Convert values to an array; missing text is empty here, and counts are integers."""
+    """Convert values to an array, with empty text for missing text and counts as integers."""
     if figure.form == "text":
         return _array([value or "" for value in values], "text")
     if figure.form == "count":

@@ -1,4 +1,4 @@
-"""A project's features as rows of the orientation table, for exports and window."""
+"""Features of a project as rows of the orientation table, for exports and the window."""
 
 from __future__ import annotations
 
@@ -28,37 +28,37 @@ from vomstudio.project.tables.registration_comments import registrations_of
 __all__ = ["EXTRA_COLUMNS", "IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
 
 EXTRA_COLUMNS = ("domain", *REPEAT_COLUMNS)
-"""Columns that follow those of the orientation table if any feature has a value."""
+"""Columns that follow those of the orientation table if any feature has a value in them."""
 
 
 @dataclass(frozen=True)
 class ProjectTable:
-    """Rows in the order of the records, and the features without an orientation."""
+    """Rows in the order of the records, and the features that have no orientation."""
 
     rows: list[Row]
     skipped: list[dict[str, Any]]
-    """id, name and reason of each."""
+    """ID, name and reason of each skipped feature."""
     crs: str | None
-    """Common CRS of all rows; None without one or with several."""
+    """Common CRS of all rows, or None if there is none or there are several."""
     north: str
     files: tuple[Path, ...] = ()
-    """Files that an export has written."""
+    """Files written by an export."""
     layers: Mapping[str, int] = field(default_factory=dict)
-    """Number of features of each written layer."""
+    """Number of features in each written layer."""
     features: int | None = None
-    """Number of distinct features in the layers; None if only the rows were written."""
+    """Number of distinct features in the layers, or None if only the rows were written."""
     unit_m: float = 1.0
     """Metres per unit of `crs`; the rows are always in metres."""
     axes: Axes = WORLD
     """Axes and units of x, y, z and lengths of all rows."""
     limits: Thresholds = DEFAULTS
-    """Thresholds by which all rows were judged."""
+    """Thresholds with which all rows were judged."""
     registrations: tuple[dict[str, Any], ...] = ()
     """Result of `registration_comments.registrations_of`."""
 
     @property
     def extra_columns(self) -> tuple[str, ...]:
-        """Optional columns in use: domain, interpreter and repeated feature."""
+        """Optional columns that are in use: domain, interpreter and repeated feature."""
         return tuple(c for c in EXTRA_COLUMNS if any(c in row for row in self.rows))
 
     def drop_repeats(self) -> ProjectTable:
@@ -84,7 +84,7 @@ def project_table(
     measurements: Measurements | None = None,
     only: Collection[str] | None = None,
 ) -> ProjectTable:
-    """Return all planes and lines of a project as rows, in World. `only` selects ids."""
+    """Return all planes and lines of a project as rows; if `only` is given, only these IDs."""
     features = [
         r
         for r in records.values()
@@ -121,9 +121,9 @@ def project_table(
 
 
 def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
-    """Return the row of each feature, None without an orientation.
+    """Return the row of each feature, or None if it has no orientation.
 
-    Remarks of the kind that have no column are appended to the notes.
+    Remarks of the kind that do not have their own column are appended to the notes.
     """
     rows: list[Row | None] = [None] * len(subjects)
     kinds: dict[Kind, list[int]] = {}
@@ -147,7 +147,7 @@ def _extra_values(subject: Subject) -> Row:
 
 
 def _listed_features(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
-    """Return features that are interpreted without an orientation; layers contain them."""
+    """Return the features without an orientation that are interpretations, as in the layers."""
     return [f for f in _features_on_models(records, only) if kind_of(f).listed]
 
 
@@ -159,7 +159,7 @@ def _features_on_models(
 
 
 def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
-    """Return the common properties of the axes of all models of features."""
+    """Return the common axis properties of all models that have features."""
     models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
     axes = [model.frame.axes for model in models if model is not None]
     return Axes(all(a.metric for a in axes), all(a.north for a in axes))
@@ -168,7 +168,7 @@ def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
 def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str | None, str, float]:
     """Return CRS, north, and metres per unit of the CRS for all rows together.
 
-    Compass readings and intersections use those of the others.
+    Compass readings and intersections use the frame of the other features.
     """
     models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
     frames = {None if model is None else model.frame for model in models}

@@ -1,7 +1,7 @@
-"""Lines of a table's `#` block that state how well each registration's rotation is known.
+"""Comment lines of a table that state how well the rotation of registrations is known.
 
-They make a table complete: `registration_error_deg`, one half-angle per row, does not contain the
-axis about which a model may be rotated.
+They make a table complete: `registration_error_deg`, which is one half-angle per row, does not
+describe the axis about which a model may be rotated.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from vomstudio.project.registration_errors import bowing_limit_deg
 def registrations_of(
     records: Mapping[str, Record], features: Iterable[Feature]
 ) -> list[dict[str, Any]]:
-    """Return the registrations of the models of features, as far as their error is known.
+    """Return the registrations of the models of features whose error is known.
 
     Returns
     -------
     list of dict
-        models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and up,
-        degrees squared; bowed_deg : possible difference of dips from edge to edge, if known.
+        models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and up, in
+        degrees squared; bowed_deg : possible difference in dip between the edges, if known.
     """
     ids = dict.fromkeys(f.model_id for f in features if isinstance(f, OnAModel))
     models_of_registration: dict[str, tuple[Registration, list[str]]] = {}

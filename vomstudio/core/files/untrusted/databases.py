@@ -1,8 +1,8 @@
-"""SQLite files from unknown sources: accepted schemas and limited connections.
+"""SQLite files from unknown sources: accepted schemas and restricted connections.
 
-A schema can contain code: views, triggers, virtual tables and computed columns. It runs when a row
-is read or written, may not terminate, and can change the result. So only `sqlite_master` is read
-before the schema is accepted.
+A schema can contain code: views, triggers, virtual tables and computed columns. This code runs
+when a row is read or written, may not terminate, and can change the result. Therefore only
+`sqlite_master` is read until the schema has been accepted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vomstudio.core.findings import Finding
 
 SQLITE_MARK = b"SQLite format 3\0"
 MAX_ENTRIES = 20_000
-"""Tables, indexes and triggers of a schema. A layer of GDAL has about 15."""
+"""Maximum number of tables, indexes and triggers of a schema; a GDAL layer has about 15."""
 
 _LIMITS = {
     sqlite3.SQLITE_LIMIT_SQL_LENGTH: 1_000_000,
@@ -34,7 +34,8 @@ _LIMITS = {
     sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: 1000,
     sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 10,
 }
-"""SQLite, "Defense Against The Dark Arts" (sqlite.org/security.html), 1.1."""
+"""Settings recommended in SQLite, "Defense Against The Dark Arts" (sqlite.org/security.html), 1.1.
+"""
 _OPCODES_PER_CHECK = 100_000
 
 _TOKEN = re.compile(
@@ -52,7 +53,7 @@ _KINDS = (
     ("create", "virtual", "table"),
 )
 
-# What GDAL writes into a GeoPackage (its driver GPKG, versions 1.11 to 3.12).
+# Statements that GDAL writes into a GeoPackage (GPKG driver, versions 1.11 to 3.12).
 _TRIGGER_NAMES = re.compile(
     r"rtree_.+_(?:insert|update[1-7]?|delete)"
     r"|trigger_(?:insert|delete)_feature_count_.+"
@@ -68,7 +69,7 @@ _STANDARD_VIEWS = {
     "st_geometry_columns",
     "geometry_columns",
 }
-"""Informative views of the GeoPackage standard (OGC 12-128, table definitions in SQL)."""
+"""Informative views of the GeoPackage standard (OGC 12-128, SQL table definitions)."""
 _VIEW_WORDS = {
     "select",
     "as",
@@ -121,17 +122,17 @@ _VIEW_SOURCES = {
 
 @dataclass(frozen=True)
 class SchemaEntry:
-    """An entry of `sqlite_master`.
+    """Entry of `sqlite_master`.
 
     Parameters
     ----------
     kind : str
-        Parsed from its statement: ``table``, ``index``, ``view``, ``trigger``, ``virtual table``,
-        else ``entry``. The column ``type`` is not reliable.
+        Kind parsed from the statement: ``table``, ``index``, ``view``, ``trigger``, ``virtual
+        table``, or ``entry`` for anything else. The column ``type`` is not reliable.
     name : str
-        Name of the object, from its statement.
+        Name of the object, taken from its statement.
     tokens : tuple of str
-        Tokens of its CREATE statement from the name on, without comments, in lower case.
+        Tokens of its CREATE statement, starting with the name, without comments and in lower case.
     """
 
     kind: str
@@ -145,20 +146,20 @@ class SchemaEntry:
 
 
 def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
-    """Open a database for reading, limited by `harden`.
+    """Open a database for reading, restricted by `harden`.
 
     Parameters
     ----------
     path : Path
     patience_s : float
-        How long to wait for a program that writes.
+        Time to wait for a program that is writing to the database, in seconds.
 
     Raises
     ------
     InputError
-        If it is not a regular file: SQLite blocks on a read-only pipe.
+        If the path is not a regular file, because SQLite blocks on a read-only pipe.
     sqlite3.Error
-        If it cannot be opened.
+        If the database cannot be opened.
     """
     require_regular(path)
     db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=patience_s)
@@ -173,7 +174,7 @@ def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
 def harden(db: sqlite3.Connection) -> None:
     """Restrict code in the schema of a database.
 
-    Functions with side effects are disabled, statements have limits, and a request to end the
+    Functions with side effects are disabled, statements are limited, and a request to end the
     process interrupts a running statement.
     """
     for limit, value in _LIMITS.items():
@@ -189,7 +190,7 @@ def _is_interrupted() -> bool:
 
 
 def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
-    """Yield the entries of a schema, without those that SQLite creates itself for keys.
+    """Yield the entries of a schema, except those that SQLite itself creates for keys.
 
     Raises
     ------
@@ -228,8 +229,8 @@ def _unquoted(token: str) -> str:
 def require_geopackage(path: Path) -> None:
     """Check that a GeoPackage contains no code except that written by GDAL.
 
-    Accepted are tables, indexes, R-trees and triggers of GDAL (triggers do not run while a file is
-    read), and the informative views of the standard.
+    Tables, indexes, R-trees and triggers written by GDAL (triggers do not run while a file is
+    read) and the informative views of the standard are accepted.
 
     Parameters
     ----------
@@ -238,10 +239,10 @@ def require_geopackage(path: Path) -> None:
     Raises
     ------
     InputError
-        With ``file.unsafe-schema`` for a view, trigger, virtual table or computed column that GDAL
-        does not write.
+        With the code ``file.unsafe-schema`` for a view, trigger, virtual table or computed column
+        that GDAL does not write.
     ValueError
-        If the file is not a database, or damaged.
+        If the file is damaged or not a database.
     """
     try:
         with closing(open_to_read(path)) as db:
@@ -255,7 +256,7 @@ def require_geopackage(path: Path) -> None:
 
 
 def refuse(kind: str, name: str, path: Path) -> NoReturn:
-    """Raise InputError with ``file.unsafe-schema``."""
+    """Raise InputError with the code ``file.unsafe-schema``."""
     finding = Finding("file.unsafe-schema", kind=kind, name=name[:100])
     raise InputError(finding, file=path)
 
@@ -284,7 +285,7 @@ def _is_rtree(tokens: tuple[str, ...]) -> bool:
 
 
 def _is_standard_view(tokens: tuple[str, ...]) -> bool:
-    """Return whether a view selects columns of the tables of the standard, once."""
+    """Return whether a view only selects columns of standard tables, in a single statement."""
     words = [token if token.startswith("'") else _unquoted(token) for token in tokens]
     if words[1:3] != ["as", "select"] or words.count("from") != 1 or words.count("select") != 1:
         return False

@@ -1,8 +1,8 @@
-"""Checks of picture headers before decoding: memory and malicious structures.
+"""Checks of picture headers before decoding, for memory and malicious structures.
 
-Some headers keep a decoder busy for minutes, or make it allocate memory without content: thousands
-of empty segments, tags that share the same bytes, endlessly repeated scans, a tile of gigabytes in
-a picture of one pixel.
+Some headers keep a decoder busy for minutes or make it allocate memory without any content:
+thousands of empty segments, tags that share the same bytes, endlessly repeated scans, or a tile of
+several gigabytes in a picture of one pixel.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ _MAX_SKIPPED_BYTES = 1 << 20
 _MAX_EXIF_BYTES = 4 << 20
 _MAX_TAG_VALUES = 1_000_000
 _MAX_SCANS = 100
-"""Encoders write about ten scans of a progressive JPEG; each scan covers the whole picture."""
+"""Maximum number of scans of a progressive JPEG; encoders write about ten for a picture."""
 _MAX_DIRECTORIES = 1000
-# Bytes of one value, by the type of a TIFF tag (TIFF 6.0, page 15; BigTIFF).
+# Bytes per value, by the type of a TIFF tag (TIFF 6.0, page 15; BigTIFF).
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
 _SIZES |= {16: 8, 17: 8, 18: 8}
 _BYTES = {1, 2, 6, 7}
@@ -35,33 +35,33 @@ _EXIF_DIRECTORIES = {0x8769, 0x8825, 0xA005}
 _SUB_DIRECTORIES = 0x014A
 _SCAN, _END = 0xDA, 0xD9
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-"""Markers of a JPEG frame header, which states the size (ITU T.81, table B.1)."""
+"""Markers of JPEG frame headers, which contain the size (ITU T.81, table B.1)."""
 _PROGRESSIVE = {0xC2, 0xC6, 0xCA, 0xCE}
 _MARKER = re.compile(rb"\xff[^\x00\xff]")
 _SEGMENT = re.compile(rb"\xff[\x02-\xcf\xd9-\xfe]")
-"""Markers of segments, without restart markers between pixels and markers without content."""
+"""Segment markers, excluding restart markers between pixels and markers without content."""
 _BLOCK = 1 << 16
 
 
 class HeaderError(ValueError):
-    """A header that valid files do not have; the message is the reason."""
+    """A header is not like that of a valid file; the message states the reason."""
 
 
 @dataclass(frozen=True)
 class PictureSize:
-    """Size of a picture, from its header.
+    """Size of a picture according to its header.
 
     Parameters
     ----------
     width, height : int
         Size in pixels.
     pixel_bytes : int
-        Bytes of a pixel as stored, decompressed.
+        Decompressed bytes per pixel, as stored.
     extra_bytes : int
-        Additional memory of the decoder: a strip or tile, the coefficients of a progressive JPEG,
-        the canvas of a WebP.
+        Additional memory that the decoder needs: a strip or tile, the coefficients of a
+        progressive JPEG, or the canvas of a WebP picture.
     tiles_bytes : int
-        Bytes of all tiles, which may extend far beyond the picture; 0 if it has none.
+        Total bytes of all tiles, which may extend far beyond the picture; 0 if there are no tiles.
     """
 
     width: int
@@ -72,14 +72,14 @@ class PictureSize:
 
     @property
     def stored_bytes(self) -> int:
-        """Bytes of all pixels as the file stores them, decompressed."""
+        """Decompressed bytes of all pixels, as the file stores them."""
         return max(self.width * self.height * self.pixel_bytes, self.tiles_bytes)
 
     def decoded_bytes(self, min_pixel_bytes: int) -> int:
         """Return the decompressed size in bytes.
 
-        Pillow rounds rows up to four bytes and stores a pointer to each row, which matters for
-        pictures of one column.
+        Pillow pads rows to a multiple of four bytes and stores a pointer to each row, which
+        matters for pictures of one column.
         """
         row = self.width * max(self.pixel_bytes, min_pixel_bytes)
         pixels = self.height * ((row + 3) // 4 * 4 + 8)
@@ -87,17 +87,18 @@ class PictureSize:
 
 
 def read_size(file: BinaryIO) -> PictureSize | None:
-    """Read the header of a JPEG, PNG, TIFF, WebP or BMP.
+    """Read the header of a JPEG, PNG, TIFF, WebP or BMP picture.
 
     Returns
     -------
     PictureSize or None
-        None if the file has another format, or is too damaged to state a size; decoders reject it.
+        None if the file has another format or is so damaged that the size is unknown; decoders
+        reject such a file.
 
     Raises
     ------
     HeaderError
-        If valid files do not have such a header.
+        If the header is not like that of a valid file.
     OSError
         If the file cannot be read.
     """
@@ -113,7 +114,7 @@ def read_size(file: BinaryIO) -> PictureSize | None:
 
 
 def check_exif(exif: bytes) -> None:
-    """Check the tags of EXIF, which is a TIFF. Raises HeaderError."""
+    """Check the tags of EXIF metadata, which is a TIFF file. Raises HeaderError."""
     try:
         _check_tags(io.BytesIO(exif.removeprefix(b"Exif\0\0")))
     except struct.error:
@@ -121,16 +122,16 @@ def check_exif(exif: bytes) -> None:
 
 
 def block_sizes(file: BinaryIO) -> Iterator[PictureSize]:
-    """Yield the sizes of all pictures of a TIFF: pages, overviews, masks. Raises HeaderError."""
+    """Yield the sizes of all pictures of a TIFF (pages, overviews, masks). Raises HeaderError."""
     _check_tags(file)
     for _, directory in zip(range(_MAX_DIRECTORIES + 1), _directories(file), strict=False):
         yield _tiff_size(directory)
 
 
 def jpeg_scan_start(file: BinaryIO) -> int | None:
-    """Return the offset of the first scan of a JPEG, after all headers and their thumbnail.
+    """Return the offset of the first scan of a JPEG, after all headers and the thumbnail.
 
-    None if the file is not a JPEG, or has no scan. Raises HeaderError.
+    Returns None if the file is not a JPEG or has no scan. Raises HeaderError.
     """
     file.seek(0)
     if file.read(2) != JPEG_MARK:
@@ -162,16 +163,16 @@ def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
         check_exif(bytes(exif))
     if size is None or not several_scans:
         return size
-    # libjpeg keeps all coefficients, of 16 bits, until the last scan.
+    # libjpeg keeps all 16-bit coefficients in memory until the last scan.
     coefficients = 2 * size.width * size.height * components
     return PictureSize(size.width, size.height, size.pixel_bytes, coefficients)
 
 
 def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
-    """Yield marker, start and length of the content of each segment up to the first scan.
+    """Yield marker, content offset and content length of each segment up to the first scan.
 
-    ITU T.81, B.1.1. Raises HeaderError if the segments are too far apart: Pillow searches the next
-    marker byte by byte.
+    See ITU T.81, B.1.1. Raises HeaderError if the segments are too far apart, because Pillow
+    searches for the next marker byte by byte.
     """
     at, skipped = 2, 0
     while True:
@@ -218,7 +219,7 @@ def _check_scans(file: BinaryIO, start: int) -> None:
 
 
 def _next_segment(file: BinaryIO, at: int) -> tuple[int, int]:
-    """Return offset and marker of the next segment after compressed pixels, `_END` at the end."""
+    """Return offset and marker (`_END` at the end) of the segment after compressed pixels."""
     file.seek(at)
     while block := file.read(_BLOCK):
         if match := _SEGMENT.search(block):
@@ -267,7 +268,7 @@ def _bmp_size(file: BinaryIO, head: bytes) -> PictureSize:
 
 
 def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
-    """Read the size from VP8X, VP8L or VP8 (RFC 9649, 2.5 to 2.7); the decoder adds a canvas."""
+    """Read the size from a VP8X, VP8L or VP8 chunk (RFC 9649, 2.5 to 2.7), with the canvas."""
     kind = head[12:16]
     if head[8:12] != b"WEBP":
         return None
@@ -285,7 +286,7 @@ def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 
 # --- TIFF -----------------------------------------------------------------------------------------
 _Directory = dict[int, int]
-"""Value of each tag, the largest if it has several."""
+"""Value of each tag, or the largest value if the tag has several."""
 _WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _SAMPLES = 256, 257, 258, 262, 277
 _STRIP_ROWS, _PLANAR, _TILE_WIDTH, _TILE_HEIGHT = 278, 284, 322, 323
 _SIZE_TAGS = {
@@ -316,7 +317,7 @@ def _tiff_size(directory: _Directory) -> PictureSize:
     down = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
     block = across * down * bits * (samples if contiguous else 1) // 8
     if directory.get(_PHOTOMETRIC) == _YCBCR:
-        # libtiff turns the whole block into red, green, blue and opacity.
+        # libtiff converts the whole block to red, green, blue and opacity.
         block = max(block, 4 * across * down)
     tiles = 0
     if directory.get(_TILE_WIDTH) and directory.get(_TILE_HEIGHT):
@@ -325,9 +326,9 @@ def _tiff_size(directory: _Directory) -> PictureSize:
 
 
 def _check_tags(file: BinaryIO) -> None:
-    """Raise HeaderError if tags exceed the bytes of the file, or for too many directories.
+    """Raise HeaderError if the tags exceed the file size or there are too many directories.
 
-    Several tags may refer to the same bytes, and each is read completely.
+    Several tags may refer to the same bytes, and each of them is read completely.
     """
     size = file.seek(0, io.SEEK_END)
     claimed = 0
@@ -336,7 +337,7 @@ def _check_tags(file: BinaryIO) -> None:
             raise HeaderError(_too_many_parts())
         for kind, count, _, place in entries:
             needed = count * _SIZES.get(kind, 1)
-            # Cameras write tags that extend beyond the end of the file; readers ignore them.
+            # Some cameras write tags that extend beyond the end of the file; readers ignore them.
             if needed > size - min(place, size):
                 continue
             claimed += needed
@@ -345,7 +346,7 @@ def _check_tags(file: BinaryIO) -> None:
 
 
 def _directories(file: BinaryIO) -> Iterator[_Directory]:
-    """Yield the tags that state a size, of each directory of a picture."""
+    """Yield the tags that state a size for each directory of a picture."""
     start = _tiff_start(file)
     if start is None:
         return
@@ -361,7 +362,7 @@ def _directories(file: BinaryIO) -> Iterator[_Directory]:
 def _all_directories(
     file: BinaryIO, *, include_exif: bool = True
 ) -> Iterator[list[tuple[int, int, int, int]]]:
-    """Yield the entries of each directory of a TIFF once, the first one first."""
+    """Yield the entries of each directory of a TIFF file once, the first one first."""
     start = _tiff_start(file)
     if start is None:
         return
@@ -384,7 +385,7 @@ def _all_directories(
 
 
 def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
-    """Return byte order, whether it is a BigTIFF, and the place of the first directory."""
+    """Return byte order, whether the file is a BigTIFF, and the offset of the first directory."""
     file.seek(0)
     head = file.read(16)
     order = {b"II": "<", b"MM": ">"}.get(head[:2])
@@ -398,7 +399,7 @@ def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
 def _entries(
     file: BinaryIO, at: int, order: str, big: bool
 ) -> tuple[list[tuple[int, int, int, int]], int]:
-    """Return (type, count, tag, value or its place) of a directory, and the place of the next."""
+    """Return the entries (type, count, tag, value or offset) and the next directory's offset."""
     file.seek(at)
     wide, entry = ("Q", "HHQQ") if big else ("H", "HHII")
     head = file.read(struct.calcsize(order + wide))
@@ -419,7 +420,7 @@ def _entries(
 
 
 def _numbers(file: BinaryIO, order: str, big: bool, kind: int, count: int, value: int) -> list[int]:
-    """Return up to a few hundred integers of an entry, which contains them or their offset."""
+    """Return up to a few hundred integers that an entry contains or refers to."""
     code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
     if code is None:
         return []

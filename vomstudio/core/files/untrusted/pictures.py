@@ -1,12 +1,13 @@
-"""Pictures from unknown sources, opened only by the decoders listed here.
+"""Pictures from unknown sources, which are opened only by the decoders listed here.
 
-Pillow chooses a decoder by content, not by file name; one of them starts Ghostscript to run a
-PostScript file. The header is parsed here before decoding: the picture is rejected if it would keep
-the decoder busy for minutes, or needs more memory than its file justifies
-(`budgets.decoded_limit`).
+Pillow chooses a decoder by the content and not by the file name; one of its decoders starts
+Ghostscript to run a PostScript file. Therefore the header is parsed here before decoding. A picture
+is rejected if it would keep the decoder busy for minutes, or if it needs more memory than the size
+of its file justifies (`budgets.decoded_limit`).
 
-Every picture is opened by `open_picture` (Pillow), `decode_picture` (OpenCV), or by a library that
-opens files by name, after `check_picture` or, for rasters that are read in windows, `check_raster`.
+Every picture is opened by `open_picture` (Pillow), by `decode_picture` (OpenCV), or by a library
+that opens files by name after a call of `check_picture` or, for rasters that are read in windows,
+of `check_raster`.
 """
 
 from __future__ import annotations
@@ -42,14 +43,14 @@ if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
 PHOTOS = ("JPEG", "PNG", "TIFF")
-"""Formats of photos and masks. JPEG includes MPO, a JPEG with a preview."""
+"""Formats of photos and masks. JPEG includes MPO, which is a JPEG with a preview."""
 TEXTURES = (*PHOTOS, "WEBP", "BMP", "TGA")
 COLOR_BYTES = 4
-"""Bytes of an RGB pixel in memory, in Pillow and Qt."""
+"""Bytes of an RGB pixel in memory, both in Pillow and in Qt."""
 MASK_BYTES = 1
-"""Bytes of a mask pixel in memory, which is not converted to colours."""
+"""Bytes of a mask pixel in memory; masks are not converted to RGB."""
 RASTER_CACHE_BYTES = 256 << 20
-"""Block cache of GDAL, by default 5 % of all memory."""
+"""Size of GDAL's block cache, which is 5 % of the total memory by default."""
 
 _ROWS = 512
 _PHOTO_MARKS = (JPEG_MARK, PNG_MARK, *TIFF_MARKS)
@@ -62,38 +63,38 @@ def open_picture(
     min_pixel_bytes: int = COLOR_BYTES,
     header_only: bool = False,
 ) -> ImageFile:
-    """Open a picture with Pillow; only its header is read yet.
+    """Open a picture with Pillow, which reads only its header at first.
 
     Parameters
     ----------
     source : str, Path or bytes
-        A file, or its content.
+        Path or content of the file.
     formats : tuple of str
-        Pillow's names: `PHOTOS` or `TEXTURES`.
+        Pillow's format names: `PHOTOS` or `TEXTURES`.
     min_pixel_bytes : int
         Minimum size of a decoded pixel: `COLOR_BYTES` or `MASK_BYTES`.
     header_only : bool
-        Whether only the header is used: the free memory is not checked.
+        Whether only the header is used. If True, the free memory is not checked.
 
     Returns
     -------
     PIL.ImageFile.ImageFile
-        The caller closes it.
+        The opened picture, which the caller must close.
 
     Raises
     ------
     InputError
-        If it is not a regular file; with ``file.picture-too-large`` if the decoded picture needs
-        more memory than the file justifies, and with ``file.picture-header`` if valid files do not
-        have such a header.
+        If the path is not a regular file. The code is ``file.picture-too-large`` if the decoded
+        picture needs more memory than the size of the file justifies, and ``file.picture-header``
+        if the header is not like that of a valid file.
     PIL.UnidentifiedImageError
-        If it is not a picture of these formats.
+        If the file is not a picture of one of these formats.
     OSError, ValueError, SyntaxError
-        If it is damaged, as raised by the decoders of Pillow.
+        If the file is damaged, as raised by Pillow's decoders.
     """
     from PIL import Image, UnidentifiedImageError
 
-    # Photos and textures exceed the default limit of Pillow.
+    # Photos and textures exceed Pillow's default limit.
     Image.MAX_IMAGE_PIXELS = None
     if not isinstance(source, bytes):
         require_regular(source)
@@ -111,7 +112,7 @@ def open_picture(
         file.close()
         if isinstance(source, bytes):
             raise
-        # The message of Pillow would contain the file object instead of the name.
+        # Pillow's message would contain the file object instead of the name.
         message = f"cannot identify image file {os.fspath(source)!r}"
         raise UnidentifiedImageError(message) from error
     except BaseException:
@@ -119,7 +120,7 @@ def open_picture(
         raise
     try:
         with _refusals(name):
-            # For formats whose header is not parsed here (TGA), and for the size that Pillow read.
+            # Covers formats whose header is not parsed here (TGA), and the size that Pillow read.
             _check_size(file, PictureSize(*image.size, 1), pixel_bytes)
             exif = image.info.get("exif")
             if image.format not in ("JPEG", "MPO", "TIFF") and isinstance(exif, bytes):
@@ -136,7 +137,7 @@ def check_picture(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> No
     Raises
     ------
     InputError
-        As `open_picture`; also if the file is not a JPEG, PNG or TIFF.
+        As for `open_picture`, or if the file is not a JPEG, PNG or TIFF picture.
     OSError
         If the file cannot be read.
     """
@@ -147,19 +148,19 @@ def check_picture(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> No
 def check_raster(path: str | Path) -> None:
     """Check a GeoTIFF that rasterio will open by name and read in windows.
 
-    Only one block (strip or tile) is in memory at a time. The decompressed raster is limited by
-    `budgets.compression_limit`.
+    Only one block (strip or tile) is in memory at a time. The size of the decompressed raster is
+    limited by `budgets.compression_limit`.
 
     Raises
     ------
     InputError
-        With ``file.picture-too-large`` or ``file.picture-header``.
+        With the code ``file.picture-too-large`` or ``file.picture-header``.
     OSError
         If the file cannot be read.
     """
     with open_regular(path) as file, _refusals(path):
         if not file.read(4).startswith(TIFF_MARKS):
-            # GDAL will reject it, because it is opened as GeoTIFF.
+            # GDAL will reject the file because it is opened as a GeoTIFF.
             return
         size = file.seek(0, io.SEEK_END)
         limit = decoded_limit(size)
@@ -181,19 +182,19 @@ def decode_picture(
     flags : int
         OpenCV flags such as ``cv2.IMREAD_COLOR``.
     name : str
-        File name for errors.
+        File name for error messages.
     min_pixel_bytes : int
-        As in `open_picture`.
+        As for `open_picture`.
 
     Returns
     -------
     array or None
-        None if it cannot be decoded.
+        Pixels, or None if the picture cannot be decoded.
 
     Raises
     ------
     InputError
-        As `check_picture`.
+        As for `check_picture`.
     """
     import cv2
 
@@ -227,7 +228,7 @@ class _TooLarge(Exception):
 
 @contextmanager
 def _refusals(file: str | Path | None) -> Iterator[None]:
-    """Convert errors of the checks to an InputError with the file name."""
+    """Convert errors of the checks to an InputError that contains the file name."""
     try:
         yield
     except _TooLarge as error:
@@ -266,8 +267,8 @@ def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: in
 class _Unmapped(io.BufferedReader):
     """File without a descriptor, so that Pillow and libtiff cannot memory-map it.
 
-    A mapped file that is truncated, or whose drive is removed, crashes the process. Closes itself,
-    because Pillow closes only files that it opened.
+    If a memory-mapped file is truncated or its drive is removed, the process crashes. The file
+    closes itself because Pillow closes only the files that it opened.
     """
 
     _opened = False
@@ -285,7 +286,7 @@ class _Unmapped(io.BufferedReader):
 
 
 def convert_to_rgb(picture: Image) -> Image:
-    """Convert a picture to RGB. An RGB picture is returned as it is: `convert` would copy it."""
+    """Convert a picture to RGB; return an RGB picture itself, because `convert` would copy it."""
     picture.load()
     return picture if picture.mode == "RGB" else picture.convert("RGB")
 
@@ -303,7 +304,7 @@ def copy_pixels(picture: Image, out: ByteArray) -> None:
 def convert_to_8_bits(picture: Image) -> Image:
     """Convert 16-bit, palette and black-and-white pictures to 8-bit grey or RGB.
 
-    Other pictures are returned unchanged. Pillow cannot reduce palettes and single bits.
+    Other pictures are returned unchanged. Pillow cannot downscale palette and 1-bit pictures.
     """
     from PIL import Image
 

@@ -1,8 +1,8 @@
-"""A reader in a separate process, for libraries that cannot be interrupted.
+"""Reader in a separate process, for libraries that cannot be interrupted.
 
-GDAL holds the GIL while it reads, so no thread of this process could report progress or end the
-reading. The memory of the process is limited by the size of the file; the process can be ended at
-any time and ends with its parent.
+GDAL holds the GIL while it reads, so no thread of this process could report progress or stop the
+reading. The memory of the reader process is limited according to the size of the file; the process
+can be ended at any time and ends together with its parent.
 """
 
 from __future__ import annotations
@@ -33,30 +33,30 @@ def run_reader(module: str, request: Mapping[str, Any], progress: Progress, path
     Parameters
     ----------
     module : str
-        Its ``__main__`` calls `serve`.
+        Module whose ``__main__`` block calls `serve`.
     request : mapping
-        Plain data.
+        Request as plain data.
     progress : Progress
-        Its `step` may end the reading by an exception.
+        Receiver of progress; its `step` may stop the reading by raising an exception.
     path : Path
-        File that is read, for messages.
+        File that is read, for error messages.
 
     Returns
     -------
     bytes
-        The answer.
+        Response of the reader.
 
     Raises
     ------
     InputError
-        With ``file.memory-exceeded`` if the process did not end normally.
+        With the code ``file.memory-exceeded`` if the process did not end normally.
     """
     from concurrent.futures import wait
 
     line = lifeline.Lifeline()
     try:
         process = subprocess.Popen(
-            # -P: do not import a json.py beside the file.
+            # -P: do not import a json.py that lies next to the file.
             [sys.executable, "-P", "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -89,7 +89,7 @@ def run_reader(module: str, request: Mapping[str, Any], progress: Progress, path
 
 
 def serve(answer: Callable[[dict[str, Any]], bytes]) -> int:
-    """Read a request from stdin, write the answer to stdout and return the exit status."""
+    """Read a request from stdin, write the response to stdout and return the exit status."""
     out = os.fdopen(os.dup(1), "wb")
     # Messages of libraries go to stderr.
     os.dup2(2, 1)

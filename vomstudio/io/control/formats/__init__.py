@@ -1,1 +1,1 @@
-"""One module per format of ground control; each defines CONTROL_FORMAT."""
+"""Ground control formats; each module defines CONTROL_FORMAT."""

@@ -1,4 +1,4 @@
-"""Markers with their coordinates and marks in photos, in the XML exported by Metashape."""
+"""Markers with their coordinates and marks in photos, in XML files exported by Metashape."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def matches(path: Path) -> bool:
 
 
 def points_of(path: Path) -> list[ControlPoint]:
-    """Return the points. Raises InputError with line and element."""
+    """Return the points of a file. Raises InputError with line and element."""
     return _projected_points(path)[0]
 
 
 def crs_of(path: Path) -> str | None:
-    """Return the CRS. Raises InputError with line and element."""
+    """Return the CRS of a file. Raises InputError with line and element."""
     return _projected_points(path)[1]
 
 
@@ -57,9 +57,9 @@ def _chunk(path: Path, root: Element) -> Element:
 
 
 def _points(path: Path, root: Element) -> list[ControlPoint]:
-    """Return the markers with coordinates.
+    """Return the markers that have coordinates.
 
-    Those disabled in the reference pane are check points.
+    Markers that are disabled in the reference pane are check points.
 
     Raises InputError with line and element.
     """
@@ -82,7 +82,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """Return marks that were placed or confirmed by hand ("pinned").
+    """Return the marks that were placed or confirmed by hand ("pinned").
 
     Raises InputError with line and element.
     """

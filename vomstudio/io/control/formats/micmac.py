@@ -1,6 +1,6 @@
-"""XML files of MicMac for ground points and marks (GCPConvert and SaisieAppuis).
+"""MicMac XML files of ground points and marks (GCPConvert and SaisieAppuis).
 
-Points are in DicoAppuisFlottant, marks in SetOfMesureAppuisFlottants.
+Points are stored in DicoAppuisFlottant, and marks in SetOfMesureAppuisFlottants.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vomstudio.io.text.xml_tree import (
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
-# Default of points without a stated error: a weight, not a length.
+# Default for points without a stated error; it is a weight and not a length.
 _DEFAULT_WEIGHTS = (1.0, 1.0, 1.0)
 HEAD_BYTES, MAX_FILES = 4096, 200
 
@@ -33,7 +33,7 @@ HEAD_BYTES, MAX_FILES = 4096, 200
 def points_of(path: Path) -> list[ControlPoint]:
     """Return the ground points of a file.
 
-    Their error is the root mean square of the three numbers of `Incertitude`, metres, unless these
+    The error is the root mean square of the three numbers of `Incertitude` in metres, unless these
     are 1 1 1. Raises InputError with line and element.
     """
     root = read_xml(path)
@@ -56,12 +56,12 @@ def points_of(path: Path) -> list[ControlPoint]:
 
 
 def crs_of(path: Path) -> None:
-    """Return None, since such a file does not state a CRS.
+    """Return None because MicMac files do not state a CRS.
 
     Raises
     ------
     InputError
-        For invalid points.
+        If the points are not valid.
     """
     points_of(path)
 
@@ -79,7 +79,7 @@ def _sigma(path: Path, point: Element) -> float | None:
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """Return the marks of a file, with pixels as written.
+    """Return the marks of a file, with pixel coordinates as written.
 
     Raises InputError with line and element.
     """
@@ -105,7 +105,7 @@ def marks_of(path: Path) -> list[Mark]:
 
 
 def marks_beside(path: Path) -> Path | None:
-    """Return the only other XML file of the folder that has marks and no points, or None."""
+    """Return the only other XML file in the folder that has marks but no points, or None."""
     candidates = []
     for other in sorted(path.parent.glob("*.[xX][mM][lL]"))[:MAX_FILES]:
         try:
@@ -118,7 +118,7 @@ def marks_beside(path: Path) -> Path | None:
     return candidates[0] if len(candidates) == 1 else None
 
 
-# It accepts any XML that no other format recognises, and reports what is missing.
+# It accepts any XML file that no other format recognises, and reports what is missing.
 CONTROL_FORMAT = ControlFormat(
     to_translate("ground points of MicMac (XML)"),
     matches=is_xml,

@@ -1,7 +1,7 @@
-"""OpenDroneMap's `gcp_list.txt`.
+"""Ground control file `gcp_list.txt` of OpenDroneMap.
 
-It has a line with the projection, then for every mark `x y z pixel_x pixel_y photo [label]`.
-Without labels, marks at the same position are one point.
+The first line states the projection. Each further line is a mark `x y z pixel_x pixel_y photo
+[label]`. If there are no labels, marks with the same coordinates belong to the same point.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _HEADER = re.compile(r"(EPSG:\s*\d+(?:\s*\+\s*\d+)?|WGS84\s+UTM\b.*|\+proj=.*)",
 
 @dataclass(frozen=True)
 class OdmControl:
-    """Content of a `gcp_list.txt`.
+    """Content of a `gcp_list.txt` file.
 
-    `crs` is as understood by pyproj, `line` that of the header.
+    `crs` is in a form that pyproj accepts, and `line` is the line number of the header.
     """
 
     crs: str
@@ -39,17 +39,17 @@ class OdmControl:
 
 
 def points_of(path: Path) -> list[ControlPoint]:
-    """Return the points. Raises InputError with line and column."""
+    """Return the points of a file. Raises InputError with line and column."""
     return _projected_points(path)[0]
 
 
 def crs_of(path: Path) -> str | None:
-    """Return the CRS. Raises InputError with line and column."""
+    """Return the CRS of a file. Raises InputError with line and column."""
     return _projected_points(path)[1]
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """Return the marks. Raises InputError with line and column."""
+    """Return the marks of a file. Raises InputError with line and column."""
     return list(read_odm(path).marks)
 
 
@@ -59,7 +59,7 @@ def _projected_points(path: Path) -> tuple[list[ControlPoint], str | None]:
 
 
 def is_odm(path: str | Path) -> bool:
-    """Return whether the first line is a projection; False for an unreadable file."""
+    """Return whether the first line is a projection; False if the file is unreadable."""
     if not is_regular(path):
         return False
     try:
@@ -74,7 +74,7 @@ def is_odm(path: str | Path) -> bool:
 
 
 def read_odm(path: str | Path) -> OdmControl:
-    """Read the file. Raises InputError with line and column."""
+    """Read a `gcp_list.txt` file. Raises InputError with line and column."""
     path = Path(path)
     try:
         lines = decode_text(read_small(path, MAX_BYTES)).splitlines()
@@ -144,7 +144,7 @@ def read_odm(path: str | Path) -> OdmControl:
 
 
 def projection_of(path: Path, line: int, header: str) -> str:
-    """Return the projection of a file's first line, as understood by pyproj.
+    """Return the projection in the first line of a file, in a form that pyproj accepts.
 
     Raises InputError.
     """

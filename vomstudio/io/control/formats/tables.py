@@ -1,10 +1,11 @@
 """Tables of control points and marks.
 
 Control points are a table `label, x, y, z` with optional `sigma` (metres) and `use` (control or
-check). Marks are a table `label, photo, x, y`, in pixels of the stored photo, from the outer
-corner of its top left pixel, x to the right and y down. A comment states the CRS (`# EPSG:32633`,
-or WKT in one line), or `NAME.prj` beside the table does. Coordinates are in metres. Columns may
-have the names of other programs, in a header that begins with `#`, as in Metashape, or no names.
+check). Marks are a table `label, photo, x, y` in pixels of the stored photo, measured from the
+outer corner of its top-left pixel, with x to the right and y down. The CRS is stated by a comment
+(`# EPSG:32633`, or WKT on one line) or by `NAME.prj` next to the table. Coordinates are in metres.
+Columns may have the names used by other programs, in a header that begins with `#` as in Metashape,
+or no names.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_EXTENSIONS, read_table
 
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
-"""Order of the columns without a header."""
+"""Order of the columns if there is no header."""
 _PHOTO_COLUMN = tuple(name for name in PHOTO if name not in LABEL)
 _X_COLUMNS = ("x", "x px", "pixel x", "px", "u", "column", "col")
 _Y_COLUMNS = ("y", "y px", "pixel y", "py", "v", "row", "line")
 
 
 def points_of(path: Path) -> list[ControlPoint]:
-    """Return the points. Raises InputError with file, line and column."""
+    """Return the points of a table. Raises InputError with file, line and column."""
     if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-points"), file=path)
     table = NamedTable(path, _POINTS)
@@ -48,7 +49,7 @@ def points_of(path: Path) -> list[ControlPoint]:
 
 
 def _common_sigma(sigma: FloatArray) -> float | None:
-    """Return the root mean square of the errors of coordinates (3,), NaN if not stated."""
+    """Return the root mean square of the coordinate errors (3,), or NaN if not stated."""
     stated = sigma[np.isfinite(sigma)].tolist()
     if len(set(stated)) <= 1:
         return stated[0] if stated else None
@@ -56,7 +57,7 @@ def _common_sigma(sigma: FloatArray) -> float | None:
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """Return the marks. Raises InputError with file, line and column."""
+    """Return the marks of a table. Raises InputError with file, line and column."""
     if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-marks"), file=path)
     table = NamedTable(path, _MARKS)
@@ -83,12 +84,12 @@ def marks_of(path: Path) -> list[Mark]:
 
 
 def crs_of(path: Path) -> str | None:
-    """Return the CRS that the table or its `.prj` states.
+    """Return the CRS that is stated by the table or its `.prj` file.
 
     Raises
     ------
     InputError
-        For a CRS in degrees, or an unknown one.
+        If the CRS is in degrees or unknown.
     """
     stated, findings = table_crs(path, read_table(path, max_lines=MAX_OBJECTS).comments)
     if findings and stated.text is None:

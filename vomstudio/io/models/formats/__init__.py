@@ -1,4 +1,4 @@
-"""One module a format, found by its `READER`; names that begin with _ are parts of others."""
+"""Model formats, one module per format with a `READER`; _modules are shared helpers."""
 
 USUAL = {
     ".dxf": "dxf",
@@ -11,5 +11,5 @@ USUAL = {
     ".shp": "shp",
     ".stl": "stl",
 }
-"""The module that is asked first about a file with this ending, so that a small command need not
-import them all. A format that is not listed is found as well, only later."""
+"""Module to try first for a file with this extension, so that a small command does not need to
+import all of them. A format that is not listed is found as well, but later."""

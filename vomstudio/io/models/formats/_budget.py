@@ -1,7 +1,8 @@
 """Memory budget of a reader, relative to the size of its files.
 
-In many formats a few bytes stand for much data: a mesh in thousands of positions, lists without
-length, rows that nothing fills. A reader reports memory to the budget before allocating it.
+In many formats, a few bytes represent a large amount of data: a mesh at thousands of positions,
+lists without length, or rows without values. A reader reports memory to the budget before
+allocating it.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ from vomstudio.core.findings import Finding
 
 FREE_BYTES = 150 << 20
 BYTES_PER_FILE_BYTE = 8
-"""A digit and a space of text become eight bytes, as does a coordinate of one byte."""
+"""Memory per file byte: a digit with a space, or a one-byte coordinate, becomes eight bytes."""
 
 
 class Budget:
     def __init__(self, path: Path, size: int) -> None:
-        """Start the budget. `size` is the size of the file and its companions in bytes."""
+        """Create the budget. `size` is the total size of the file and its companions in bytes."""
         self._path = path
         self._remaining_bytes = FREE_BYTES + BYTES_PER_FILE_BYTE * size
 
@@ -27,7 +28,7 @@ class Budget:
         self._remaining_bytes += BYTES_PER_FILE_BYTE * size
 
     def take(self, nbytes: int, field: str | None = None) -> None:
-        """Reserve memory. Raises InputError if the file's bytes cannot account for it."""
+        """Reserve memory. Raises InputError if the size of the files does not justify it."""
         self._remaining_bytes -= nbytes
         if self._remaining_bytes < 0:
             raise InputError(Finding("file.inflated"), file=self._path, field=field)

@@ -1,4 +1,4 @@
-"""Helpers of the readers: reading whole files, colours, and removal of invalid data."""
+"""Helpers of the readers: reading of whole files, colours, and removal of invalid data."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ BLOCK_ROWS = 1 << 17
 
 
 def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
-    """Return all bytes of a file, then `tail`; read in blocks, so that it can be cancelled.
+    """Return all bytes of a file followed by `tail`, reading in blocks to allow cancellation.
 
-    Not mapped: a mapped file that shrinks, or a network drive that disconnects, ends the process.
+    The file is not memory-mapped: if a mapped file shrinks or a network drive disconnects, the
+    process ends.
     """
     try:
         size = os.stat(path).st_size
@@ -52,7 +53,7 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
         for done in map_parallel(fill, range(0, size, BLOCK_BYTES), READER_THREADS):
             progress.step(done)
             if done % BLOCK_BYTES and done < size:
-                break  # the file has become shorter meanwhile
+                break  # the file has become shorter in the meantime
     except PermissionError:
         raise InputError(Finding("file.no-permission"), file=path) from None
     except MemoryError:
@@ -65,7 +66,7 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
 
 
 def to_utf8(data: ByteArray, tail: bytes = b"") -> ByteArray:
-    """Return the result of `read_whole` with the same tail, UTF-16 text converted to UTF-8."""
+    """Return the result of `read_whole` for the same tail, with UTF-16 converted to UTF-8."""
     if data[:2].tobytes() not in MARKS:
         return data
     raw = data[: len(data) - len(tail)].tobytes()
@@ -76,10 +77,10 @@ _DECIMAL_COMMA = re.compile(rb"(?<![\w.,])[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?![\w.,]
 
 
 def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> None:
-    """Refuse numbers with decimal commas in formats whose numbers are separated by spaces.
+    """Reject numbers with decimal commas in formats whose numbers are separated by spaces.
 
     `text` is the line or word that is not a number. Raises InputError if it contains such a number:
-    skipping it would lose most of the model and corrupt the rest.
+    skipping it would lose most of the model and corrupt the remainder.
     """
     match = _DECIMAL_COMMA.search(text)
     if match is not None:
@@ -89,12 +90,12 @@ def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> N
 
 
 def points_missing(count: int, promised: int) -> Finding:
-    """Return the message about a truncated cloud."""
+    """Return the finding about a truncated point cloud."""
     return Finding("model.incomplete", count=count, promised=promised, element=tr("points"))
 
 
 def scale_colors(colors: AnyArray) -> ByteArray:
-    """Return (n, 3) uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255.
+    """Return colours (n, 3) as uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255.
 
     NaN becomes white.
     """
@@ -118,10 +119,10 @@ def scale_colors(colors: AnyArray) -> ByteArray:
 
 
 def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
-    """Remove non-finite vertices and their faces; return a cloud if no face remains.
+    """Remove non-finite vertices and their faces; return a cloud if no faces remain.
 
-    Faces must refer to existing vertices. Appends to `messages`. Raises InputError if nothing
-    remains.
+    Faces must refer to existing vertices. Findings are appended to `messages`. Raises InputError if
+    nothing remains.
     """
     vertices, faces = mesh.vertices, mesh.faces
     finite = np.logical_and.reduce(np.isfinite(vertices), axis=1)
@@ -153,7 +154,7 @@ def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | Poin
 
 
 def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) -> PointCloud:
-    """Remove points that are not finite. Raises InputError if none remains."""
+    """Remove points that are not finite. Raises InputError if no points remain."""
     is_finite = np.isfinite(cloud.points)
     if len(is_finite) and is_finite.all():
         return cloud
@@ -168,7 +169,7 @@ def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) 
 def join_corners(
     corners: npt.NDArray[np.float32 | np.float64],
 ) -> tuple[FloatArray, Int32Array]:
-    """Join equal corners of triangles.
+    """Merge equal corners of triangles.
 
     Parameters
     ----------
@@ -177,7 +178,7 @@ def join_corners(
     Returns
     -------
     vertices : (n, 3) array
-        In the order in which they first occur.
+        Distinct corners in the order of their first occurrence.
     faces : (m, 3) array of int32
     """
     keys = place_keys(corners)
@@ -190,15 +191,15 @@ def join_corners(
     rank[occurrence_order] = np.arange(len(first), dtype=np.int32)
     faces = np.empty(len(order), np.int32)
     faces[order] = rank[np.cumsum(is_new) - 1]
-    # -0 and 0 are the same position.
+    # -0 and 0 represent the same coordinate.
     return corners[first[occurrence_order]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
 
 
 class Columns:
-    """Arrays that grow with the values read, never with what a header states.
+    """Arrays that grow with the values that are read, regardless of what a header states.
 
-    Each has the type that its widest part needs, and is of objects if a part contains more than
-    numbers.
+    Each array has the type required by its widest part, or the object type if a part contains
+    anything other than numbers.
     """
 
     def __init__(self, initial_rows: int = INITIAL_ROWS) -> None:

@@ -1,12 +1,12 @@
-"""Decimal text to float64, correctly rounded, in compiled code.
+"""Conversion of decimal text to float64 with correct rounding, in compiled code.
 
-Two exact shortcuts, else the token is left to Python's float():
+Two exact shortcuts are used; all other tokens are passed to Python's float():
 - Clinger 1990 (*PLDI*, "How to read floating point numbers accurately"): a mantissa of at most
   2**53 and a power of ten of at most 22 are both exact doubles, so one multiplication or division
-  rounds once;
-- mantissas of up to 18 digits divided by at most 10**22: the quotient in double-double (Dekker
-  1971, *Numerische Mathematik* 18, 224), taken only when every value within its error bound rounds
-  to the same double.
+  rounds only once;
+- mantissas of up to 18 digits divided by at most 10**22: the quotient is computed in double-double
+  (Dekker 1971, *Numerische Mathematik* 18, 224) and used only if all values within its error bound
+  round to the same double.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ READY, LEFT_OVER, NO_NUMBER = 0, 1, 2
 
 @part
 def is_space(c):  # type: ignore[no-untyped-def]
-    """Blanks inside a line; the line end itself (10) is not one."""
+    """Return whether a byte is a blank within a line, which excludes the line end (10)."""
     return c == 32 or c == 9 or c == 13 or c == 11 or c == 12
 
 
@@ -35,7 +35,7 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     high = float(mantissa)
     low = float(mantissa - np.int64(high))
     q = high / p
-    # q * p exactly, as product + tail: Dekker's product of two doubles.
+    # Exact q * p as product + tail: Dekker's product of two doubles.
     split = 134217729.0
     t = split * q
     q1 = t - (t - q)
@@ -73,7 +73,7 @@ def _rounded(mantissa, exponent):  # type: ignore[no-untyped-def]
 
 @step
 def _power(data, i, end):  # type: ignore[no-untyped-def]
-    """Parse a power of ten at i; return it, whether it is valid, and its end."""
+    """Parse a power of ten at i; return its value, whether it is valid, and its end."""
     minus = False
     if i < end and (data[i] == 45 or data[i] == 43):
         minus = data[i] == 45
@@ -95,7 +95,8 @@ def _power(data, i, end):  # type: ignore[no-untyped-def]
 def number(data, start, end):  # type: ignore[no-untyped-def]
     """Parse the token from `start` to a blank or `end`; return its value, state and end.
 
-    State READY, LEFT_OVER: for Python (long, extreme, nan, inf, or no number), or NO_NUMBER.
+    The state is READY, LEFT_OVER (to be parsed by Python: long, extreme, nan, inf, or not a
+    number), or NO_NUMBER.
     """
     i = start
     negative = False
@@ -143,7 +144,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
         while i < end and not is_space(data[i]):
             i += 1
         c = data[start] | 32
-        # A word that cannot be nan or inf, with whatever sign, is not worth Python's time.
+        # A word that cannot be nan or inf with any sign does not need to be parsed by Python.
         if 97 <= c <= 122 and c != 110 and c != 105:
             return 0.0, NO_NUMBER, i
         return 0.0, LEFT_OVER, i
@@ -154,9 +155,9 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
 
 
 def python_number(token: bytes) -> float | None:
-    """Parse a number that compiled code could not; None if it is not a number.
+    """Parse a number that compiled code could not parse, or return None if it is not one.
 
-    NaN by any spelling is a number.
+    NaN in any spelling counts as a number.
     """
     try:
         text = token.decode("ascii").lower()

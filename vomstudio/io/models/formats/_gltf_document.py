@@ -1,6 +1,6 @@
-"""Parts of a glTF file: its JSON, its buffers and their typed views.
+"""Parts of a glTF file: its JSON, its buffers and typed views of them.
 
-Every index, offset and length in such a file is untrusted and is checked against the existing data
+Every index, offset and length in such a file is untrusted and is checked against the available data
 before it is used.
 """
 
@@ -51,7 +51,7 @@ POSITIONING_EXTENSIONS = ("CESIUM_RTC",)
 
 
 def companion_files(path: Path) -> list[Path]:
-    """Return the existing buffers and images that a .gltf or .glb names beside itself.
+    """Return the existing buffer and image files to which a .gltf or .glb file refers.
 
     Raises InputError if it is not a glTF file.
     """
@@ -69,9 +69,10 @@ def companion_files(path: Path) -> list[Path]:
 
 
 class Document:
-    """One .gltf or .glb file.
+    """A .gltf or .glb file.
 
-    `content_hash` is that of the file and its buffer files; empty without buffer files.
+    `content_hash` is the hash of the file and its buffer files, or empty if there are no buffer
+    files.
     """
 
     def __init__(self, path: Path, progress: Progress) -> None:
@@ -162,7 +163,7 @@ class Document:
         return [n for n in names if not n.startswith(SUPPORTED_EXTENSIONS)]
 
     def extensions_to_report(self) -> list[str]:
-        """Return the extensions that change the model and are not supported."""
+        """Return the unsupported extensions that change the model."""
         required = self.unknown_extensions()
         moving = [
             n
@@ -172,11 +173,11 @@ class Document:
         return [*required, *moving]
 
     def is_understood(self, extension: str) -> bool:
-        """Return whether an extension is supported, or already reported as unsupported."""
+        """Return whether an extension is supported or has already been reported."""
         return extension.startswith(SUPPORTED_EXTENSIONS) or extension in self.unknown_extensions()
 
     def section(self, name: str, parent: dict[str, Any] | None = None) -> dict[str, Any]:
-        """Return the object `name`; empty if it is missing or something else."""
+        """Return the object `name`, which is empty if it is missing or has another type."""
         value = (self.json if parent is None else parent).get(name)
         return value if isinstance(value, dict) else {}
 
@@ -185,7 +186,7 @@ class Document:
         return len(entries) if isinstance(entries, list) else 0
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
-        """Return entry `index` of the list `kind`. Raises InputError."""
+        """Return the entry `index` of the list `kind`. Raises InputError."""
         if isinstance(index, bool) or not isinstance(index, int):
             raise self.error(tr("'{index}' is not an index", index=index), kind)
         if not 0 <= index < self.count(kind):
@@ -203,7 +204,7 @@ class Document:
         return value
 
     def uri_bytes(self, uri: object, field: str) -> bytes | Path:
-        """Return the bytes of a data URI, or the path of the file that it names."""
+        """Return the bytes of a data URI, or the path of the file to which a URI refers."""
         if not isinstance(uri, str):
             raise self.error(tr("'uri' is not a text"), field)
         if uri.startswith("data:"):
@@ -252,12 +253,12 @@ class Document:
         return data
 
     def view(self, index: object) -> tuple[AnyArray, int]:
-        """Return the bytes of a buffer view, and its stride (0 if not stated)."""
+        """Return the bytes and the stride (0 if not stated) of a buffer view."""
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
         is_compressed = any(name in self.section("extensions", view) for name in COMPRESSED)
         buffer = self.item("buffers", view.get("buffer"))
-        # Uncompressed data may exist as a fallback beside compressed data.
+        # Uncompressed data may exist as a fallback for compressed data.
         has_fallback = any(
             self.section(name, self.section("extensions", buffer)).get("fallback") is True
             for name in COMPRESSED
@@ -272,9 +273,9 @@ class Document:
         return data[start : start + length], self.whole(view, "byteStride", 0, field)
 
     def accessor(self, index: object, *widths: int) -> AnyArray:
-        """Return (n, width) values as stored, normalised ones as floats.
+        """Return values (n, width) as stored, with normalised values as floats.
 
-        Raises InputError if they are not in the file, or have a width that is not in `widths`.
+        Raises InputError if they are not in the file or their width is not in `widths`.
         """
         accessor = self.item("accessors", index)
         field = f"accessors[{index}]"

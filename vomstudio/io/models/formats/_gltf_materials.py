@@ -1,4 +1,4 @@
-"""Materials of a glTF, and the locations of their images."""
+"""Materials of a glTF file and the locations of their images."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ UNUSED_MAPS = ("normalTexture", "occlusionTexture", "emissiveTexture")
 
 
 def color_map(document: Document, material: object) -> dict[str, Any]:
-    """Return the textureInfo of a material's colour; empty without one."""
+    """Return the textureInfo of a material's colour, which is empty if there is none."""
     if material == -1:
         return {}
     entry = document.item("materials", material)
@@ -45,7 +45,7 @@ def uv_set(document: Document, texture: dict[str, Any]) -> int:
 
 
 def transform_uv(document: Document, uv: FloatArray, texture: dict[str, Any]) -> AnyArray:
-    """Return texture coordinates as in a mesh: origin at the lower left, transform applied."""
+    """Return texture coordinates in mesh convention: lower-left origin, transform applied."""
     transform = _transform(document, texture)
     if "scale" in transform:
         uv = uv * numbers(document, transform["scale"], 2, "KHR_texture_transform")
@@ -99,7 +99,7 @@ def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, f
 
 
 def srgb(linear: AnyArray) -> AnyArray:
-    """Convert the linear light of glTF factors to sRGB values (IEC 61966-2-1)."""
+    """Convert linear-light glTF factors to sRGB values (IEC 61966-2-1)."""
     low = linear <= 0.0031308
     return np.where(low, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1 / 2.4) - 0.055)
 
@@ -111,7 +111,7 @@ def _image_of(document: Document, info: dict[str, Any]) -> object:
 
 
 def _image(document: Document, index: object, material: str) -> tuple[Path | None, str | None]:
-    """Return the file of an image, or why it cannot be used."""
+    """Return the file of an image, or the reason why it cannot be used."""
     if index is None:
         return None, tr("it has no image in a format that can be read")
     entry = document.item("images", index)
@@ -121,7 +121,7 @@ def _image(document: Document, index: object, material: str) -> tuple[Path | Non
     try:
         if "bufferView" in entry:
             packed = document.view(entry["bufferView"])[0]
-            # Stored under its hash: many images may consist of the same bytes.
+            # Stored under its hash because many images may contain the same bytes.
             document.budget.take(len(packed), field)
             content = packed.tobytes()
         else:

@@ -1,4 +1,4 @@
-"""The primitives of a glTF's scene, each in its position."""
+"""Primitives in the scene of a glTF file, each at its position."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.formats._gltf_materials import color_map, transform_uv, uv_set
 
 MAX_VERTICES = 200_000_000
-# Overhead of Python for each.
+# Python overhead per primitive.
 BYTES_PER_INSTANCE, BYTES_PER_PRIMITIVE = 400, 1000
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 
 
 @dataclass
 class PlacedPrimitive:
-    """One primitive in its position.
+    """Primitive at its position in the scene.
 
     Attributes
     ----------
     positions : (n, 3) float64
-        Still Y-up.
+        Vertices, still with Y up.
     faces : (m, 3) array of int or None
-        As wide as in the file; None for points.
+        Faces with the integer width of the file, or None for points.
 
     Notes
     -----
-    The other arrays are per vertex.
+    The other arrays contain one value per vertex.
     """
 
     positions: FloatArray
@@ -99,7 +99,7 @@ def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
 def _placed_meshes(
     document: Document, messages: list[Finding]
 ) -> Iterator[tuple[object, AnyArray, object]]:
-    """Yield each mesh of the scene with its 4x4 matrix and its morph weights."""
+    """Yield each mesh of the scene with its matrix (4, 4) and its morph weights."""
     n = document.count("nodes")
     if n == 0:
         for mesh in range(document.count("meshes")):
@@ -142,9 +142,9 @@ def _children(document: Document, index: int) -> list[Any]:
 
 
 def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator[AnyArray]:
-    """Yield the 4x4 matrices of a node's mesh within the node (EXT_mesh_gpu_instancing).
+    """Yield the matrices (4, 4) of a node's mesh in the node (EXT_mesh_gpu_instancing).
 
-    A single identity matrix without instancing.
+    Without instancing, a single identity matrix is yielded.
     """
     instancing = document.section("extensions", node).get("EXT_mesh_gpu_instancing")
     if not isinstance(instancing, dict):
@@ -166,7 +166,7 @@ def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator
 
 
 def _used_rows(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
-    """Return the vertices that faces use, and the faces by their positions among these."""
+    """Return the vertices used by faces, and the faces with indices into these vertices."""
     if 8 * faces.size < n:
         # Thousands of small pieces may share one large buffer.
         rows, inverse = np.unique(faces, return_inverse=True)
@@ -179,7 +179,7 @@ def _used_rows(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
 def _morphed_positions(
     document: Document, primitive: dict[str, Any], stored: AnyArray, rows: Any, weights: object
 ) -> FloatArray:
-    """Return positions with the morph targets at their weights (glTF 2.0, 3.7.2.2)."""
+    """Return positions with weighted morph targets applied (glTF 2.0, 3.7.2.2)."""
     positions: FloatArray = stored[rows].astype(np.float64)
     targets = primitive.get("targets")
     if not isinstance(targets, list) or not targets or weights is None:
@@ -245,7 +245,7 @@ def _piece(
         document.item("materials", material)
     rows: Any = slice(None)
     if faces is not None and shared:
-        # Many primitives share one large buffer: each takes only what it needs.
+        # Many primitives share one large buffer, so copy only the part that each one needs.
         rows, faces = _used_rows(faces, len(stored))
     document.budget.take(24 * (len(stored) if isinstance(rows, slice) else len(rows)), "meshes")
     positions = _morphed_positions(document, primitive, stored, rows, weights)
@@ -283,7 +283,8 @@ def _piece(
     if faces is None:
         piece.normals = values("NORMAL", 3)
         if piece.normals is not None:
-            # Directions: correct for rotations and uniform scales, as clouds have.
+            # Transforming normals as directions is correct for rotations and uniform scales, which
+            # clouds have.
             piece.normals = piece.normals @ matrix[:3, :3].T
     for name in attributes:
         if not name.startswith("_"):

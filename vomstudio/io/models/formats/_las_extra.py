@@ -1,6 +1,7 @@
-"""LAS files with an invalid description of extra fields.
+"""Handling of LAS files whose description of extra fields is invalid.
 
-Their points are valid, so the description is hidden from laspy, which would refuse the file.
+The points of such a file are valid, so the description is hidden from laspy, which would reject the
+file.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ _USER_AT = 2
 
 
 def invalid_extra_record_offset(path: Path) -> int | None:
-    """Return the offset of the user id of the extra bytes record if that is invalid."""
+    """Return the offset of the user ID of the extra bytes record if the record is invalid."""
     with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
         offset, points_at, count = struct.unpack_from("<HII", head, 94)
@@ -52,7 +53,7 @@ def _is_valid(record: bytes) -> bool:
 
 
 class FileWithHiddenRecord(io.FileIO):
-    """A file in which the record at `place` has an unknown user id."""
+    """File in which the record at `place` has an unknown user ID."""
 
     def __init__(self, path: Path, offset: int) -> None:
         super().__init__(path, "r")

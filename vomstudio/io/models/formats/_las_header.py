@@ -1,7 +1,7 @@
-"""Header and chunk table of LAS and LAZ files, checked before use.
+"""Header and chunk table of LAS and LAZ files, which are checked before use.
 
-lazrs allocates whatever memory a file states and ends the process if that fails, so false values
-must be detected here. laspy is not needed for this, and takes time to import.
+lazrs allocates as much memory as a file states and ends the process if that fails, so false values
+must be detected here. laspy is not needed for this and takes time to import.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ POINT_FORMAT_AT, COMPRESSED = 104, 0x80
 
 
 def check_header(path: Path) -> int:
-    """Return the size of the file. Refuses invalid LAS files before a library reads them."""
+    """Reject invalid LAS files before a library reads them; return the size of the file."""
     try:
         with open_regular(path) as file:
             head = file.read(MIN_HEADER_BYTES)
@@ -74,13 +74,13 @@ def check_header(path: Path) -> int:
 
 
 def with_empty_chunk_table(path: Path, size: int) -> io.BytesIO | None:
-    """Return a LAZ file with an empty chunk table if its own is truncated or invalid.
+    """Return a LAZ file with an empty chunk table if its own is truncated or invalid, or None.
 
-    Otherwise None.
+    The result is None if the file does not need this.
 
-    The table is at the end of the file, and the decoder reads it first, but it is not needed for
-    reading from front to back. lazrs trusts the table and aborts the process if it asks for too
-    much memory, so false values must be detected here.
+    The table is at the end of the file, and the decoder reads it first although it is not needed
+    for sequential reading. lazrs trusts the table and aborts the process if it requires too much
+    memory, so false values must be detected here.
     """
     with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
@@ -134,7 +134,7 @@ def with_empty_chunk_table(path: Path, size: int) -> io.BytesIO | None:
 
 
 def laszip_chunk_points(top: bytes, offset: int, n_records: int, record_bytes: int) -> int | None:
-    """Return the points per chunk of the laszip record (0: not in chunks); None if invalid."""
+    """Return the points per chunk in the laszip record (0: no chunks), or None if invalid."""
     for _ in range(n_records):
         if offset + 54 > len(top):
             return None
@@ -169,12 +169,12 @@ def is_layered(path: Path) -> bool:
 
 
 def check_layers(path: Path, top: LasHeader) -> None:
-    """Check the layer lengths of chunks, for which lazrs allocates memory.
+    """Check the layer lengths of chunks, according to which lazrs allocates memory.
 
-    Only the layered formats have them.
+    Only the layered formats have layer lengths.
 
-    Raises InputError if one states far more than the rest of the file; a truncated last chunk is
-    allowed.
+    Raises InputError if one of them is far larger than the remainder of the file; a truncated last
+    chunk is allowed.
     """
     if not top.layer_count or is_copc(path):
         return
@@ -206,16 +206,16 @@ _ONES = np.uint64(2**64 - 1)
 
 
 def _blank_bytes(record_bytes: int) -> bytes:
-    """Return a run of one bits that no encoder writes and no first point of a chunk contains.
+    """Return a run of one bits that neither encoders nor first points of chunks contain.
 
-    Memory cards contain it where nothing was written. lazrs reads beyond its memory on it, which
-    ends the process.
+    Memory cards contain such runs where nothing was written. lazrs reads beyond its memory when it
+    decodes them, which ends the process.
     """
     return b"\xff" * max(MIN_BLANK_BYTES, record_bytes + 64)
 
 
 def refuse_blank(path: Path, progress: Progress) -> None:
-    """Raise InputError if a part of a LAZ file consists of one bits only."""
+    """Raise InputError if a part of a LAZ file consists only of one bits."""
     with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
         if not head[POINT_FORMAT_AT] & COMPRESSED:
@@ -223,13 +223,14 @@ def refuse_blank(path: Path, progress: Progress) -> None:
         header_size, points_at = struct.unpack_from("<HI", head, 94)
         blank = _blank_bytes(struct.unpack_from("<H", head, 105)[0])
         file.seek(max(points_at, header_size))
-        # One buffer for all blocks, each after the end of the previous one.
+        # Use one buffer for all blocks, each of which overlaps the end of the previous one.
         buffer = bytearray(len(blank) + BLOCK_BYTES)
         view, words = memoryview(buffer), np.frombuffer(buffer, np.uint64, len(buffer) // 8)
         carried_bytes, position, count = 0, file.tell(), 0
         while read_bytes := file.readinto(view[carried_bytes : carried_bytes + BLOCK_BYTES]):
             filled_bytes = carried_bytes + read_bytes
-            # A blank part contains one of every eight words, so the others need not be checked.
+            # A blank part contains one of every eight words, so the others do not need to be
+            # checked.
             if (words[: filled_bytes // 8 : 8] == _ONES).any():
                 blank_offset = buffer.find(blank, 0, filled_bytes)
                 if blank_offset >= 0:
@@ -246,9 +247,9 @@ def refuse_blank(path: Path, progress: Progress) -> None:
 
 
 def is_copc(path: str | Path) -> bool:
-    """Return whether the first record of a LAZ file is that of COPC.
+    """Return whether the first record of a LAZ file is the COPC record.
 
-    False if it is not a file.
+    Returns False if the path is not a file.
     """
     try:
         with open_regular(path) as file:
@@ -263,16 +264,16 @@ def is_copc(path: str | Path) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class LasHeader:
-    """The header and the records between it and the points.
+    """Header of a LAS file and the records between the header and the points.
 
     Attributes
     ----------
     bounds : (2, 3) float64
-        As the header states, unchecked.
+        Bounds as stated in the header, unchecked.
     records : dict
-        Bytes of the variable length records by (user, number); the first of each.
+        Bytes of the variable length records by (user, number); only the first record of each.
     layers : int
-        Number of streams of a chunk of the layered formats (6 and above); 0 for others.
+        Number of streams in a chunk of the layered formats (6 and above); 0 for other formats.
     """
 
     size: int
@@ -354,7 +355,7 @@ def _contradiction(path: Path) -> InputError:
 
 
 def _layers(laszip: bytes) -> int:
-    """Return the number of layers, from the laszip record (LAZ 1.4, items 10 to 14)."""
+    """Return the number of layers from the laszip record (LAZ 1.4, items 10 to 14)."""
     (n_items,) = struct.unpack_from("<H", laszip, 32)
     total = 0
     for k in range(n_items):
@@ -364,7 +365,7 @@ def _layers(laszip: bytes) -> int:
 
 
 def is_valid_chunk(chunk: bytes, points: int, top: LasHeader) -> bool:
-    """Return whether a chunk of a layered format has the stated length and number of points."""
+    """Return whether a chunk of a layered format has its stated length and number of points."""
     start = top.record_bytes
     head = start + 4 + 4 * top.layer_count
     if top.layer_count == 0 or len(chunk) < head:
@@ -383,10 +384,10 @@ def decompress(
     top: LasHeader,
     max_points: int = POINTS_PER_DECOMPRESSION,
 ) -> ByteArray | None:
-    """Return (points, record_bytes) of the first `points` of each chunk; None if that fails.
+    """Return (points, record_bytes) of the first `points` of each chunk, or None on failure.
 
-    lazrs holds the interpreter lock, so it is called for a few chunks with at most so many points
-    at a time: other threads run in between.
+    lazrs holds the GIL, so it is called for a few chunks with a limited number of points at a time,
+    which lets other threads run in between.
     """
     import lazrs
 

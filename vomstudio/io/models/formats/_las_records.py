@@ -1,4 +1,4 @@
-"""Bytes of single LAS points, by the tables of the LAS 1.4 specification (R15)."""
+"""Decoding of single LAS points according to the LAS 1.4 specification (R15)."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ _FORMATS: dict[int, list[Any]] = {
 }
 _EXTRA_TYPES = ["u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8"]
 _EXTRA_BYTES = 192
-# Used only if they are not 0 everywhere.
+# Used only if the values are not all 0.
 STANDARD_FIELDS = ("intensity", "classification", "return_number", "gps_time")
 
 
 @dataclass(frozen=True, eq=False)
 class RecordLayout:
-    """Layout of the records of one file.
+    """Layout of the records in one file.
 
-    `extra` maps names to (scale, offset) if the values are stored as scaled integers. `no_data`
-    contains the stored values of extra fields without a value, as in `no_data_of`.
+    `extra` maps names to (scale, offset) if values are stored as scaled integers. `no_data`
+    contains the stored values that represent missing values of extra fields, as in `no_data_of`.
     """
 
     kind: np.dtype[Any]
@@ -106,9 +106,9 @@ def layout_of(top: LasHeader, path: Path) -> RecordLayout:
 
 
 def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
-    """Return the "no value" of each field that declares one, from the extra bytes record.
+    """Return the "no data" values of each field that declares them in the extra bytes record.
 
-    There is one for each component, as stored (before scale and offset).
+    There is one value per component, as stored (before applying scale and offset).
     """
     no_data: dict[str, tuple[float, ...]] = {}
     for offset in range(0, len(record) - _EXTRA_BYTES + 1, _EXTRA_BYTES):
@@ -125,7 +125,7 @@ def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
 
 
 def mask_no_data(values: AnyArray, stored: AnyArray, no_data: tuple[float, ...]) -> AnyArray:
-    """Return (n,) or (n, k) floats, NaN where the stored value means "no value"."""
+    """Return floats (n,) or (n, k), NaN where the stored value means "no data"."""
     kind = stored.dtype
     gaps = np.zeros(stored.shape, bool)
     for k, no_data_value in enumerate(no_data[: 1 if stored.ndim == 1 else stored.shape[1]]):
@@ -142,9 +142,10 @@ def mask_no_data(values: AnyArray, stored: AnyArray, no_data: tuple[float, ...])
 
 
 def replacement_rows(withheld: AnyArray) -> AnyArray | None:
-    """Return (n,) rows that replace each withheld point by the previous valid one.
+    """Return rows (n,) that replace each withheld point by the previous valid point.
 
-    For files whose rows must keep their numbers; None if no point or every point is withheld.
+    This is for files whose rows must keep their numbers; the result is None if no point or every
+    point is withheld.
     """
     if not withheld.any() or withheld.all():
         return None
@@ -154,7 +155,7 @@ def replacement_rows(withheld: AnyArray) -> AnyArray | None:
 
 
 def withheld_of(records: AnyArray, layout: RecordLayout) -> AnyArray:
-    """Return (n,) whether the file marks points as withheld (LAS 1.4 R15, tables 8 and 16)."""
+    """Return a mask (n,) of the points marked as withheld (LAS 1.4 R15, tables 8 and 16)."""
     flagged: AnyArray = (
         (records["flags"] & 0x04) != 0 if layout.new else (records["class"] & 0x80) != 0
     )
@@ -165,9 +166,9 @@ def withheld_of(records: AnyArray, layout: RecordLayout) -> AnyArray:
 class Choice:
     """Selected parts of the records.
 
-    They are the same for all pieces of a file, so that the pieces can be joined.
+    They are the same for all pieces of a file so that the pieces can be joined.
 
-    `wide_colors` states whether colours use all of their 16 bits.
+    `wide_colors` states whether the colours use all 16 bits.
     """
 
     colors: bool
@@ -176,9 +177,9 @@ class Choice:
 
 
 def choose_fields(records: AnyArray, layout: RecordLayout) -> Choice:
-    """Select colours if there are any, varying standard fields, and extra fields.
+    """Select colours if there are any, standard fields that vary, and extra fields.
 
-    `records` is a sample of the file.
+    `records` is a sample of the records in the file.
     """
     names = layout.kind.names or ()
     top = max(

@@ -1,7 +1,7 @@
 """Coordinate reference system of a LAS, LAZ or COPC file.
 
-It is WKT or GeoTIFF keys in its variable length records, or in the extended ones behind the points
-(LAS 1.4 R15).
+It is stored as WKT or GeoTIFF keys in the variable length records, or in the extended records after
+the points (LAS 1.4 R15).
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ MAX_RECORD_BYTES = 1_000_000
 MAX_RECORDS = 1000
 _WKT_BIT, _FIRST_FORMAT_WITH_WKT = 0x10, 6
 MAX_DEVIATION_DEG = 1e-4
-"""Some ten metres, more than the difference between nearly equal datums."""
+"""About ten metres, which is more than the difference between nearly equal datums."""
 
 
 def las_reference(path: Path) -> Reference:
-    """Return the reference that the header selects, WKT or keys, else the readable one.
+    """Return the reference (WKT or keys) selected by the header, or else the readable one.
 
-    A difference between the two is reported (LAS 1.4 R15, global encoding). Heights are taken from
-    the other one if the first does not define them. Never raises, since the points are valid:
-    errors are warnings.
+    A difference between the two is reported (LAS 1.4 R15, global encoding). If the selected
+    reference does not define heights, they are taken from the other one. The function never raises
+    errors because the points are valid; it reports problems as warnings.
     """
     try:
         records, has_wkt_priority, centre = _records(path)
@@ -105,7 +105,7 @@ def _axes_text(axes: StatedAxes) -> str:
 
 
 def _differ(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) -> bool:
-    """Return whether x and y have different units, or offsets larger than metres."""
+    """Return whether the units of x and y differ, or the offset is larger than metres."""
     if first.kind != second.kind or first.units[:2] != second.units[:2]:
         return True
     if first.kind != "projected" or first.crs == second.crs:
@@ -123,11 +123,12 @@ def _differ(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) 
 
 
 def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
-    """Return the records of LASF_Projection, whether WKT has priority, and the centre.
+    """Return the LASF_Projection records by number, whether WKT has priority, and the centre.
 
     The records are by number.
 
-    The first record of each number is used; the centre is x and y of the middle of the points.
+    The first record of each number is used; the centre is the x and y of the midpoint of the
+    bounds.
     """
     records: dict[int, bytes] = {}
     with open_regular(path) as file:

@@ -1,7 +1,7 @@
-"""The compiled passes over the bytes of an OBJ file.
+"""Compiled passes over the bytes of an OBJ file.
 
-`count` says how much a block of lines holds, so that `parse` can write straight into the final
-arrays, several blocks at once. Both must agree on what a line is.
+`count` returns the number of elements in a block of lines, so that `parse` can write directly into
+the final arrays, with several blocks in parallel. Both must agree on what a line is.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part, step
 from vomstudio.io.models.formats._decimals import LEFT_OVER, READY, is_space, number
 
-# What `count` returns, by row.
+# Rows of the result of `count`.
 N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_ODD, N_SHORT_FACES, N_COLORED = range(8)
 N_LINE_ELEMENTS = 8
 COUNTS = 9
 
-# What `parse` reports, by row.
+# Rows of the report of `parse`.
 R_LEFT_OVER, R_BAD_CORNERS, R_FIRST_BAD_CORNER, R_BAD_UVS, R_FIRST_BAD_UV = range(5)
 R_NO_NUMBERS, R_FIRST_NO_NUMBER, R_COLORED = range(5, 8)
 REPORTS = 8
 
-# Where a left-over number belongs.
+# Target arrays of left-over numbers.
 TO_VERTEX, TO_UV, TO_COLOR = range(3)
 
-# Kinds of line.
+# Kinds of lines.
 _NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _ODD, _LINE_ELEMENT = range(8)
 
 
 @part
 def _classify(data, i, end):  # type: ignore[no-untyped-def]
-    """Return the kind of the line that starts at i, and where its values start.
+    """Return the kind of the line that starts at i, and the position of its values.
 
     data[end - 1] is a newline.
     """
@@ -66,16 +66,16 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
 def count(data, start, end, counts):  # type: ignore[no-untyped-def]
     """Count the elements in data[start:end].
 
-    `start` is the begin of a line; the last byte is a newline.
+    `start` is the beginning of a line; the last byte is a newline.
     """
     i = start
     while i < end:
         kind, i = _classify(data, i, end)
         if kind == _VERTEX:
             if counts[N_VERTICES] == 0 and counts[N_COLORED] == 0:
-                # Colours are looked for on the first vertex of each block only; `parse` takes them
-                # wherever they stand once any block has them, and reports those that it was not
-                # told of.
+                # Colours are only searched on the first vertex of each block. If any block has
+                # colours, `parse` reads them everywhere, and it reports those that it was not
+                # expecting.
                 values = 0
                 inside = False
                 while data[i] != 10 and data[i] != 35:
@@ -143,7 +143,7 @@ def _line_end(data, i):  # type: ignore[no-untyped-def]
 
 @part
 def _report(report, row, first, where):  # type: ignore[no-untyped-def]
-    """Count something that is wrong; of the first case, where it is."""
+    """Count a problem, and store the position of its first occurrence."""
     if report[row] == 0:
         report[first] = where
     report[row] += 1
@@ -151,7 +151,7 @@ def _report(report, row, first, where):  # type: ignore[no-untyped-def]
 
 @part
 def _leave(left_over, report, target, flat, start, end):  # type: ignore[no-untyped-def]
-    """Note a number that is left over for Python, while there is room."""
+    """Record a number that is left for Python, as long as there is space."""
     r = report[R_LEFT_OVER]
     if r < left_over.shape[0]:
         left_over[r, 0] = target
@@ -163,9 +163,9 @@ def _leave(left_over, report, target, flat, start, end):  # type: ignore[no-unty
 
 @step
 def _color(colors, v, n, value, token, state, left_over, report):  # type: ignore[no-untyped-def]
-    """Store the colour of a vertex, which follows its coordinates in a line of n numbers.
+    """Store the colour of a vertex, which follows the coordinates in a line of n numbers.
 
-    NaN if the line has none.
+    The colour is NaN if the line has none.
     """
     for k in range(3):
         colors[v, k] = value[3 + k] if n >= 6 else np.nan
@@ -175,9 +175,10 @@ def _color(colors, v, n, value, token, state, left_over, report):  # type: ignor
 
 @step
 def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # type: ignore[no-untyped-def]
-    """Parse the corners from i to the end of the line as a fan of triangles from t onwards.
+    """Parse the corners from i to the end of the line as a fan of triangles starting at t.
 
-    Returns their number, whether one is invalid, the next triangle, and the end of the last one.
+    Returns the number of corners, whether one is invalid, the next triangle, and the end of the
+    last corner.
     """
     line = i
     n = 0
@@ -200,7 +201,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
             sound = False
             while data[i] != 10 and not is_space(data[i]):
                 i += 1
-        # 1 is the first row, -1 the last one so far, 0 nothing.
+        # 1 is the first row, -1 the last row so far, and 0 is not valid.
         row = np.int64(a - 1 if a > 0 else (a + v if a < 0 else -1))
         if not sound or row < 0 or row >= n_vertices:
             row = np.int64(-1)
@@ -229,7 +230,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
 
 
 def line_space() -> tuple[FloatArray, IntArray, IntArray]:
-    """Working space of one `parse`: a kernel that allocates none can be loaded without numba."""
+    """Return working space for `parse`; a kernel without allocations loads without numba."""
     return np.empty(8), np.empty((8, 2), np.int64), np.empty(8, np.int64)
 
 
@@ -258,13 +259,13 @@ def parse(  # type: ignore[no-untyped-def]
     token,
     state,
 ):
-    """One block into the final arrays, from the rows `base` (as `count` has them) onwards.
+    """Parse one block into the final arrays, starting at the rows `base` (as in `count`).
 
-    corners, uv_corners (m, 3): rows of vertices and uvs, -1 where unsound or absent; uv_corners and
-    colors may have no rows, then they are not wanted. words (k, 3): start, end, triangle before
-    which the line stands. polygons (p, 2): first triangle of the fan, corners. left_over (any, 4):
-    target, flat position, start, end; counted on beyond its rows. value, token, state: working
-    space for the numbers of a line, see `line_space`.
+    corners, uv_corners (m, 3): rows of vertices and uvs, -1 if invalid or missing; uv_corners and
+    colors may have no rows, in which case they are not read. words (k, 3): start, end, and the
+    triangle before which the line is located. polygons (p, 2): first triangle of the fan, number of
+    corners. left_over (any, 4): target, flat index, start, end; counting continues beyond its rows.
+    value, token, state: working space for the numbers of a line, see `line_space`.
     """
     v, u, t = base[N_VERTICES], base[N_UVS], base[N_TRIANGLES]
     w, p = base[N_WORDS], base[N_POLYGONS]
@@ -335,7 +336,7 @@ def parse(  # type: ignore[no-untyped-def]
     "int64(int32[:,::1], int32[:,::1], int64, int32[::1], int32[::1], int32[::1], int32[:,::1])"
 )
 def split_rows(corners, uv_corners, n, source, texture, following, out):  # type: ignore[no-untyped-def]
-    """`split_vertices` on arrays that have room; `following` chains the rows of one position."""
+    """Run `split_vertices` on preallocated arrays; `following` links rows of one position."""
     for i in range(n):
         source[i] = i
         texture[i] = -2
@@ -365,13 +366,13 @@ def split_rows(corners, uv_corners, n, source, texture, following, out):  # type
 def split_vertices(
     corners: Int32Array, uv_corners: Int32Array, n_vertices: int
 ) -> tuple[Int32Array, Int32Array, Int32Array]:
-    """One vertex for each pair of position and texture coordinate that a corner (m, 3) names.
+    """Create one vertex for each pair of position and texture coordinate in corners (m, 3).
 
     A position keeps its row for its first texture coordinate; further ones get new rows at the end.
-    Returns the corners in new rows, and the position and the texture coordinate (-1 none) of each
-    row.
+    Returns the corners with the new rows, and the position and texture coordinate (-1 for none) of
+    each row.
     """
-    # As many as there could be; memory that is not written to is not taken.
+    # Maximum possible size; memory that is not written to is not used.
     room = n_vertices + corners.size
     source, texture, following = (np.empty(room, np.int32) for _ in range(3))
     out = np.empty(corners.shape, np.int32)

@@ -1,4 +1,4 @@
-"""Compiled walks over PLY records whose lists differ in length, and over rows of text."""
+"""Compiled passes over PLY records with lists of different lengths, and over text rows."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def _count_at(data, at, size, signed, little):  # type: ignore[no-untyped-def]
     " int64[:,::1])"
 )
 def walk(data, at, sizes, count_sizes, count_signed, little, places, counts):  # type: ignore[no-untyped-def]
-    """Find the start of each value of each record: rows of `places` and `counts` (n, k).
+    """Find the start of each value of each record, filling `places` and `counts` (n, k).
 
-    sizes (k,): bytes of a value or of a list's items; count_sizes (k,): bytes of a list's length, 0
-    for a plain value. Returns the number of complete records.
+    sizes (k,): bytes of a value or of a list item; count_sizes (k,): bytes of a list length, 0 for
+    a plain value. Returns the number of complete records.
     """
     end = data.shape[0]
     for i in range(places.shape[0]):
@@ -48,7 +48,7 @@ def walk(data, at, sizes, count_sizes, count_signed, little, places, counts):  #
 
 @kernel("void(uint8[::1], int64[:], int64[:], int64, uint8[::1])")
 def gather(data, places, counts, size, out):  # type: ignore[no-untyped-def]
-    """Copy the bytes of lists of `size`-byte items, one list after the other."""
+    """Copy the bytes of lists with items of `size` bytes, one list after the other."""
     at = 0
     for i in range(places.shape[0]):
         n = counts[i] * size
@@ -61,11 +61,11 @@ def gather(data, places, counts, size, out):  # type: ignore[no-untyped-def]
     "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1], int64[:,::1])"
 )
 def rows(data, at, max_rows, starts, values, left_over):  # type: ignore[no-untyped-def]
-    """Numbers of text lines, until `max_rows` rows are full or `values` could overflow.
+    """Parse the numbers of text lines until `max_rows` is reached or `values` could overflow.
 
-    Begins at byte `at`; starts (max_rows + 1,) gets where each row begins in `values`. left_over
-    (any, 3): value, start, end, -1 ends the list. `data` ends with a newline. Returns the next
-    byte, rows and values.
+    Parsing begins at byte `at`; starts (max_rows + 1,) receives the index in `values` at which each
+    row begins. left_over (any, 3): value, start and end, terminated by -1. `data` ends with a
+    newline. Returns the next byte, row and value.
     """
     end = data.shape[0]
     n_left = 0
@@ -108,7 +108,7 @@ def rows(data, at, max_rows, starts, values, left_over):  # type: ignore[no-unty
 
 @kernel("void(float64[::1], int64[::1], boolean[::1], int64[:,::1], int64[:,::1])")
 def walk_rows(values, starts, is_list, places, counts):  # type: ignore[no-untyped-def]
-    """As `walk`, over rows of numbers. Rows that are too short get counts of 0."""
+    """Apply `walk` to rows of numbers. Rows that are too short get counts of 0."""
     for i in range(places.shape[0]):
         at = starts[i]
         end = starts[i + 1]
@@ -147,12 +147,12 @@ def gather_values(values, places, counts, out):  # type: ignore[no-untyped-def]
     " int32[:,::1], int32[::1], int64[:,::1])"
 )
 def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, polygons):  # type: ignore[no-untyped-def]
-    """Polygons as fans of triangles; those with a corner beyond the vertices are left out.
+    """Convert polygons to fans of triangles, omitting those with invalid vertex indices.
 
-    counts (n,), indices (sum of counts,); uv_counts (n,): numbers in each face's own list of
-    texture coordinates, or no rows. corners, uv_corners, face_of have room for every triangle, the
-    second possibly none. Returns triangles, polygons of more than 3 corners, faces out of range,
-    faces with fewer than 3 corners.
+    counts (n,), indices (sum of counts,); uv_counts (n,): length of the list of texture coordinates
+    of each face, or no rows. corners, uv_corners and face_of have space for every triangle;
+    uv_corners may have no rows. Returns the numbers of triangles, of polygons with more than 3
+    corners, of faces out of range, and of faces with fewer than 3 corners.
     """
     t = 0
     p = 0

@@ -1,4 +1,4 @@
-"""Values of a PLY by element, as text or binary of either byte order."""
+"""Values of a PLY file by element, from text or binary data of either byte order."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BLOCK_BYTES = 1 << 22
 
 @dataclass
 class Table:
-    """One element's values: plain ones by name, lists as (lengths, all items)."""
+    """Values of one element: plain values by name, and lists as (lengths, all items)."""
 
     n: int
     plain: dict[str, GenericArray] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class Table:
 
 
 def _missing(element: Element, count: int, messages: list[Finding]) -> None:
-    """Append the message that the file has fewer records than its header states."""
+    """Append a finding that the file has fewer records than its header states."""
     if element.name == "vertex":
         messages.append(points_missing(count, element.count))
         return
@@ -63,7 +63,7 @@ def read_binary(
     progress.stage(tr("Reading the model"), len(header.elements))
     for i, element in enumerate(header.elements):
         if element.properties and element.count:
-            # The count is untrusted: each record takes at least so many bytes.
+            # The count is untrusted; each record takes at least this number of bytes.
             min_record_bytes = sum(
                 np.dtype(p.count_type or p.type).itemsize for p in element.properties
             )
@@ -87,7 +87,7 @@ def _binary_table(
     order: str,
     budget: Budget,
 ) -> tuple[Table, int]:
-    """Return up to n records from byte `at`, and the byte after them."""
+    """Return up to n records starting at byte `at`, and the position of the next byte."""
     lists = [p for p in element.properties if p.count_type]
     guess: dict[str, int] = {}
     if lists:
@@ -124,7 +124,7 @@ def _binary_table(
 
 
 def _first_lengths(buffer: ByteArray, at: int, element: Element, order: str) -> dict[str, int]:
-    """Return the lengths of the lists of the first record, incomplete if it is invalid."""
+    """Return the list lengths of the first record; incomplete if the record is invalid."""
     lengths: dict[str, int] = {}
     for p in element.properties:
         size = np.dtype(p.type).itemsize
@@ -258,7 +258,7 @@ def _value(token: bytes) -> tuple[float, bool]:
 
 
 def _longest_line(buffer: bytearray, at: int) -> int:
-    """Return an upper bound for the number of values of one line."""
+    """Return an upper bound for the number of values in one line."""
     data = np.frombuffer(buffer, np.uint8)[at:]
     longest, last = 0, -1
     for start in range(0, len(data), BLOCK_BYTES):
@@ -272,7 +272,7 @@ def _longest_line(buffer: bytearray, at: int) -> int:
 class _TextRows:
     """Rows of one element, converted to the types of their properties while they are read.
 
-    All numbers of a file at once, as floats, would take several times the size of the file.
+    Storing all numbers of a file as floats would take several times the size of the file.
     """
 
     def __init__(self, element: Element) -> None:
@@ -285,8 +285,8 @@ class _TextRows:
     def add(self, values: FloatArray, starts: IntArray) -> None:
         """Append rows.
 
-        `values` are those of the rows in sequence; `starts` (n + 1,) is the first value of each
-        row.
+        `values` contains the values of the rows in sequence; `starts` (n + 1,) contains the index
+        of the first value of each row.
         """
         from vomstudio.io.models.formats import _ply_kernels as k
 
@@ -333,8 +333,8 @@ class _TextRows:
 def whole_numbers(values: AnyArray) -> Int32Array:
     """Convert indices from text or floats to integers.
 
-    Values that are not numbers become -1, and those out of range the largest integer; neither is a
-    valid vertex.
+    Values that are not numbers become -1, and values out of range become the largest integer;
+    neither is a valid vertex.
     """
     limits = np.iinfo(np.int32)
     numbers: FloatArray = np.nan_to_num(values, nan=-1.0)

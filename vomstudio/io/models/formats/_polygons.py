@@ -1,4 +1,4 @@
-"""Triangulation of polygons that were read as fans, where the fan leaves the polygon."""
+"""Triangulation of polygons whose triangle fan extends outside the polygon."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part
 
-# Ear clipping is cubic at worst; longer polygons keep their fan.
+# Ear clipping is cubic in the worst case; longer polygons keep their fan.
 MAX_RING = 256
 
 
 @part
 def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
-    """Return twice the area of triangle abc as seen against the normal.
+    """Return twice the signed area of the triangle abc as seen against the normal.
 
-    It is negative for a clockwise triangle.
+    The area is negative for a clockwise triangle.
     """
     ux = points[b, 0] - points[a, 0]
     uy = points[b, 1] - points[a, 1]
@@ -30,7 +30,7 @@ def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
 def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
     """Load the corners of the polygon whose fan begins with triangle t0.
 
-    Returns whether all are valid.
+    Returns whether all corners are valid.
     """
     ring[0] = corners[t0, 0]
     ring[1] = corners[t0, 1]
@@ -45,7 +45,7 @@ def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
 
 @part
 def _is_ear(points, index, remaining, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
-    """Return whether the triangle abc lies inside the remaining polygon."""
+    """Return whether the triangle abc is inside the remaining polygon."""
     if not _turn(points, a, b, c, nx, ny, nz) > 0:
         return False
     for j in range(remaining):
@@ -71,9 +71,10 @@ def cut_concave(
 
     *Am. Math. Monthly* 82, 648.
 
-    vertices (n, 3); corners, uv_corners (m, 3), the second possibly without rows; polygons (p, 2):
-    first triangle of the fan, number of corners. Polygons with an unsound corner (-1) are left, so
-    are those that no ear can be found in (crossing themselves). Returns how many were cut again.
+    vertices (n, 3); corners, uv_corners (m, 3), where the latter may have no rows; polygons (p, 2):
+    first triangle of the fan, number of corners. Polygons with an invalid corner (-1) or in which
+    no ear can be found (self-intersecting ones) are left unchanged. Returns the number of polygons
+    that were triangulated again.
     """
     return int(
         _cut(
@@ -93,7 +94,7 @@ def cut_concave(
     " int64[:,::1], int64[:,::1])"
 )
 def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type: ignore[no-untyped-def]
-    """`cut_concave`, with working space for one polygon."""
+    """Run `cut_concave` with working space for one polygon."""
     ring = rings[0]
     uv_ring = rings[1]
     index = rings[2]
@@ -112,7 +113,7 @@ def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type:
         for k in range(n):
             for c in range(3):
                 points[k, c] = vertices[ring[k], c] - vertices[ring[0], c]
-        # Newell's normal, which concave and slightly warped polygons have too.
+        # Newell's normal, which is also defined for concave and slightly warped polygons.
         nx = ny = nz = 0.0
         for k in range(n):
             m = (k + 1) % n

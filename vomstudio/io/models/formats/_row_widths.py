@@ -1,7 +1,7 @@
-"""Check that the rows of a table have as many cells as its first row.
+"""Check that all rows of a table have the same number of cells as its first row.
 
-pandas fills short rows and does not report cells without a header: a row with decimal commas
-between commas, or a truncated one, would become a different point.
+pandas fills short rows and does not report cells without a header, so a row with decimal commas
+between comma separators, or a truncated row, would become a different point.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ _BLANKS[[ord(c) for c in " \t\r\n"]] = True
 
 
 def have_equal_width(data: bytes, delimiter: str, skip: int) -> bool:
-    """Return whether all rows below the first `skip` lines are equally wide.
+    """Return whether all rows after the first `skip` lines have the same number of cells.
 
-    Empty lines and comments are not rows. Either all rows end in a delimiter or none.
+    Empty lines and comments do not count as rows. Either all rows end with a delimiter or none do.
     """
     width: int | None = None
     for lines in _blocks(data, skip):
@@ -35,7 +35,7 @@ def have_equal_width(data: bytes, delimiter: str, skip: int) -> bool:
 
 
 def _blocks(data: bytes, skip: int) -> Iterator[ByteArray]:
-    """Yield whole lines in blocks of some megabytes."""
+    """Yield whole lines in blocks of a few megabytes."""
     position = 0
     for _ in range(skip):
         position = data.index(b"\n", position) + 1
@@ -47,7 +47,7 @@ def _blocks(data: bytes, skip: int) -> Iterator[ByteArray]:
 
 
 def _cells(lines: ByteArray, delimiter: str) -> IntArray:
-    """Return the number of cells of each line; 0 for lines that are not rows."""
+    """Return the number of cells in each line, or 0 for lines that are not rows."""
     ends = np.flatnonzero(lines == _NEWLINE)
     if not len(ends) or ends[-1] != len(lines) - 1:
         ends = np.append(ends, len(lines))

@@ -1,4 +1,4 @@
-"""Digital elevation models in GeoTIFF, as surfaces."""
+"""Digital elevation models in GeoTIFF files, read as surfaces."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from vomstudio.io.models.formats._common import drop_invalid
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 MAX_VERTICES = 4_000_000
-"""Maximum of one surface, eight million triangles. Larger grids are thinned, with a message."""
+"""Maximum for one surface (eight million triangles); larger grids are thinned, with a message."""
 PIXELS_PER_STEP = 4_000_000
 MAX_HEIGHT_M = 1e5
-# Values that programs write for "no data" without declaring it.
+# Values that programs write for "no data" without declaring them.
 UNDECLARED_NO_DATA = (-9999.0, -32768.0, -32767.0, -99999.0)
 _UNITS = {
     "m": ("m", "metre", "meter", "metres", "meters"),
@@ -61,25 +61,25 @@ _UNITS = {
     ),
 }
 UNITS = {spelt: name for name, spellings in _UNITS.items() for spelt in spellings}
-"""Units by the letters of their spelling in files."""
+"""Units by their spelling in files."""
 
 
 def unit_of(written: str) -> str | None:
-    """Return a name of `METRES`; None for an unknown unit."""
+    """Return the key of `METRES` for a unit, or None if the unit is unknown."""
     return UNITS.get("".join(filter(str.isalpha, written.lower())))
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether a file begins as a TIFF."""
+    """Return whether a file begins like a TIFF file."""
     return head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the grid as triangles between the centres of its pixels, float64.
+    """Read the grid as triangles between the centres of its pixels, in float64.
 
-    Pixels without a value are holes. The position follows from the file's transform, rotated or
-    not; the CRS is the file's, and the heights are in the unit that it states for them. Raises
-    InputError for an ordinary image, a raster without a position, and a damaged file.
+    Pixels without a value become holes. The position follows from the transform of the file, which
+    may be rotated; the CRS is that of the file, and the heights are in the unit stated for them.
+    Raises InputError for an ordinary image, a raster without a position, and a damaged file.
     """
     import rasterio
     from rasterio._err import CPLE_BaseError
@@ -148,9 +148,9 @@ def _check_is_dem(dataset: Any, path: Path, messages: list[Finding]) -> None:
 
 
 def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | None, str | None]:
-    """Return the CRS as WKT, and a unit of heights that the file states in addition.
+    """Return the CRS as WKT, and a unit of heights that the file states separately.
 
-    A depth image of an oblique view is refused.
+    A depth image of an oblique view is rejected.
     """
     if dataset.crs is None:
         return None, None
@@ -188,7 +188,7 @@ def _step_of(dataset: Any, messages: list[Finding]) -> int:
 def _heights(
     dataset: Any, step: int, path: Path, progress: Progress, messages: list[Finding]
 ) -> tuple[FloatArray, str | None]:
-    """Return every step-th height, NaN without data, and the unit that the band states."""
+    """Return every step-th height (NaN for no data) and the unit stated by the band."""
     from rasterio.windows import Window
 
     width, height = dataset.width, dataset.height
@@ -212,7 +212,7 @@ def _heights(
         rows = min(rows_at_once, height - start)
         window = Window(0, start, width, rows)  # type: ignore[call-arg, unused-ignore]
         values = dataset.read(1, window=window)[::step, ::step].astype(np.float64)
-        # Nodata, a mask, or an opacity band, whichever the file has.
+        # Nodata value, mask or opacity band, whichever the file contains.
         mask = dataset.read_masks(1, window=window)[::step, ::step]
         values[mask == 0] = np.nan
         first = start // step
@@ -255,9 +255,10 @@ def _surface(heights: AnyArray, transform: Any, step: int) -> Mesh:
 
 
 def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
-    """Return two triangles between four pixels, split by the smaller height step.
+    """Return two triangles between four pixels, split along the smaller height difference.
 
-    One triangle between three pixels. Counterclockwise from above if rows run south.
+    Between three pixels there is one triangle. Triangles are counterclockwise as seen from above if
+    rows run south.
     """
     corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
     nw, ne, sw, se = (corner.ravel() for corner in corners)

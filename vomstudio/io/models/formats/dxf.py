@@ -1,8 +1,8 @@
-"""DXF drawings as models: points as a cloud, or faces as a mesh.
+"""DXF drawings as models: points as a cloud or faces as a mesh.
 
 Faces are 3DFACE, polyface and polygon meshes (POLYLINE) and MESH; each layer becomes a material
-(AutoCAD DXF Reference). Parsed here and not by a library for the reasons in `vomstudio.io.gis.dxf`,
-in blocks, of which only one is in memory as text.
+(AutoCAD DXF Reference). The file is parsed here and not by a library for the reasons stated in
+`vomstudio.io.gis.dxf`, in blocks, only one of which is in memory as text.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from vomstudio.io.models.formats._common import (
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 _UNITS: dict[int, str] = {2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 21: "us-ft"}
-"""Unit names of `vomstudio.geometry.units.METRES` by the value of $INSUNITS."""
+"""Unit names from `vomstudio.geometry.units.METRES` by the value of $INSUNITS."""
 _FROZEN, _INVISIBLE, _PAPER = 1, 1, 1
 _BY_LAYER = 256
 _CLOSED_M, _CLOSED_N = 1, 32
@@ -48,7 +48,7 @@ _GROUPS_PER_BLOCK = 400_000
 
 @dataclass
 class _Block:
-    """Groups of a part of the drawing that contains whole entities only."""
+    """Groups of a part of the drawing that contains only complete entities."""
 
     codes: IntArray
     values: list[bytes]
@@ -62,7 +62,7 @@ class _Block:
         return cls(codes, values, starts, kinds[: len(starts)])
 
     def groups(self, entity: int) -> Iterator[tuple[int, bytes]]:
-        """Yield the groups of one entity after the first."""
+        """Yield the groups of one entity after the first group."""
         begin = int(self.starts[entity]) + 1
         end = int(self.starts[entity + 1]) if entity + 1 < len(self.starts) else len(self.codes)
         return zip(self.codes[begin:end].tolist(), self.values[begin:end], strict=True)
@@ -70,7 +70,7 @@ class _Block:
     def numbers(
         self, entities: IntArray, codes: tuple[int, ...], default: float = np.nan
     ) -> FloatArray:
-        """Return the first value (n, k) of each code for ascending entities."""
+        """Return the first value (n, k) of each code for entities in ascending order."""
         numbers = np.full((len(entities), len(codes)), default)
         at, row = self._group_rows(entities)
         slot_of = np.full(1 + max(codes), -1, np.int64)
@@ -80,12 +80,12 @@ class _Block:
         selected[selected] = slot_of[group[selected]] >= 0
         at, row = at[selected], row[selected]
         values = np.array([_number(self.values[i]) for i in at.tolist()], np.float64)
-        # Assigned backwards, so that the first value of a code is kept.
+        # Assigned in reverse order so that the first value of a code is kept.
         numbers[row[::-1], slot_of[self.codes[at[::-1]]]] = values[::-1]
         return numbers
 
     def layers(self, entities: IntArray) -> list[bytes]:
-        """Return the layer of each of ascending entities, "0" if it has none."""
+        """Return the layer of each entity in ascending order, or "0" if it has none."""
         layers = [b"0"] * len(entities)
         at, row = self._group_rows(entities)
         named = self.codes[at] == 8
@@ -94,7 +94,7 @@ class _Block:
         return layers
 
     def _group_rows(self, entities: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the group numbers of entities, and for each its row in `entities`."""
+        """Return the group numbers of entities, and the row in `entities` of each group."""
         if not len(entities):
             return np.empty(0, np.int64), np.empty(0, np.int64)
         ends = np.append(self.starts, len(self.codes))
@@ -112,19 +112,19 @@ def _number(value: bytes) -> float:
 
 
 def _integer(value: bytes, default: int = 0) -> int:
-    """Return a 32-bit integer, the default for anything else."""
+    """Return a 32-bit integer, or the default for other values."""
     number = _number(value)
     return int(number) if abs(number) < 2.0**31 else default
 
 
 def _integers(values: FloatArray) -> IntArray:
-    """Return values as integers, 0 if they exceed 32 bits."""
+    """Return values as integers, or 0 if they exceed 32 bits."""
     return np.asarray(np.where(np.abs(values) < 2.0**31, values, 0.0), np.int64)
 
 
 @dataclass
 class _Drawing:
-    """Content read so far.
+    """Content that has been read so far.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ class _Drawing:
     left_out: Counter[str] = field(default_factory=Counter)
 
     def add_triangles(self, corners: FloatArray, layers: list[bytes], entities: IntArray) -> None:
-        """Add triangles (n, 3, 3), their layers, and their entities in the block."""
+        """Add triangles (n, 3, 3) with their layers and their entities in the block."""
         if len(corners):
             numbers = [self.layers.setdefault(name, len(self.layers)) for name in layers]
             self.corners.append(corners)
@@ -155,7 +155,7 @@ class _Drawing:
             self.order.append(entities)
 
     def sort_block(self) -> None:
-        """Bring the triangles of a block, which were read kind by kind, into the file's order."""
+        """Sort the triangles of a block, which were read by kind, into the order of the file."""
         n = len(self.order)
         if n > 1:
             order = np.argsort(np.concatenate(self.order), kind="stable")
@@ -165,7 +165,7 @@ class _Drawing:
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether the content is certainly a drawing."""
+    """Return whether the content is certainly that of a drawing."""
     kind = recognise_kind(head)
     return kind is not None and kind.key == "dxf"
 
@@ -173,13 +173,13 @@ def matches(path: Path, head: bytes) -> bool:
 def read(path: Path, progress: Progress) -> LoadedModel:
     """Read the points or faces of a drawing.
 
-    Faces become a mesh: triangulated, with equal corners joined and one material per layer. Without
-    faces, points become a cloud.
+    Faces become a mesh: they are triangulated, equal corners are merged, and each layer is one
+    material. If there are no faces, points become a cloud.
 
     Raises
     ------
     InputError
-        If the file is not a drawing, or has neither points nor faces (``model.no-entities``).
+        If the file is not a drawing, or contains neither points nor faces (``model.no-entities``).
     """
     drawing = _Drawing()
     data = read_whole(path, progress).tobytes()
@@ -220,7 +220,7 @@ def _entity_counts(entities: Counter[str]) -> list[str]:
 
 
 def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
-    """Yield the groups in blocks of whole entities, and the number of bytes read."""
+    """Yield the groups in blocks of complete entities, and the number of bytes read."""
     codes: list[int] = []
     values: list[bytes] = []
     last = 0
@@ -369,7 +369,7 @@ def _read_faces(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
 def _add_quads(
     corners: FloatArray, layers: list[bytes], entities: IntArray, drawing: _Drawing
 ) -> None:
-    """Add faces (n, 4, 3); in triangles, the last corner is repeated."""
+    """Add faces (n, 4, 3); for a triangle, the last corner is repeated."""
     pairs = corners[:, [[0, 1, 2], [0, 2, 3]]]
     keep = np.ones((len(corners), 2), np.bool_)
     keep[:, 1] = (corners[:, 3] != corners[:, 2]).any(axis=1)
@@ -393,7 +393,7 @@ def _read_points(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
     layer_colored = np.flatnonzero(colors == _BY_LAYER)
     if len(layer_colored):
         layers = block.layers(entities)
-        # Negative for the colour of a layer, so that clouds without point colours are recognised.
+        # Negative for the colour of the layer, so that clouds without point colours are recognised.
         colors[layer_colored] = [
             -drawing.colors.get(layers[i], WHITE) for i in layer_colored.tolist()
         ]
@@ -434,7 +434,7 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
 
 
 def _grid(places: FloatArray, first: dict[int, bytes], flags: int) -> FloatArray:
-    """Return the quadrilaterals (n, 4, 3) of a mesh of M × N vertices."""
+    """Return the quadrilaterals (n, 4, 3) of a mesh with M × N vertices."""
     smooth = _integer(first.get(75, b"0")) != 0
     m, n = (_integer(first.get(code, b"0")) for code in ((73, 74) if smooth else (71, 72)))
     if m < 2 or n < 2 or m * n != len(places):

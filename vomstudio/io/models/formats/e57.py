@@ -1,4 +1,4 @@
-"""E57 scans (ASTM E2807), through pye57 where that is installed."""
+"""E57 scans (ASTM E2807), read with pye57 if it is installed."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 COLORS = ("colorRed", "colorGreen", "colorBlue")
 INVALID = ("cartesianInvalidState", "sphericalInvalidState")
 METRIC = ("m", "m", "m")
-"""All lengths of the format (E57 8.3.2), where no CRS says otherwise."""
+"""Units of the format (E57 8.3.2), which apply unless a CRS states others."""
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether a file begins as an E57."""
+    """Return whether a file begins like an E57 file."""
     return head.startswith(b"ASTM-E57")
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read all scans of a file, each in its pose, as one cloud.
+    """Read all scans of a file, each in its pose, as a single point cloud.
 
-    Cartesian or spherical coordinates become float64 x, y, z; colours have 8 bits by the limits
-    that the file states; fields are `intensity`, and `scan` (0, 1, ...) if there are several.
-    Points marked as invalid are dropped. Raises InputError for a damaged file, and if pye57 is not
-    installed.
+    Cartesian or spherical coordinates become float64 x, y, z; colours are scaled to 8 bits
+    according to the limits stated in the file; the fields are `intensity` and, if there are several
+    scans, `scan` (0, 1, ...). Points marked as invalid are dropped. Raises InputError if the file
+    is damaged or pye57 is not installed.
     """
     with open_regular(path) as file:
         if not file.read(8) == b"ASTM-E57":
@@ -96,7 +96,7 @@ def _read_scans(
     colored = all(set(COLORS) <= known for known in names)
     bright = all("intensity" in known for known in names)
     unread = set()
-    # A constant value takes no bits of the file, whatever the number of points.
+    # A constant value takes no bits in the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
     for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
         place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
@@ -156,7 +156,7 @@ def _names(e57: Any, scan: Any) -> set[str]:
 def _blocks(e57: Any, image: Any, scan: Any, names: list[str]) -> Any:
     """Yield arrays by name, block by block, in reused memory.
 
-    The memory does not depend on what a file states.
+    The size of the memory does not depend on what a file states.
     """
     arrays: dict[str, AnyArray] = {}
     buffers = e57.VectorSourceDestBuffer()
@@ -173,7 +173,7 @@ def _blocks(e57: Any, image: Any, scan: Any, names: list[str]) -> Any:
 
 
 def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
-    """Rotation (3, 3) and translation of a scan: global = rotation @ local + translation."""
+    """Return the rotation (3, 3) and translation of a scan, from local to global coordinates."""
     rotation, shift = np.eye(3), np.zeros(3)
     if not scan.isDefined("pose"):
         return rotation, shift
@@ -196,7 +196,7 @@ def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
 
 
 def _cartesian(rae: AnyArray) -> AnyArray:
-    """Convert range, azimuth from x towards y, and elevation above x-y, radians (E57 8.4.4.1)."""
+    """Convert range, azimuth from x to y, and elevation above x-y in radians (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
     flat = distance * np.cos(elevation)
     return np.column_stack(
@@ -205,7 +205,7 @@ def _cartesian(rae: AnyArray) -> AnyArray:
 
 
 def _color_limits(scan: Any) -> tuple[AnyArray, AnyArray]:
-    """Lowest and highest value of red, green and blue; 0 and 255 where the file states none."""
+    """Return minimum and maximum of red, green and blue; 0 and 255 if not stated."""
     low, high = np.zeros(3), np.full(3, 255.0)
     if scan.isDefined("colorLimits"):
         limits = scan["colorLimits"]

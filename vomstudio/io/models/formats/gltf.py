@@ -1,11 +1,11 @@
-"""glTF 2.0: .glb, and .gltf with its buffers and images beside or inside.
+"""glTF 2.0: .glb files, and .gltf files with external or embedded buffers and images.
 
-The format is Y-up, in metres, and float32. A georeferenced model is therefore written as World
-minus an origin, which `asset.extras` or `NAME.offset.txt` contains. Models are returned upright (x
-East, y North, z Up), with the origin added in float64.
+The format uses Y up, metres and float32. Therefore a georeferenced model is written as World
+coordinates minus an origin, which is stored in `asset.extras` or `NAME.offset.txt`. Models are
+returned upright (x East, y North, z Up), with the origin added in float64.
 
-Read without a library: a mesh of 600,000 triangles took 0.5 s and 118 MB (busy machine), with
-trimesh 1.3 s and 250 MB, with Open3D 4.4 s and 348 MB.
+The format is read without a library: a mesh of 600,000 triangles took 0.5 s and 118 MB (busy
+machine), compared with 1.3 s and 250 MB for trimesh and 4.4 s and 348 MB for Open3D.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from vomstudio.io.models.formats._gltf_primitives import PlacedPrimitive, pieces
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 
-# From Y up to Z up: x stays, North is -z, Up is y.
+# From Y up to Z up: x is unchanged, North is -z, Up is y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether a file begins as a binary glTF."""
+    """Return whether a file begins like a binary glTF file."""
     return head.startswith(b"glTF")
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the triangles of the file's scene, or its points if it has no triangles.
+    """Read the triangles in the scene of the file, or its points if it has no triangles.
 
     Embedded images are stored as files (`io.models.image_store`). Raises InputError if the file is
-    not a valid glTF, is compressed, or lacks a file that it needs.
+    not valid glTF, is compressed, or refers to a missing file that is required.
     """
     try:
         return _read(Document(path, progress))
     except (TypeError, ValueError, LookupError, ArithmeticError, AttributeError) as error:
-        # Untrusted JSON can be invalid in more ways than can be checked one by one.
+        # Untrusted JSON can be invalid in more ways than can be checked individually.
         raise InputError(
             Finding("file.damaged", reason=" ".join(str(error).split())[:120], format="glTF"),
             file=path,
@@ -89,7 +89,7 @@ def _read(document: Document) -> LoadedModel:
 
 
 def _origin(document: Document, messages: list[Finding]) -> tuple[FloatArray, str | None, bool]:
-    """Return the origin, the CRS, and whether the file states either."""
+    """Return the origin, the CRS, and whether the file states either of them."""
     path = document.path
     extras = document.section("extras", document.section("asset"))
     embedded_origin = None
@@ -114,9 +114,9 @@ def _join(
     fill: float,
     dtype: Any,
 ) -> AnyArray | None:
-    """Return values per vertex of all pieces; None if no piece has any.
+    """Return the values per vertex of all pieces, or None if no piece has any.
 
-    Pieces without values have `fill`.
+    Pieces without values get the value `fill`.
     """
     if all(v is None for v in values):
         return None
@@ -156,7 +156,7 @@ def _positions(pieces: list[PlacedPrimitive], origin: FloatArray) -> FloatArray:
 
 
 def _faces(pieces: list[PlacedPrimitive]) -> Int32Array:
-    """Return faces by the positions of their corners among those of all pieces."""
+    """Return faces with indices into the joined vertices of all pieces."""
     joined = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
     end = start = 0
     for piece in pieces:
@@ -208,8 +208,8 @@ def _cloud(pieces: list[PlacedPrimitive], origin: FloatArray) -> PointCloud:
 def _warn_if_z_up(pieces: list[PlacedPrimitive], messages: list[Finding]) -> None:
     """Warn about a model that was probably written with Z up.
 
-    Outcrops are viewed from above or the side, never from below, so a surface that faces the
-    file's Z as a whole was most likely written with Z up.
+    Outcrops are viewed from above or from the side and never from below, so a surface that faces
+    the Z axis of the file as a whole was most likely written with Z up.
     """
     total, area = np.zeros(3), 0.0
     for piece in pieces:

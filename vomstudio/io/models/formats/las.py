@@ -1,4 +1,4 @@
-"""LAS and LAZ point clouds, through laspy and lazrs."""
+"""LAS and LAZ point clouds, read with laspy and lazrs."""
 
 from __future__ import annotations
 
@@ -46,23 +46,23 @@ POINTS_PER_STEP = 500_000
 MAX_INITIAL_ROWS = 50_000_000
 POINTS_PER_CAREFUL_STEP = 200
 
-# laspy logs what it raises as well; without any handler Python would print it.
+# laspy also logs the errors it raises; without a handler, Python would print them.
 logging.getLogger("laspy").addHandler(logging.NullHandler())
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether a file begins as a LAS."""
+    """Return whether a file begins like a LAS file."""
     return head.startswith(b"LASF")
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
     """Read the points of a LAS or LAZ file.
 
-    Coordinates are float64 from the file's integers, scale and offset.
+    Coordinates are float64, computed from the integers, scale and offset of the file.
 
-    Colours have 8 bits; fields are the standard ones that are not 0 everywhere, and all extra
-    ones. The CRS is the file's own. A truncated file returns its points, with a warning. Raises
-    InputError if it has none.
+    Colours have 8 bits; the fields are those standard fields that are not 0 everywhere, and all
+    extra fields. The CRS is that of the file. For a truncated file, the available points are
+    returned with a warning. Raises InputError if there are no points.
     """
     import laspy
     import lazrs
@@ -175,7 +175,7 @@ def _read_points(
         try:
             chunk = reader.read_points(n)
         except Exception:
-            # The last points before the end may be decoded from invalid bytes.
+            # The last points before the end may have been decoded from invalid bytes.
             done -= min(done, max_points)
             if done == 0:
                 raise
@@ -207,7 +207,7 @@ def _read_points(
     for name in field_names:
         values = columns.take(f"field {name}", done)
         assert values is not None
-        # All clouds from photos have first returns only, so the field is not informative.
+        # All clouds from photos contain only first returns, so the field is not informative.
         if name == "return_number" and (values == 1).all():
             continue
         if name in extra or values.any():
@@ -246,9 +246,10 @@ def _values(chunk: Any, name: str, no_data: dict[str, tuple[float, ...]]) -> Gen
 def _drop_withheld(
     cloud: PointCloud, withheld: GenericArray, path: Path, messages: list[Finding]
 ) -> PointCloud:
-    """Remove the points that the file marks as withheld.
+    """Remove the points that are marked as withheld.
 
-    In a COPC file they are replaced by others, so that rows are the same when it is streamed.
+    In a COPC file they are replaced by other points, so that row numbers are the same as in
+    streaming.
     """
     count = int(np.count_nonzero(withheld))
     if not count:

@@ -1,7 +1,8 @@
-"""Wavefront OBJ with MTL files, any number of materials and textures.
+"""Wavefront OBJ with MTL files and any number of materials and textures.
 
-Read here and not by a library: a mesh of 600,000 triangles took 1.4 s and 259 MB (busy machine),
-with trimesh 15.6 s and 337 MB, with Open3D 13.4 s and 396 MB, which left a corner in UTM 4 cm off.
+The format is read without a library: a mesh of 600,000 triangles took 1.4 s and 259 MB (busy
+machine), compared with 15.6 s and 337 MB for trimesh and 13.4 s and 396 MB for Open3D, which placed
+a corner in UTM coordinates 4 cm off.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether the first lines are OBJ statements, since OBJ has no signature."""
+    """Return whether the first lines are OBJ statements, because OBJ has no signature."""
     if b"\0" in head:
         return False
     known = 0
@@ -71,7 +72,7 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def warm_up() -> None:
-    """Load what reading needs, or compile and keep it, so that no user waits for it."""
+    """Load or compile and cache the code needed for reading, so that users need not wait."""
     from vomstudio.geometry.kernels.jit import make_ready
     from vomstudio.io.models.formats import _obj_kernels, _ply_kernels, _polygons
 
@@ -82,7 +83,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """Read the mesh of an OBJ file, or its points if it has no faces.
 
     Invalid vertices, faces and texture coordinates are dropped and counted in the warnings. Raises
-    InputError if nothing valid remains.
+    InputError if no valid data remain.
     """
     data = to_utf8(read_whole(path, progress, b"\n"), b"\n")
     return _Reading(path, data, progress).model()
@@ -90,7 +91,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 @dataclass
 class _Reading:
-    """One file on its way in."""
+    """State of reading one file."""
 
     path: Path
     data: ByteArray  # ends with a line end that is not in the file
@@ -116,7 +117,7 @@ class _Reading:
         return Finding("file.other-format", format="OBJ")
 
     def _line(self, offset: int) -> int:
-        """Return the 1-based line of a byte in the file on disk."""
+        """Return the 1-based line number of a byte in the file on disk."""
         ends = int(np.count_nonzero(self.data[:offset] == 10))
         return 1 + ends + bisect.bisect(self.joined, offset)
 
@@ -139,7 +140,7 @@ class _Reading:
             data[data == 13] = 10
         if size and data[size - 1] != 10:
             self.messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
-        # Many times as fast as the expression, and few files have a backslash.
+        # Many times faster than the expression, and few files contain a backslash.
         steps = range(0, size, CHECK_BLOCK_BYTES)
         if not any(np.any(data[at : min(at + CHECK_BLOCK_BYTES, size)] == 92) for at in steps):
             return
@@ -220,7 +221,7 @@ class _Reading:
 
         self._run(parse, len(blocks), len(blocks))
         if self.reports[:, k.R_COLORED].any():
-            # The first vertex of no block has a colour, and later ones have.
+            # No block has a colour on its first vertex, but later vertices have colours.
             self.colors = np.empty((n_v, 3), np.float32)
             self._run(parse, len(blocks), len(blocks))
         self._say_left_out(int(total[k.N_SHORT_FACES]), int(total[k.N_LINE_ELEMENTS]))
@@ -234,13 +235,13 @@ class _Reading:
             self.messages.append(Finding("model.text-lines-left-out", count=self.n_odd))
 
     def _run(self, work: Callable[[int], object], blocks: int, before: int) -> None:
-        """Do work on all blocks in threads; `before` steps of the progress have been made."""
+        """Process all blocks in threads; `before` steps of the progress have been completed."""
         results = map_parallel(work, range(blocks), min(PROCESSORS, MAX_THREADS))
         for number, _ in enumerate(results, before + 1):
             self.progress.step(number)
 
     def _first(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
-        """Return the number of reports of something, and the line of its first case."""
+        """Return the number of occurrences of a problem and the line of the first one."""
         hit = np.flatnonzero(self.reports[:, count_row])
         if len(hit) == 0:
             return 0, None
@@ -249,7 +250,7 @@ class _Reading:
         )
 
     def _fill_left_over(self) -> None:
-        """Parse numbers that need Python: long ones, nan, and words that are not numbers."""
+        """Parse numbers that require Python: long ones, nan, and words that are not numbers."""
         from vomstudio.io.models.formats import _obj_kernels as k
         from vomstudio.io.models.formats._decimals import python_number
 
@@ -320,7 +321,7 @@ class _Reading:
         return drop_invalid(mesh, self.messages, self.path)
 
     def _words(self) -> tuple[list[str], tuple[list[int], list[int]], list[str]]:
-        """Return names of used materials, runs of triangles (start, material), and libraries."""
+        """Return used material names, runs of triangles (start, material), and libraries."""
         names: dict[str, int] = {}
         starts: list[int] = [0]
         ids: list[int] = [-1]
@@ -389,7 +390,7 @@ class _Reading:
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:
-        """Return the files of a statement: one file whose name has spaces, or several files."""
+        """Return the files of a statement: one file with spaces in its name, or several files."""
         path, problem = find_companion(self.path.parent, entry)
         if path is not None:
             if problem:

@@ -1,8 +1,8 @@
-"""PLY: meshes and point clouds, as text or binary of either byte order.
+"""PLY meshes and point clouds, as text or binary data of either byte order.
 
-Read here and not by a library: a binary mesh of 600,000 triangles took 0.7 s and 96 MB (busy
-machine), with trimesh 1.9 s and 296 MB, with Open3D 0.8 s and 243 MB; neither gives the fields of a
-cloud and what is wrong in which line or row.
+The format is read without a library: a binary mesh of 600,000 triangles took 0.7 s and 96 MB (busy
+machine), compared with 1.9 s and 296 MB for trimesh and 0.8 s and 243 MB for Open3D; neither
+returns the fields of a cloud or reports the line or row of an error.
 """
 
 from __future__ import annotations
@@ -49,15 +49,15 @@ STRIP_NAMES = {"tristrips", "tristrip"}
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether a file begins as a PLY."""
+    """Return whether a file begins like a PLY file."""
     return head.startswith(MAGIC)
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the mesh or cloud of a PLY file.
+    """Read the mesh or point cloud of a PLY file.
 
-    Missing or invalid records are dropped and counted in the warnings. Raises InputError for an
-    invalid header, or if nothing valid follows it.
+    Missing or invalid records are dropped and counted in the warnings. Raises InputError if the
+    header is invalid or no valid data follow it.
     """
     data = read_whole(path, progress)
     if not matches(path, data[:4].tobytes()):
@@ -142,9 +142,9 @@ def _assemble(
 def _faces_and_strips(
     header: Header, tables: Mapping[str, Table], messages: list[Finding]
 ) -> Table | None:
-    """Return the faces, including triangle strips, None if the file has neither.
+    """Return the faces, including triangle strips, or None if the file has neither.
 
-    Appends a message about other elements.
+    A finding about other elements is appended to `messages`.
     """
     element_names = {e.name for e in header.elements if e.count and e.properties}
     face = tables["face"] if "face" in element_names else None
@@ -163,7 +163,7 @@ def _faces_and_strips(
         elif face_name := next((n for n in FACE_NAMES if n in face.lists), None):
             old_counts, indices = face.lists[face_name]
             joined = np.concatenate([_indices(indices), triangles.reshape(-1)])
-            # Textures and texture coordinates belong to the faces only.
+            # Textures and texture coordinates belong only to the faces.
             face = Table(
                 face.n + len(triangles), {}, {face_name: (np.append(old_counts, counts), joined)}
             )
@@ -174,14 +174,14 @@ def _faces_and_strips(
 
 
 def _unroll_strips(counts: IntArray, raw: GenericArray) -> IntArray:
-    """Return the (n, 3) triangles of strips.
+    """Return the triangles (n, 3) of strips.
 
-    -1 begins a new strip (G. Turk's models). Every second triangle is reversed, so that all have
-    the same orientation; degenerate ones, which only connect, are dropped.
+    -1 begins a new strip (as in G. Turk's models). Every second triangle is reversed so that all
+    have the same orientation; degenerate triangles, which only connect parts, are dropped.
     """
     indices = _indices(raw)
     ends = np.cumsum(counts)
-    # Each list is a separate strip: insert an end after each.
+    # Each list is a separate strip, so insert an end marker after each list.
     indices = np.insert(indices, ends[:-1], -1) if len(ends) > 1 else indices
     if len(indices) < 3:
         return np.empty((0, 3), np.int64)
@@ -204,7 +204,7 @@ def _indices(raw: GenericArray) -> IntArray:
 def _mesh(
     header: Header, face: Table, vertex_mesh: Mesh, path: Path, messages: list[Finding]
 ) -> Mesh | PointCloud:
-    """Return the mesh of faces, with their texture coordinates and textures, on the vertices."""
+    """Return the mesh of the faces with their texture coordinates, textures and vertices."""
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
     faces = _triangles(face, uv_counts, len(uv_values), vertex_mesh.vertices, path, messages)
     materials: tuple[Material, ...] = ()
@@ -232,9 +232,9 @@ class _Triangles:
     Attributes
     ----------
     corners : (n, 3) ndarray
-        Rows of vertices.
+        Rows of the vertices.
     uv_corners : (n, 3) ndarray
-        Rows of the texture coordinates of the faces; not used unless `have_uv`.
+        Rows of the texture coordinates of the faces; only used if `have_uv` is set.
     face_of : (n,) ndarray
         Source record of each triangle.
     have_uv : bool
@@ -259,10 +259,10 @@ def _triangles(
     path: Path,
     messages: list[Finding],
 ) -> _Triangles:
-    """Return the polygons of a table cut into triangles.
+    """Triangulate the polygons of a table.
 
-    `uv_counts` is the number of values in each face's list of texture coordinates, and `uv_values`
-    their total.
+    `uv_counts` contains the number of values in each face's list of texture coordinates, and
+    `uv_values` their total.
     """
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: AnyArray
@@ -277,7 +277,7 @@ def _triangles(
     if capacity > MAX_ROWS:
         raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
     if not have_uv and len(counts) and (counts == 3).all():
-        # The common case, without compiled code.
+        # The most common case, without compiled code.
         triangles, out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))
         polygons, short = np.empty((0, 2), np.int64), 0
     else:
@@ -324,7 +324,7 @@ def _triangles(
 
 
 def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int]:
-    """Return the triangles with valid corners, and the number of others."""
+    """Return the triangles with valid corners and the number of other triangles."""
     if triples.min() >= 0 and triples.max() < n_vertices:
         face_of = np.arange(len(triples))
     else:
@@ -339,7 +339,7 @@ def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int
 def _textured(
     header: Header, face: Table, faces: _Triangles, path: Path, messages: list[Finding]
 ) -> tuple[_Triangles, tuple[Material, ...], IntArray]:
-    """Return the triangles sorted by texture, the materials, and the first triangle of each."""
+    """Return the triangles sorted by texture, the materials, and each one's first triangle."""
     materials = tuple(_texture(name, i, path, messages) for i, name in enumerate(header.textures))
     ids = np.zeros(len(faces.corners), np.int64)
     if "texnumber" in face.plain:
@@ -347,7 +347,7 @@ def _textured(
         is_untextured = (ids < 0) | (ids >= len(materials))
         has_unknown_texture = is_untextured & (
             ids != -1
-        )  # -1 is how a face without texture is written
+        )  # faces without a texture are written as -1
         if has_unknown_texture.any():
             messages.append(Finding("texture.unknown-number", count=int(has_unknown_texture.sum())))
         if is_untextured.any():
@@ -370,7 +370,7 @@ def _split_by_face_uv(mesh: Mesh, uv_corners: Int32Array, uv_values: GenericArra
     from vomstudio.io.models.formats import _obj_kernels
 
     vertices, colors, fields = mesh.vertices, mesh.colors, mesh.fields
-    # Each face has copies: equal values are merged.
+    # Each face has its own copies; equal values are merged.
     pairs = uv_values[: len(uv_values) // 2 * 2].astype(np.float32).reshape(-1, 2)
     keys, inverse = np.unique(
         np.ascontiguousarray(pairs).view(np.int64).ravel(), return_inverse=True

@@ -1,7 +1,8 @@
-"""Shapefiles as models: points with heights as a cloud, multipatches as a mesh.
+"""Shapefiles as models: points with heights as a cloud or multipatches as a mesh.
 
-Formats: ESRI Shapefile Technical Description (1998) and dBase III. Parsed here and not by a
-library, so that attributes keep every digit (written by `vomstudio.io.gis.shapefile`).
+The formats are those of the ESRI Shapefile Technical Description (1998) and dBase III. They are
+parsed here and not by a library so that attributes keep every digit (written by
+`vomstudio.io.gis.shapefile`).
 """
 
 from __future__ import annotations
@@ -61,12 +62,12 @@ class _Record:
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return whether the content is certainly a shapefile."""
+    """Return whether the content is certainly that of a shapefile."""
     return head.startswith(_MAGIC) and len(head) >= _HEADER_BYTES
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read points with heights, with their numeric attributes, or the faces of multipatches.
+    """Read points with heights and their numeric attributes, or the faces of multipatches.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def _cloud(points: FloatArray, fields: Fields) -> PointCloud:
     if fields.keys() >= set(_NORMALS):
         normals = np.stack([fields.pop(name) for name in _NORMALS], -1).astype(np.float32)
     if list(fields) == ["id"] and np.array_equal(fields["id"], np.arange(1, len(points) + 1)):
-        # Written because the format requires a column.
+        # Written only because the format requires a column.
         fields = {}
     return PointCloud(points, colors, normals, fields)
 
@@ -115,7 +116,7 @@ def _cloud(points: FloatArray, fields: Fields) -> PointCloud:
 
 
 def _points(data: ByteArray, messages: list[Finding]) -> tuple[FloatArray, IntArray | None]:
-    """Return points (n, 3) and their rows in the table, None if a row has several points."""
+    """Return points (n, 3) and their table rows, None if a row has several points."""
     body = data[_HEADER_BYTES:]
     if len(body) % POINT_BYTES == 0:
         records = body.view(_RECORD)
@@ -180,7 +181,7 @@ def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
 
 
 def _part_triangles(points: FloatArray, kind: int) -> FloatArray | None:
-    """Return the triangles of a strip, a fan or a ring of at most four corners, else None."""
+    """Return the triangles of a strip, a fan or a ring of up to four corners, or None."""
     if kind not in (_STRIP, _FAN):
         if len(points) > 1 and (points[0] == points[-1]).all():
             points = points[:-1]
@@ -200,7 +201,7 @@ def _part_triangles(points: FloatArray, kind: int) -> FloatArray | None:
 
 
 def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
-    """Return the numeric columns of the table beside the shapes, one value per point."""
+    """Return the numeric columns of the table for the shapes, with one value per point."""
     table = _read_dbf(path)
     if table is None or len(table) < 33:
         return {}
@@ -230,7 +231,7 @@ def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
 
 
 def _values(cells: ByteArray, kind: bytes, decimals: int) -> GenericArray | None:
-    """Return the numbers of a column (n,), NaN if blank; None if the column contains text."""
+    """Return the numbers (n,) of a column, NaN if blank, or None if it contains text."""
     width = cells.shape[1]
     if kind == b"L":
         return np.isin(cells[:, 0], tuple(b"TtYy"))

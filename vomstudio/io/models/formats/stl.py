@@ -1,4 +1,4 @@
-"""STL, as text or binary: separate triangles, joined at equal corners."""
+"""STL, as text or binary data: separate triangles whose equal corners are merged."""
 
 from __future__ import annotations
 
@@ -45,9 +45,10 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the triangles of an STL file, with equal corners joined.
+    """Read the triangles of an STL file and merge equal corners.
 
-    The origin of `NAME.offset.txt` is added in float64. Raises InputError without a valid triangle.
+    The origin in `NAME.offset.txt` is added in float64. Raises InputError if there are no valid
+    triangles.
     """
     data = read_whole(path, progress)
     messages: list[Finding] = []
@@ -69,7 +70,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _is_binary(data: ByteArray) -> bool:
-    """Return whether the length agrees with the count, or a damaged file is not text."""
+    """Return whether the length matches the count, or a damaged file is not text."""
     if len(data) >= HEADER_BYTES:
         (count,) = struct.unpack_from("<I", data.data, 80)
         if len(data) == HEADER_BYTES + RECORD_BYTES * count:
@@ -129,7 +130,7 @@ def _text(
     del numbers, loops
     if not len(corners):
         raise InputError(Finding("model.no-faces"), file=path)
-    # They are in order, so the corners of one loop are contiguous.
+    # They are in order, so the corners of a loop are contiguous.
     first = np.flatnonzero(np.diff(loop, prepend=-1))
     counts = np.diff(first, append=len(loop))
     is_triangle = (counts == 3) & (loop[first] > 0)
@@ -144,7 +145,7 @@ def _text(
 
 
 def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
-    """Yield the start and bytes of each block; each but the last ends before a vertex keyword."""
+    """Yield start and bytes of each block; all but the last end before a vertex keyword."""
     begin, size = 0, BLOCK_BYTES
     while begin < len(text):
         block = text[begin : begin + size].tobytes()
@@ -153,7 +154,7 @@ def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
             for match in _VERTEX.finditer(block, max(0, len(block) - LOOK_BACK_BYTES)):
                 last = match.start()
             if last == 0:
-                # No corner near its end: enlarge the block until there is one.
+                # There is no corner near the end of the block, so enlarge it until there is one.
                 size *= 2
                 continue
             block = block[:last]
@@ -162,10 +163,10 @@ def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
 
 
 def _numbers(words: Sequence[tuple[bytes, ...]]) -> FloatArray:
-    """Return (n, 3), NaN for words that are not numbers.
+    """Return coordinates (n, 3), NaN for words that are not numbers.
 
     A fixed width would truncate longer words, and the remainder of
-    1.00000000000000000000000000000000e5 is a number, too.
+    1.00000000000000000000000000000000e5 is also a number.
     """
     longest = max(len(word) for row in words for word in row)
     if longest <= MAX_FAST_WORD_LENGTH:

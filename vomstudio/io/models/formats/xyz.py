@@ -1,4 +1,4 @@
-"""Points as text: XYZ, CSV and their like, with columns identified by name or value."""
+"""Points as text: XYZ, CSV and similar, with columns identified by name or value."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ NORMALS = (("nx", "ny", "nz"), ("normalx", "normaly", "normalz"), ("xnormal", "y
 
 @dataclass(frozen=True)
 class Layout:
-    """Layout of the rows, determined from a sample; the whole file must follow it.
+    """Layout of the rows, determined from a sample; the whole file must conform to it.
 
-    `skip` is the number of lines before the first row of numbers; `comments` are the comment lines
-    before it, without their mark.
+    `skip` is the number of lines before the first row of numbers; `comments` contains the comment
+    lines before it, without their comment mark.
     """
 
     delimiter: str
@@ -76,7 +76,7 @@ class Layout:
 
 @dataclass
 class ColumnUses:
-    """Uses of the columns, counted from 0."""
+    """Uses of the columns by 0-based column number."""
 
     xyz: list[int]
     rgb: list[int] = field(default_factory=list)
@@ -85,16 +85,16 @@ class ColumnUses:
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Return False: text has no signature, the extension decides."""
+    """Return False: text has no signature, so the extension decides."""
     return False
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the points of a text table by the rules of `text_tables`.
+    """Read the points of a text table according to the rules of `text_tables`.
 
-    Colours (0..1, 0..255 or 16 bit), normals and scalar fields are read. Rows without finite
-    coordinates are dropped and counted. Raises InputError with the line of a coordinate that is a
-    word, or of a ragged row.
+    Colours (0..1, 0..255 or 16 bits), normals and scalar fields are read. Rows without finite
+    coordinates are dropped and counted. Raises InputError with the line if a coordinate is a word
+    or a row has a different number of cells.
     """
     data = read_whole(path, progress).tobytes()
     if len(data) > MAX_FILE_BYTES:
@@ -156,7 +156,7 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
 
 
 def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[list[str] | None, int]:
-    """Names in the last comment before the points, as many programs write them."""
+    """Return the names in the last comment before the points, as written by many programs."""
     for number in range(len(lines), 0, -1):
         text = lines[number - 1].strip()
         if not text.startswith("#"):
@@ -211,7 +211,7 @@ def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
 
 
 def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
-    """Assign columns without names: x, y, z first, then colours and normals by their values."""
+    """Assign unnamed columns: x, y, z first, then colours and normals by their values."""
     if layout.width < 3:
         raise InputError(
             Finding("table.column-count", count=layout.width, columns=("x", "y", "z")),
@@ -262,7 +262,7 @@ def _are_normals(values: AnyArray) -> bool:
 
 
 def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dict[int, AnyArray]:
-    """Return the columns of the table; those that contain more than numbers are objects.
+    """Return the columns of the table; columns that contain text have the object type.
 
     Raises InputError with the invalid line.
     """
@@ -288,7 +288,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             low_memory=False,
             encoding_errors="replace",
             na_values=["-", "none", "None"],
-            # All cells at once take more than the text and the numbers together.
+            # All cells at once would take more memory than the text and the numbers together.
             chunksize=BLOCK_ROWS,
             **({"float_precision": "round_trip"} if _is_old(pandas) else {}),
         ) as pieces:
@@ -298,7 +298,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
                 rows += len(piece)
                 progress.step(file.tell())
     except (ValueError, OverflowError, LookupError) as error:
-        read_points(path)  # says in which line, and what
+        read_points(path)  # raises an error with the line and the reason
         raise InputError(
             Finding("file.damaged", reason=" ".join(str(error).split())[:160], format="XYZ"),
             file=path,
@@ -308,16 +308,16 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
 
 
 def _is_old(pandas: Any) -> bool:
-    """Return whether this is pandas before 3.1.
+    """Return whether the installed pandas is older than 3.1.
 
-    By default it does not read the nearest float64 (one in eight numbers of 16 digits has a wrong
-    last bit), and it drops surplus cells of the first row of a piece without an error.
+    By default, older versions do not read the nearest float64 (one in eight numbers of 16 digits
+    has a wrong last bit), and they drop surplus cells in the first row of a piece without an error.
     """
     return tuple(int(part) for part in pandas.__version__.split(".")[:2]) < (3, 1)
 
 
 def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
-    """Refuse a row with too many or too few cells. Raises InputError with its line."""
+    """Reject a row with too many or too few cells. Raises InputError with its line."""
     named = layout.width if layout.header is None else len(layout.header)
     beyond = any(not _is_empty(table[i]) for i in range(named, layout.width))
     last = table[layout.width - 1]
@@ -342,8 +342,8 @@ _EXACT_DIGITS = 15
 def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
     """Return the columns of a small table of plain numbers, exactly as pandas reads them.
 
-    With so few digits a number is rounded once by any parser. None for any other table. It avoids
-    the import of pandas, which takes longer than the reading.
+    Any parser rounds numbers with so few digits only once. The result is None for any other table.
+    This avoids importing pandas, which takes longer than reading the table.
     """
     try:
         lines = data.decode("ascii").split("\n")[layout.skip :]
@@ -394,7 +394,7 @@ def _cloud(
                 field=layout.header[i] if layout.header else f"column {i + 1}",
             )
         points[:, place] = values
-        # Freed at once: it is as large as the result.
+        # Freed immediately because it is as large as the result.
         del values, table[i]
     far = np.zeros(len(points), bool)
     for column in points.T:
@@ -443,7 +443,7 @@ READER = Reader(
         ".pts",
         ".xyzrgb",
         ".xyzn",
-        # What else tables are called, such as `info` takes for one.
+        # Other extensions of tables, such as those that `info` treats as tables.
         ".tsv",
         ".dat",
         ".tab",

@@ -1,1 +1,1 @@
-"""One module per format that can be written; see `vomstudio.io.models.writer`."""
+"""Model writers, one module per format; see `vomstudio.io.models.writer`."""

@@ -35,9 +35,9 @@ def field_names(
 ) -> dict[str, str]:
     """Return a unique ASCII name for each field.
 
-    None of them is in `used_names` (case-insensitive).
+    None of the names is in `used_names` (case-insensitive).
 
-    Appends a message for each renamed field.
+    A finding is appended to `messages` for each renamed field.
     """
     used = {name.casefold() for name in used_names}
     result: dict[str, str] = {}
@@ -61,7 +61,7 @@ def textures_not_written(names: Iterable[str]) -> Finding:
 
 
 def report_unwritten_faces(data: Mesh | PointCloud, messages: list[Finding]) -> None:
-    """Append a message about the faces of a mesh that a format of points cannot store."""
+    """Append a finding about the faces of a mesh that a point format cannot store."""
     if not isinstance(data, Mesh):
         return
     messages.append(Finding("model.faces-not-written", count=len(data.faces)))
@@ -71,7 +71,7 @@ def report_unwritten_faces(data: Mesh | PointCloud, messages: list[Finding]) -> 
 
 
 def step_rows(n: int, out: WriteRequest, title: str) -> Iterator[slice]:
-    """Yield blocks of rows with progress reports."""
+    """Yield blocks of rows and report progress."""
     out.progress.stage(title, n)
     for start in range(0, n, ROWS_PER_STEP):
         yield slice(start, min(start + ROWS_PER_STEP, n))
@@ -79,7 +79,7 @@ def step_rows(n: int, out: WriteRequest, title: str) -> Iterator[slice]:
 
 
 def shortest(values: AnyArray) -> list[float]:
-    """Return floats with the shortest `repr` that restores each value in its precision."""
+    """Return floats whose shortest `repr` restores each value in its precision."""
     if values.dtype != np.float32:
         doubles: list[float] = values.astype(np.float64).tolist()
         return doubles
@@ -104,8 +104,9 @@ def shortest(values: AnyArray) -> list[float]:
 class Images:
     """Images of a mesh.
 
-    `names` is the name of each material's image in the file, or None. `copies` lists source and
-    target of each image to copy, without images that already exist with the same content.
+    `names` contains the name of each material's image in the file, or None. `copies` contains the
+    source and target of each image to copy, excluding images that already exist with the same
+    content.
     """
 
     names: list[str | None]
@@ -113,10 +114,10 @@ class Images:
 
 
 def plan_images(mesh: Mesh, out: WriteRequest) -> Images:
-    """Return where the textures of a mesh are copied, beside the file: one file per image.
+    """Plan the copies of a mesh's textures next to the file, with one file per image.
 
-    An unrelated image of the same name is never replaced; ours is then prefixed with the name of
-    the model. Raises TargetError if an image cannot be read.
+    An unrelated image with the same name is never replaced; in this case the copy is prefixed with
+    the name of the model. Raises TargetError if an image cannot be read.
     """
     folder = out.path.parent
     name_of_source: dict[Path, str] = {}
@@ -164,7 +165,7 @@ def _same_content(source: Path, target: Path) -> bool:
 
 
 def image_bytes(path: Path) -> bytes:
-    """Read an image. Raises TargetError, since an output without its texture is incomplete."""
+    """Read an image. Raises TargetError because an output without its texture is incomplete."""
     try:
         return read_whole(path)
     except (InputError, OSError) as error:
@@ -199,7 +200,7 @@ def prj_sidecar(
 ) -> list[tuple[Path, str]]:
     """Return `NAME.prj` with the CRS for formats that cannot store one, unless it exists.
 
-    `esri` selects ESRI's WKT, as in shapefiles.
+    `esri` selects ESRI WKT, as used in shapefiles.
     """
     path = out.path.with_suffix(".prj")
     if out.crs is None:
@@ -222,7 +223,7 @@ def prj_text(crs: str, esri: bool = False) -> str:
 
 
 def is_same_prj(path: Path, text: str, crs: str) -> bool:
-    """Return whether an existing .prj file states this CRS, in any wording."""
+    """Return whether an existing .prj file states this CRS in any form."""
     try:
         stored = read_small_text(path)
     except (InputError, OSError, UnicodeDecodeError):
@@ -236,7 +237,7 @@ def is_same_prj(path: Path, text: str, crs: str) -> bool:
 
 
 def write_lines(file: TextIO, columns: list[list[Any]], form: str) -> None:
-    """Write one line per row, with `form` as a % format."""
+    """Write one line per row; `form` is a % format."""
     if columns and columns[0]:
         file.write("\n".join(map(form.__mod__, zip(*columns, strict=True))))
         file.write("\n")

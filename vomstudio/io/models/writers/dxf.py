@@ -1,4 +1,4 @@
-"""DXF of points, or of a mesh as 3DFACEs."""
+"""Writer of DXF drawings that contain points, or a mesh as 3DFACE entities."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from vomstudio.io.models.writers._common import (
 
 
 def write(out: WriteRequest) -> list[Finding]:
-    """Write a DXF drawing.
+    """Write a model as a DXF drawing.
 
-    Points have the nearest of the format's 255 colours. Faces are on one layer per material.
-    Coordinates are exact; the CRS is in NAME.prj.
+    Points have the nearest of the 255 colours of the format. Faces are on one layer per material.
+    Coordinates are exact; the CRS is written to NAME.prj.
     """
     messages: list[Finding] = []
     data = out.data

@@ -1,4 +1,4 @@
-"""GLB (glTF 2.0): Y up, float32 about an integer origin, images inside."""
+"""Writer of GLB files (glTF 2.0): Y up, float32 about an integer origin, embedded images."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import image_bytes, positions_of
 
-# Within this distance float32 resolves 0.02 mm, and a model may keep its origin.
+# Within this distance, float32 resolves 0.02 mm, and a model may keep its origin.
 MAX_COORDINATE_M = 256.0
 MAX_ROUNDING_M = 3e-5
 MAX_BYTES = 2**32 - 1
@@ -36,10 +36,10 @@ ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
 
 
 def write(out: WriteRequest) -> list[Finding]:
-    """Write a GLB with one primitive per material.
+    """Write a GLB file with one primitive per material.
 
-    Origin and CRS are in `asset.extras` and NAME.offset.txt; fields are `_NAME` attributes in
-    float32.
+    The origin and the CRS are written to `asset.extras` and NAME.offset.txt; fields are `_NAME`
+    attributes in float32.
     """
     messages: list[Finding] = []
     origin = _origin(out.data)
@@ -138,7 +138,7 @@ class _Scene:
         if mesh.uv is not None:
             has_uv = np.asarray(np.isfinite(mesh.uv).all(axis=1))
             is_untextured = np.logical_not(has_uv[mesh.faces].all(axis=1))
-        # Faces without texture coordinates form a part of their own: (0, 0) would be a valid
+        # Faces without texture coordinates form a separate part because (0, 0) would be a valid
         # position.
         parts = [
             (material, start + np.flatnonzero(is_untextured[start:stop] == untextured), untextured)
@@ -257,7 +257,7 @@ class _Scene:
 
 
 def _png_bytes(path: Any) -> bytes:
-    """Convert an image to PNG, since glTF supports JPEG and PNG only."""
+    """Convert an image to PNG because glTF supports only JPEG and PNG."""
     stream = io.BytesIO()
     try:
         with open_picture(path) as image:
@@ -276,7 +276,7 @@ def _fits_float32(values: AnyArray) -> bool:
 
 
 def linear(srgb: AnyArray) -> AnyArray:
-    """Convert sRGB values to the linear light of glTF factors (IEC 61966-2-1)."""
+    """Convert sRGB values to linear-light glTF factors (IEC 61966-2-1)."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 

@@ -1,4 +1,4 @@
-"""LAS 1.4 and LAZ."""
+"""Writer of LAS 1.4 and LAZ files."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from vomstudio.io.models.writers._common import (
 )
 
 MAX_INTEGER = 2**31 - 1
-# For coordinates without a finite number of decimals: float noise, or computed values.
+# For coordinates without a finite number of decimals: float noise or computed values.
 DEFAULT_SCALE = 1e-5
-# Fields with a standard place in every point, and their types.
+# Fields with a standard position in every point, and their types.
 STANDARD = {
     "intensity": np.uint16,
     "classification": np.uint8,
@@ -40,10 +40,10 @@ NAME_BYTES = 32
 
 
 def write(out: WriteRequest) -> list[Finding]:
-    """Write LAS or LAZ.
+    """Write a model as LAS or LAZ.
 
-    Integers have a scale that preserves the coordinates; the CRS is WKT; colours have 16 bits;
-    fields are in their standard places or extra dimensions of their own types.
+    The scale of the integers preserves the coordinates; the CRS is stored as WKT; colours have 16
+    bits; fields are stored as standard fields or as extra dimensions with their own types.
     """
     import laspy
 
@@ -92,9 +92,9 @@ def write(out: WriteRequest) -> list[Finding]:
 
 
 class _ErrorRecordingFile(io.FileIO):
-    """File that records why a write failed.
+    """File that records the reason why a write failed.
 
-    The compressor reports only that it failed.
+    The compressor reports only that writing failed.
     """
 
     failure: OSError | None = None
@@ -124,10 +124,11 @@ def _original_errors(path: Path) -> Iterator[_ErrorRecordingFile]:
 
 
 def _grid(values: AnyArray) -> tuple[float, float]:
-    """Return (offset, scale) that preserve the coordinates.
+    """Return the (offset, scale) that preserve the coordinates.
 
     The scale is the coarsest power of ten, with an integer offset or the first point as offset (for
-    files whose offset was not an integer); else `DEFAULT_SCALE`, or what the extent allows.
+    files whose offset was not an integer); otherwise it is `DEFAULT_SCALE` or the smallest scale
+    that the extent allows.
     """
     low, high = float(values.min()), float(values.max())
     centre = float(np.floor((low + high) / 2))

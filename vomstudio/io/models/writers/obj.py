@@ -1,4 +1,4 @@
-"""Wavefront OBJ with its MTL file and copies of the textures."""
+"""Writer of Wavefront OBJ files with an MTL file and copies of the textures."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from vomstudio.io.models.writers._common import (
 
 
 def write(out: WriteRequest) -> list[Finding]:
-    """Write an OBJ.
+    """Write a mesh or cloud as OBJ.
 
-    Coordinates are the shortest decimals that restore the same float64; vertex colours are
-    `v x y z r g b` in 0..1; the CRS is in NAME.prj.
+    Coordinates are the shortest decimals that restore the same float64; vertex colours are `v x y z
+    r g b` in 0..1; the CRS is written to NAME.prj.
     """
     messages: list[Finding] = []
     data = out.data
@@ -58,7 +58,7 @@ def write(out: WriteRequest) -> list[Finding]:
 
 
 def _material_names(mesh: Mesh) -> list[str]:
-    """Return unique names without line breaks."""
+    """Return unique names that contain no line breaks."""
     result: list[str] = []
     for i, material in enumerate(mesh.materials):
         name = " ".join(material.name.split()) or "untextured"

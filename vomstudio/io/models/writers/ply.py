@@ -1,4 +1,4 @@
-"""PLY, binary, with doubles for coordinates."""
+"""Writer of binary PLY files with coordinates as doubles."""
 
 from __future__ import annotations
 
@@ -42,10 +42,11 @@ RESERVED = (
 
 
 def write(out: WriteRequest) -> list[Finding]:
-    """Write a PLY.
+    """Write a model as PLY.
 
-    Vertices have doubles, colours, normals and fields of their own types; textured faces have
-    `texcoord` and `texnumber`, with the images beside; the CRS is in NAME.prj.
+    Vertices have double coordinates, and colours, normals and fields of their own types; textured
+    faces have `texcoord` and `texnumber`, with the images next to the file; the CRS is written to
+    NAME.prj.
     """
     messages: list[Finding] = []
     data = out.data
@@ -153,7 +154,8 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
         if textured.all():
             file.write(block.tobytes())
             continue
-        # An empty list for a face without texture coordinates: (0, 0) would be a valid position.
+        # Write an empty list for a face without texture coordinates because (0, 0) would be a valid
+        # position.
         block["n_uv"][~textured] = 0
         untextured_records = rfn.repack_fields(
             block[[name for name in block.dtype.names or () if name != "uv"]]

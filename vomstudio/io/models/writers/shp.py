@@ -1,4 +1,4 @@
-"""Shapefiles of points with z."""
+"""Writer of point shapefiles with z coordinates."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from vomstudio.io.models.writers._common import (
 def write(out: WriteRequest) -> list[Finding]:
     """Write POINTZ with colours (red, green, blue), normals and fields as attributes.
 
-    The CRS is in NAME.prj. Raises TargetError for more points than the format supports.
+    The CRS is written to NAME.prj. Raises TargetError if there are more points than the format
+    supports.
     """
     messages: list[Finding] = []
     data = out.data
@@ -54,7 +55,7 @@ def _columns(out: WriteRequest, messages: list[Finding]) -> list[DbfColumn]:
         values |= {name: data.colors[:, k] for k, name in enumerate(("red", "green", "blue"))}
     if not isinstance(data, Mesh) and data.normals is not None:
         values |= {f"normal_{axis}": data.normals[:, k] for k, axis in enumerate("xyz")}
-    # A field of one of these names stays a field.
+    # A field with one of these names remains a field.
     fields = {(f"{name} field" if name in values else name): v for name, v in data.fields.items()}
     names = short_names([*values, *fields])
     for name in fields:

@@ -1,4 +1,4 @@
-"""Points as text: a header line, then one row per point."""
+"""Writer of points as text: a header line followed by one row per point."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from vomstudio.io.models.writers._common import (
 )
 
 NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
-# Names that a reader would take for a coordinate, a colour or a normal.
+# Names that a reader would interpret as a coordinate, a colour or a normal.
 RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
 
 
 def write(out: WriteRequest) -> list[Finding]:
-    """Write floats as the shortest decimals that restore the same value.
+    """Write points, with floats as the shortest decimals that restore the same value.
 
-    `.csv` has commas, the others spaces; the CRS is in NAME.prj.
+    `.csv` files are separated by commas, other files by spaces; the CRS is written to NAME.prj.
     """
     messages: list[Finding] = []
     data = out.data

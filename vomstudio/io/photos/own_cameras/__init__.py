@@ -1,1 +1,1 @@
-"""The cameras of a model as other programs write them, one module a program."""
+"""Cameras of a model as written by other programs, with one module per program."""

@@ -1,9 +1,9 @@
 """Tables of camera centres in the frame of a model.
 
 These are `cameras.csv`, the reference and angle tables of Metashape, and similar tables of other
-programs. If a table has both given and estimated centres, the estimated ones are the model's.
-Angles of such tables are not used, since programs define them differently; rotations of
-`cameras.csv` are.
+programs. If a table contains both given and estimated centres, the estimated ones are those of the
+model. The angles in such tables are not used because programs define them differently; the
+rotations in `cameras.csv` are used.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Cameras of COLMAP: `cameras` and `images`, as text or binary.
+"""Cameras of COLMAP: `cameras` and `images` files, as text or binary data.
 
-Both give rotation (quaternion, w first) and translation from World to the camera, x right, y down,
-z forward (COLMAP's documentation, "Output Format").
+Each image has a rotation (quaternion, w first) and a translation from the World frame to the
+camera, with x right, y down, z forward (COLMAP documentation, "Output Format").
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from vomstudio.io.photos.own_cameras.result import (
 from vomstudio.io.text.file_text import read_bytes, read_text
 
 Lenses = dict[int, tuple[Intrinsics, str | None]]
-"""Lenses by number, with the name of the model if it is not supported here."""
+"""Lenses by number, with the name of the lens model if it is not supported here."""
 
 NAMES = ("images.bin", "images.txt")
-# Number, name and number of parameters of the models of COLMAP 4.2.
+# Number, name and parameter count of the lens models of COLMAP 4.2.
 _MODELS = (
     (0, "SIMPLE_PINHOLE", 3),
     (1, "PINHOLE", 4),
@@ -58,7 +58,7 @@ _TWO_FOCAL_MODELS = {"FOV", "THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE", 
 
 
 def folder_of(path: Path) -> Path | None:
-    """Return the folder of a sparse model, given by its path or one of its files, or None."""
+    """Return the folder of a sparse model from its path or one of its files, or None."""
     folder = path if path.is_dir() else path.parent
     if path.is_dir() or path.name in (*NAMES, "cameras.bin", "cameras.txt"):
         for name in NAMES:
@@ -68,7 +68,7 @@ def folder_of(path: Path) -> Path | None:
 
 
 def read_colmap(folder: Path) -> OwnCameras:
-    """Read cameras of COLMAP. Raises InputError with file and line or field."""
+    """Read the cameras of COLMAP. Raises InputError with file and line or field."""
     binary = (folder / NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
     images = folder / NAMES[0 if binary else 1]
     lenses = (
@@ -153,7 +153,7 @@ def _binary_lenses(path: Path) -> Lenses:
 
 # --- images -----------------------------------------------------------------------------------
 def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
-    """Yield the images; each has a line with the pose and one with its points, possibly empty."""
+    """Yield the images; each has a line with the pose and one, maybe empty, with points."""
     is_pose_line = True
     for number, line in _lines(path):
         if not is_pose_line:

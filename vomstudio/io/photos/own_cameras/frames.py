@@ -1,7 +1,7 @@
-"""Selection of the frame in which the cameras of a file agree with its model.
+"""Selection of the frame in which the cameras of a file match its model.
 
 Programs write cameras and models in several frames: with or without the transform of the project,
-in map coordinates or minus an offset. Cameras look at what was reconstructed from them.
+in map coordinates or minus an offset. Cameras face the model that was reconstructed from them.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views
 
-# Margin of the model's bounding box on each side, relative to its size.
+# Margin around the bounding box of the model on each side, relative to its size.
 RELATIVE_MARGIN = 0.5
-# Maximum distance of cameras from the model in diagonals of its box.
+# Maximum distance of cameras from the model, in diagonals of its box.
 MAX_DISTANCE_DIAGONALS = 50.0
 MIN_SHARE_LOOKING = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """The same cameras in one frame, with its name."""
+    """Cameras in one possible frame, with the name of the frame."""
 
     name: str
     views: Sequence[View]
@@ -36,19 +36,19 @@ class Candidate:
 def select_frame(
     path: Path, candidates: Sequence[Candidate], bounds: FloatArray | None
 ) -> OwnCameras:
-    """Return the cameras in the first frame in which most of them look at the model.
+    """Return the cameras in the first frame in which most of them face the model.
 
     Parameters
     ----------
     path : Path
     candidates : sequence of Candidate
     bounds : (2, 3) float64 or None
-        Lowest and highest corner of the model; None selects the first candidate.
+        Lower-left and upper-right corners of the model. If None, the first candidate is selected.
 
     Raises
     ------
     InputError
-        As `cameras_of_views`.
+        As for `cameras_of_views`.
     """
     selected, findings = candidates[0], list[Finding]()
     if bounds is not None:
@@ -63,12 +63,12 @@ def select_frame(
 
 
 def not_looking_finding(path: Path) -> Finding:
-    """Report cameras that do not look at the model."""
+    """Return the finding about cameras that do not face the model."""
     return Finding("cameras.not-looking", file=path.name)
 
 
 def share_looking(views: Sequence[View], bounds: FloatArray) -> float:
-    """Return the share of cameras whose axis hits the enlarged box (2, 3) at a valid distance."""
+    """Return the share of cameras whose axis hits the enlarged box (2, 3) at valid distance."""
     if not len(views):
         return 0.0
     size = bounds[1] - bounds[0]

@@ -1,8 +1,8 @@
-"""Cameras of Metashape and PhotoScan: the XML of "Export Cameras".
+"""Cameras of Metashape and PhotoScan: XML files written by "Export Cameras".
 
-The transform of a camera leads from the camera (x right, y down, z forward) to the chunk, and that
-of the chunk (or component) to its reference system: metres, or geocentric for a CRS on Earth
-(Metashape manual, appendix "Camera models"; Python reference, `Chunk.transform`).
+The transform of a camera maps from the camera (x right, y down, z forward) to the chunk, and that
+of the chunk (or component) maps to its reference system, which is in metres, or geocentric for a
+CRS on Earth (Metashape manual, appendix "Camera models"; Python reference, `Chunk.transform`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ def is_metashape(root: Element) -> bool:
 def read_metashape(path: Path, root: Element) -> list[Candidate]:
     """Return the cameras in three frames. Raises InputError with line and element.
 
-    The frames are the chunk's reference system, the chunk with its transform, and its inner frame.
+    The frames are the reference system of the chunk, the chunk with its transform, and its internal
+    frame.
     """
     chunks = [root] if root.tag == "chunk" else list(root.iter("chunk"))
     chunk = max(chunks, key=_aligned_count)
@@ -106,7 +107,7 @@ def _view(
 
 
 def _transform(path: Path, element: Element) -> FloatArray | None:
-    """Return the (4, 4) transform of a chunk or component, or None."""
+    """Return the transform (4, 4) of a chunk or component, or None."""
     transform = element.find("transform")
     if transform is None:
         return None
@@ -129,7 +130,7 @@ def _transform(path: Path, element: Element) -> FloatArray | None:
 def _to_map(
     path: Path, chunk: Element, reference: str, views_in_chunk: list[View]
 ) -> tuple[list[View], str]:
-    """Convert geocentric views to a projected CRS: that of the chunk or the UTM zone.
+    """Convert geocentric views to a projected CRS, that of the chunk or the UTM zone.
 
     Raises InputError.
     """
@@ -165,8 +166,8 @@ def _to_map(
 def _project_view(view: View, transformer: Any) -> View:
     """Convert a view from geocentric to map coordinates.
 
-    The axes are those of the map at the camera. The scale of the map, which differs from 1 by less
-    than a thousandth, does not matter.
+    The axes are those of the map at the camera. The scale of the map differs from 1 by less than a
+    thousandth and is therefore neglected.
     """
     centre = view.centre
     ends = np.concatenate([centre + _STEP_M * np.eye(3), centre - _STEP_M * np.eye(3), [centre]])
@@ -179,10 +180,10 @@ def _project_view(view: View, transformer: Any) -> View:
 
 # --- lenses -----------------------------------------------------------------------------------
 def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
-    """Return the lens and the name of its model if it is not supported.
+    """Return the lens, and the name of its model if that is not supported.
 
-    Metashape's polynomial is that of OpenCV with p1 and p2 exchanged; its centre is relative to
-    the middle of the photo.
+    Metashape's polynomial is that of OpenCV with p1 and p2 exchanged; its centre is relative to the
+    centre of the photo.
     """
     calibrations = sensor.findall("calibration")
     adjusted = [
@@ -209,7 +210,7 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
     kind = calibration.get("type") or sensor.get("type") or "frame"
     is_old_format = calibration.find("f") is None and calibration.find("fx") is not None
     if is_old_format:
-        # PhotoScan before 1.2: two focal lengths, the centre counted from the corner.
+        # PhotoScan before 1.2 writes two focal lengths, and the centre relative to the corner.
         fx, fy, cx, cy = (value(n) for n in ("fx", "fy", "cx", "cy"))
     else:
         fx, fy = value("f") + value("b1"), value("f")

@@ -1,8 +1,9 @@
 """Cameras of OpenSfM and OpenDroneMap: `reconstruction.json` and `shots.geojson`.
 
-A shot's rotation is an angle times an axis from World to the camera, x right, y down, z forward.
-`reconstruction.json` has the translation from World to the camera, `shots.geojson` the centre of
-the camera in UTM. Lenses are given in units of the longer side of the photo.
+The rotation of a shot is an angle times an axis, from the World frame to the camera, with x right,
+y down, z forward. `reconstruction.json` contains the translation from the World frame to the
+camera, and `shots.geojson` contains the camera centre in UTM coordinates. Lenses are given in units
+of the longer side of the photo.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def is_opensfm(data: Any) -> bool:
 
 
 def is_shots(data: Any) -> bool:
-    """Return whether the content of a JSON file is OpenDroneMap's collection of shots."""
+    """Return whether the content of a JSON file is an OpenDroneMap collection of shots."""
     if not isinstance(data, dict) or data.get("type") != "FeatureCollection":
         return False
     features = data.get("features")
@@ -57,7 +58,7 @@ def is_shots(data: Any) -> bool:
 
 
 def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[Candidate]:
-    """Read the cameras of a reconstruction. Raises InputError that names the field."""
+    """Read the cameras of a reconstruction. Raises InputError with the field."""
     reconstruction = max(data, key=lambda each: len(each["shots"]))
     warnings = []
     if len(data) > 1:
@@ -86,9 +87,9 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
 
 
 def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
-    """Return shots in UTM and relative to the offset of OpenDroneMap's models.
+    """Return shots in UTM coordinates and relative to the offset of OpenDroneMap models.
 
-    Raises InputError that names the field.
+    Raises InputError with the field.
     """
     views: list[View] = []
     for number, feature in enumerate(data["features"]):
@@ -110,7 +111,7 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
 
 
 def find_offset(path: Path) -> tuple[float, float] | None:
-    """Return the east and north offset of OpenDroneMap's models, from its `coords.txt`."""
+    """Return the east and north offset of OpenDroneMap models, from `coords.txt`."""
     for folder in (path.parent, path.parent / ".." / "odm_georeferencing"):
         try:
             lines = read_small_text(folder / "coords.txt").split("\n")
@@ -132,7 +133,7 @@ def _lens(name: str, camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]
     fy = float(camera.get("focal_y", camera.get("focal", 0.0))) * side
     if not (fx > 0 and fy > 0 and width > 0 and height > 0):
         raise ValueError(tr("the focal length is missing or not positive"))
-    # OpenSfM's centre is relative to the middle of the photo.
+    # OpenSfM's centre is relative to the centre of the photo.
     cx = width / 2.0 + float(camera.get("c_x", 0.0)) * side
     cy = height / 2.0 + float(camera.get("c_y", 0.0)) * side
     k1, k2, k3, k4, p1, p2 = (
@@ -147,11 +148,11 @@ def _lens(name: str, camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]
 
 
 def _shot_lens(shot: Mapping[str, Any]) -> Intrinsics:
-    """Return the lens of a shot, which states its focal length only."""
+    """Return the lens of a shot, for which only the focal length is stated."""
     width, height = int(shot.get("width") or 0), int(shot.get("height") or 0)
     focal = float(shot.get("focal") or 0.0)
     if not (width > 0 and height > 0 and focal > 0):
-        # Only positions and attitudes are usable in that case.
+        # In this case, only positions and attitudes can be used.
         width, height, focal = 2, 2, 1.0
     return pinhole_lens(width, height, focal * max(width, height))
 

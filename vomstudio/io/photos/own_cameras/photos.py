@@ -1,4 +1,4 @@
-"""Search of the photos from which a model was reconstructed."""
+"""Search for the photos from which a model was reconstructed."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _FOLDERS = ("photos", "images", ".", "../photos", "../images", "../../photos", "
 
 
 def find_camera_photos(cameras: OwnCameras, folder: Path | None = None) -> dict[str, Path]:
-    """Return the existing photos of cameras, by camera name.
+    """Return the existing photos of cameras by camera name.
 
-    `folder` is that of the photos; None searches the folder stated in the camera file, and beside
-    it. Raises InputError if it is not a folder.
+    `folder` is the folder of the photos. If None, the folder stated in the camera file and
+    neighbouring folders are searched. Raises InputError if it is not a folder.
     """
     if folder is not None:
         return _photos_in_folder(folder, list(cameras.centres))

@@ -1,4 +1,4 @@
-"""Reading of the cameras of a model from any program."""
+"""Reading of the cameras of a model from files of any supported program."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ _CAMERA_FILES = (
 
 
 def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnCameras:
-    """Read the cameras in the frame of the model; the format is detected by content.
+    """Read the cameras in the frame of the model; the format is detected from the content.
 
-    Formats are `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or binary),
-    Metashape XML, `reconstruction.json` and `shots.geojson` of OpenSfM and OpenDroneMap, or a
-    table of centres.
+    Supported formats are `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or
+    binary data), Metashape XML, `reconstruction.json` and `shots.geojson` of OpenSfM and
+    OpenDroneMap, and tables of centres.
 
     Parameters
     ----------
     path : str or Path
     bounds : (2, 3) float64 or None
-        Lowest and highest corner of the model, which distinguish the frames of a program; None
-        selects the first.
+        Lower-left and upper-right corners of the model, which distinguish the frames of a program.
+        If None, the first frame is used.
 
     Raises
     ------
     InputError
-        With file and line or field.
+        If a file is not valid; states file and line or field.
     """
     path = Path(path)
     folder = colmap.folder_of(path)
@@ -78,9 +78,9 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
 
 
 def find_own_cameras(model: str | Path, *, search_parents: bool = True) -> Path | None:
-    """Return the camera file beside a model, by the usual names; ours first.
+    """Return the camera file next to a model by its usual names, preferring this program's.
 
-    `search_parents` includes parent folders.
+    If `search_parents` is set, parent folders are searched as well.
     """
     folder = Path(model).parent
     for name in _CAMERA_FILES:
@@ -95,7 +95,7 @@ def find_own_cameras(model: str | Path, *, search_parents: bool = True) -> Path 
 
 
 def _has_lenses_only(path: Path) -> bool:
-    """Return whether a file contains lenses only; OpenDroneMap names it `cameras.json`, too."""
+    """Return whether a file contains only lenses, like the `cameras.json` of OpenDroneMap."""
     if not is_regular(path):
         return False
     with open_regular(path) as stream:

@@ -15,7 +15,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.coordinate_limits import invalid_places
 
-# Maximum deviation of a matrix from a rotation: files have at least six digits.
+# Maximum deviation of a matrix from a rotation; files have at least six digits.
 MAX_ROTATION_DEVIATION = 1e-3
 
 
@@ -26,9 +26,9 @@ class OwnCameras:
     Attributes
     ----------
     views : mapping of str to View
-        By photo name, in the frame of the model.
+        Views in the frame of the model by photo name.
     centres : mapping of str to (3,) float64
-        Of every photo, even without a view.
+        Camera centre of every photo, even of those without a view.
     photos : Path or None
         Folder of the photos, if stated.
     warnings : tuple of Finding
@@ -47,7 +47,7 @@ def cameras_of_views(
     photos: Path | None = None,
     warnings: Sequence[Finding] = (),
 ) -> OwnCameras:
-    """Return the cameras of views. Raises InputError for repeated names, or without any view."""
+    """Return cameras from views. Raises InputError if names repeat or there are no views."""
     views_by_name: dict[str, View] = {}
     for view in views:
         if view.name in views_by_name:
@@ -64,7 +64,7 @@ def cameras_of_views(
 def view_of_pose(
     name: str, lens: Intrinsics, rotation: FloatArray, translation: FloatArray
 ) -> View:
-    """Return a view with an exact rotation. Raises ValueError for an invalid pose."""
+    """Return a view with an exact rotation. Raises ValueError if the pose is not valid."""
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
         raise ValueError(tr("the pose is not finite"))
     if invalid_places(translation[None]).any():
@@ -75,7 +75,7 @@ def view_of_pose(
     ):
         raise ValueError(tr("the matrix of the pose is no rotation"))
     u, _, vt = np.linalg.svd(rotation)
-    # Restore the orthogonality lost by rounding, with the camera centre unchanged.
+    # Restore the orthogonality lost by rounding while keeping the camera centre.
     orthogonal = np.asarray(u @ vt, np.float64)
     return View(name, lens, orthogonal, orthogonal @ rotation.T @ translation)
 
@@ -89,10 +89,10 @@ def from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: Float
 
 
 def pinhole_lens(width: int, height: int, focal: float) -> Intrinsics:
-    """Return a lens without distortion, for unsupported lens models."""
+    """Return a lens without distortion, which replaces unsupported lens models."""
     return Intrinsics.pinhole(width, height, focal, width / 2, height / 2)
 
 
 def unknown_lens(model: str, photos: int) -> Finding:
-    """Report photos with an unsupported lens model."""
+    """Return the finding about photos with an unsupported lens model."""
     return Finding("cameras.unknown-lens", model=model, photos=photos)
