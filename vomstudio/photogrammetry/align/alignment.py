@@ -1,4 +1,4 @@
-"""Alignment of photos: poses and intrinsics from the photos alone, resumable at any point.
+"""Resumable alignment of photos: poses and intrinsics from the photos alone.
 
 The work folder contains `features/KEY.npz` (one file per photo, named by its content and the
 settings) and `database.db` (COLMAP's database of all compared pairs). When the alignment has

@@ -232,7 +232,7 @@ def bend_to_control(
 
 
 def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | None:
-    """Fit an adjusted scene, or return None if the adjustment failed or lost the control points."""
+    """Fit an adjusted scene; return None if the adjustment failed or lost control points."""
     if not _has_converged(scene):
         return None
     try:

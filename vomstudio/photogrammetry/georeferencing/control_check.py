@@ -31,7 +31,7 @@ _FAR_M = 5000.0
 
 @dataclass(frozen=True)
 class PointCheck:
-    """Check of one point.
+    """Check of a single point.
 
     Attributes
     ----------

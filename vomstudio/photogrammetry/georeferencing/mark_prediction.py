@@ -317,7 +317,7 @@ class PlacedPhotos:
         return (np.array(point.position) - part.origin)[None]
 
     def _frame(self, marking: Marking, number: int) -> Similarity | None:
-        """Return the similarity from the World frame to a component, fitted to its marked points."""
+        """Return the similarity from the World frame to a component, from its marked points."""
         known, places = [], []
         for point in marking.control:
             place = self._place(self._marks(number, marking.of(point.label)))
@@ -355,7 +355,7 @@ def usable_tables(
 
 # --- what is missing ------------------------------------------------------------------------------
 def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
-    """Return the control points that can place the model: those marked in at least two photos."""
+    """Return the control points that can place the model, i.e. those marked in two photos."""
     allowed = None if photos is None else set(photos)
     return [
         p.label

@@ -1,4 +1,4 @@
-"""Accuracy of a scene registered to the World frame by camera positions or control points."""
+"""Accuracy of a scene registered in the World frame by cameras or control points."""
 
 from __future__ import annotations
 
