@@ -10,27 +10,22 @@ A focal length known from EXIF is freed only under three conditions: the photos 
 the same rock from sufficiently different directions (`CONVERGENT_DEG`, root mean square about their
 mean), there are enough photos, and the error of the freed value is small even if neighbouring tie
 points are counted as one. Otherwise the focal length is fixed, unless the photos clearly contradict
-it. They do so if the freed value differs by `FAR_FROM_EXIF` or more, which is several times its
-error, and if the cross-validation error of the tie points falls below `CONTRADICTED` times the
-previous one. (If EXIF is right, the error decreases by a few hundredths at best, when the freed
-value
+it. They do so if the freed value differs by `FAR_FROM_EXIF` or more and by several times its error,
+and if the cross-validation error of the tie points falls below `CONTRADICTED` times the previous
+one. (If EXIF is right, the error decreases by a few hundredths at best, because the freed value
 absorbs the misfit of the lens model.) An unknown focal length is freed; if it cannot be determined,
 that of a typical lens is assumed, and this is reported. Radial distortion is determined by the
-overlap of any two photos, so it is free for every camera with enough photos.
+overlap of any two photos, so it is free for a camera with enough photos.
 
 If there are enough photos, other lens parameters are tested: k2, without which a block of parallel
 views bends like a dome, and the principal point. The latter is tested only for convergent photos
-with
-a free focal length, since it is otherwise equivalent to a rotation of the camera. Each parameter is
-estimated if its effect in the corner of the photo, beyond the effects of k1, focal length and
-rotation, is at least `MIN_EFFECT_PX`, and if it is well determined with neighbouring tie points
-counted as one: k2 must be at least `MIN_SIGMAS` times its error, and the error of the principal
-point
-at most `MAX_CENTRE_SIGMA`, well below the differences between cameras. Both are used only if they
-do
-not increase the cross-validation error. Decentring (p1, p2) has nearly the same effect as a shift
-of
-the principal point and is represented by it.
+with a free focal length, since it is otherwise equivalent to a rotation of the camera. Each
+parameter is estimated if its effect in the corner of the photo, beyond the effects of k1, focal
+length and rotation, is at least `MIN_EFFECT_PX`, and if it is well determined with neighbouring tie
+points counted as one: k2 must be at least `MIN_SIGMAS` times its error, and the error of the
+principal point at most `MAX_CENTRE_SIGMA`, well below the differences between cameras. Both are
+used only if they do not increase the cross-validation error. Decentring (p1, p2) has nearly the
+same effect as a shift of the principal point and is represented by it.
 """
 
 from __future__ import annotations

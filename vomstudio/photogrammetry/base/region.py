@@ -21,7 +21,7 @@ MIN_POINTS = 5
 
 @dataclass(frozen=True)
 class Region:
-    """Box given by two corners, in the World frame or the local frame of an unregistered model."""
+    """Box given by two corners, in the World frame or the frame of an unregistered model."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]

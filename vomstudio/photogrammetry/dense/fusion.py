@@ -178,7 +178,7 @@ def _lens(one: DepthMap) -> FloatArray:
 
 
 def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
-    """Return the rows and columns of used pixels, and their points, normals, confidence, views."""
+    """Return rows, columns, points, normals, confidence and views of the used pixels."""
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
     one = maps[row]
