@@ -180,7 +180,7 @@ def angle_to(panel: Panel, along: FloatArray | None) -> float:
 
 
 def least_angle(curtain: Curtain, along: FloatArray | None) -> float:
-    """Return the smallest angle in degrees between a direction and the panels of a section."""
+    """Return the smallest angle in degrees between a direction and the panels it can reach."""
     angles = [angle_to(panel, along) for panel in curtain.panels]
     return min((angle for angle in angles if angle >= MIN_ALLOWED_ANGLE_DEG), default=0.0)
 

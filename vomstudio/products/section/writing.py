@@ -133,7 +133,7 @@ def format_of(path: str | Path) -> str:
 
 
 def section_targets(path: str | Path, has_features: bool) -> list[Path]:
-    """Return the files to write; features go with a table to NAME_features.csv."""
+    """Return the files to write; the features of a table are in NAME_features.csv."""
     out = Path(path)
     features_path = out.with_name(f"{out.stem}_features.csv")
     return [out, features_path] if has_features and format_of(path) == ".csv" else [out]
