@@ -37,7 +37,7 @@ def save_figure(
 
 
 def draw_frame(ax: Axes) -> Any:
-    """Draw and return the primitive circle of radius 1, with north and ticks every 10 degrees."""
+    """Draw and return the primitive circle of radius 1, with north and 10 degree ticks."""
     from matplotlib.patches import Circle
     from matplotlib.patheffects import withStroke
 
