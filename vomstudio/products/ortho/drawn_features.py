@@ -128,7 +128,7 @@ def write_drawings(
 
 
 def raster_turn(plan: OrthophotoPlan) -> FloatArray | None:
-    """Return the matrix (3, 3) from `draw_features` to the GeoTIFF; None if it is the identity.
+    """Return the matrix (3, 3) from `draw_features` to the GeoTIFF, or None if the identity.
 
     A picture that looks vertically upwards is mirrored on the map.
     """

@@ -40,7 +40,7 @@ from vomstudio.products.ortho.view_directions import (
 
 @dataclass(frozen=True)
 class Direction:
-    """Viewing direction: along a line, against a plane, or along the axis of a fold or domain."""
+    """Viewing direction along a line, against a plane, or along a fold or domain axis."""
 
     view: ViewDirection | None
     fold: TableFold | None = None
