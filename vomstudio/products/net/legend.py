@@ -118,7 +118,7 @@ def _width(text: str, font_pt: float, weight: str, family: tuple[str, ...]) -> f
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    # Measuring the outlines of the letters would be slightly more precise, but takes twenty times
+    # The outlines of the letters would be slightly narrower, but measuring them takes twenty times
     # as long.
     font = FontProperties(family=list(family), weight=weight, size=font_pt)
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])

@@ -117,7 +117,7 @@ class MeshSource:
         depth[at] = np.where(np.isnan(depth[at]), nearest, depth[at])
 
     def _shade(self, face: Int32Array, weights: FloatArray, footprint: float = 1.0) -> ByteArray:
-        """Return the colours (n, 3) of hits: face (n,), weights (n, 2); black if there is no hit."""
+        """Return the colours (n, 3) of hits: face (n,), weights (n, 2); black if empty."""
         from vomstudio.products.ortho._mesh_kernels import blend_corners
         from vomstudio.products.ortho._texture_kernels import sample_texture
 
