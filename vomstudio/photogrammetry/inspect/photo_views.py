@@ -30,21 +30,21 @@ _OBLIQUITY_POINTS = 12
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """Photo that shows a place.
+    """Photo that shows a position or several positions.
 
     Attributes
     ----------
     view : int
         Row in `PhotoViews.views`.
     pixel : (2,) array
-        COLMAP's pixels of the stored photo.
+        Pixel of the stored photo, in COLMAP's convention.
     gsd_m : float
-        Size of a pixel at right angles to the line of sight, in the model's unit; median of several
-        places.
+        Pixel size perpendicular to the line of sight, in the unit of the model; the median if there
+        are several positions.
     obliquity_deg : float or None
-        Angle between the line of sight and the surface's normal, median; None if unknown.
+        Median angle between the line of sight and the surface normal; None if unknown.
     share : float
-        Visible share of the places, 0 to 1.
+        Share of the positions that are visible, 0 to 1.
     """
 
     view: int
@@ -91,7 +91,7 @@ class PhotoViews:
     tree : RayTree
         The model, in the frame of its file.
     to_world : (4, 4) array, optional
-        Similarity from that frame to World.
+        Similarity from the frame of the file to the World frame.
     resolution_m : float
     """
 
@@ -116,7 +116,7 @@ class PhotoViews:
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def row(self, name: str) -> int:
-        """Return the row of a photo. Raises KeyError without a camera."""
+        """Return the row of a photo. Raises KeyError if it has no camera."""
         for number, view in enumerate(self.views):
             if view.name == name:
                 return number
@@ -127,7 +127,7 @@ class PhotoViews:
         return any(view.name == name for view in self.views)
 
     def direction(self, view: int) -> FloatArray:
-        """Return the unit vector (3,) of a photo's axis in World."""
+        """Return the unit vector (3,) of a photo's axis in the World frame."""
         way = np.linalg.solve(self._back, self.views[view].direction)
         return np.asarray(way / np.linalg.norm(way))
 
@@ -286,7 +286,7 @@ class PhotoViews:
         return places
 
     def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> PickedSurface | None:
-        """Return the surface at a pixel of a photo; None outside the model or the photo."""
+        """Return the surface at a pixel of a photo, or None outside the model or the photo."""
         photo = self.views[view]
         if not photo.contains(pixel)[0]:
             return None

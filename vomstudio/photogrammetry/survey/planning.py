@@ -1,4 +1,4 @@
-"""Plan a photo survey (textbook 2.4 and 3.2).
+"""Planning of a photo survey (textbook 2.4 and 3.2).
 
 Positions are in the frame of the outcrop: `along` it from its left end, `up` it from its foot (both
 as seen from the camera), `away` from it towards the camera; metres. For flat ground seen from above
@@ -106,11 +106,11 @@ class SurveyPlan(PrintableResult):
     Attributes
     ----------
     footprint_m, spacing_m : (float, float)
-        Along and up the outcrop.
+        Footprint of a photo, and spacing of the photos, along and up the outcrop.
     depth_of_field_m : (float, float or None)
-        Nearest and farthest sharp distance, the latter None for infinity.
+        Nearest and farthest sharp distance; None if the latter is infinite.
     views_least, views_median : float
-        Photos that show a place of the outcrop.
+        Minimum and median number of photos that show a point of the outcrop.
     registration : tuple of Forecast
         Expected errors of the registration, if requested.
     """
@@ -205,7 +205,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     Raises
     ------
     UsageError
-        Without a distance, and for a distance at which the lens cannot focus.
+        If no distance is given, or if the lens cannot focus at it.
     """
     width_m, height_m = options.width_m, options.height_m
     overlap, manner = options.overlap, options.manner
