@@ -451,7 +451,7 @@ def _place_charts(
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[list[BoolArray], IntArray] | None:
-    """Return pages of side x side cells, and page, column and row of charts; None if too many."""
+    """Return the pages, and the page, column and row of each chart; None if too many."""
     from vomstudio.photogrammetry.surface._atlas_kernels import place_chart
 
     count = len(shapes)

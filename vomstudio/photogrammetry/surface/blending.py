@@ -271,7 +271,7 @@ def _balance(
 def _find_occluded(
     rows: _Rows, colors: Float32Array, links: _Links, count: int, progress: Progress
 ) -> BoolArray:
-    """Return which entries (e,) differ from the agreement of the other photos of their vertex."""
+    """Return which entries (e,) differ from the consensus of other photos of their vertex."""
     from vomstudio.photogrammetry.surface._texture_kernels import median_distances
 
     n = len(rows.starts) - 1

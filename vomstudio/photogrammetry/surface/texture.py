@@ -248,7 +248,7 @@ def make_texture(
 
 
 class _ShiftedPhoto:
-    """Photo relative to the middle of the mesh, whose bytes are read on access to save memory."""
+    """Photo relative to the mesh centre, whose bytes are read on access to save memory."""
 
     def __init__(self, photo: MaskedPhoto, shift: FloatArray) -> None:
         self._photo = photo

@@ -261,7 +261,7 @@ def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[F
 def _distance(
     camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
 ) -> tuple[float, float, list[Finding]]:
-    """Return distance and pixel size on the rock, m, and a warning if the latter is too large.
+    """Return the distance and pixel size on the rock in m, and a warning if it is too large.
 
     Raises UsageError if none is given, or the lens cannot focus there.
     """
