@@ -69,8 +69,8 @@ class Sighting:
 class PickedSurface:
     """Surface under a pixel.
 
-    Row of the face or point, its place (3,) float64 in the model's frame, and the barycentric
-    weights of the face's corners (None for a point).
+    It consists of the row of the face or point, its position (3,) float64 in the frame of the
+    model, and the barycentric weights of the corners of the face (None for a point).
     """
 
     index: int
@@ -79,17 +79,17 @@ class PickedSurface:
 
 
 class PhotoViews:
-    """Model with its photos.
+    """Model together with its photos.
 
-    World points are float64 and moved to the cameras' origin first, so that UTM coordinates keep
-    their digits.
+    World points are float64 and shifted to the origin of the cameras first, so that UTM coordinates
+    keep their precision.
 
     Parameters
     ----------
     cameras : Cameras
         Views in the frame of the model's file minus their origin.
     tree : RayTree
-        The model, in the frame of its file.
+        Ray tree of the model, in the frame of its file.
     to_world : (4, 4) array, optional
         Similarity from the frame of the file to the World frame.
     resolution_m : float
@@ -177,8 +177,8 @@ class PhotoViews:
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
         """Return the photos that show World points (n, 3).
 
-        Those that show most of them first, among these the one with the finest pixels on the
-        surface.
+        Photos that show most of the points come first, and among these the one with the finest
+        pixels on the surface.
         """
         local = self.local(world)
         if not len(local) or not self.views:
@@ -266,11 +266,11 @@ class PhotoViews:
 
     # --- from a photo to the model -----------------------------------------------------------
     def places_under(self, view: int, pixels: npt.ArrayLike) -> FloatArray:
-        """Return the World places (n, 3) where lines of sight first meet the model, else NaN.
+        """Return the World points (n, 3) where lines of sight first hit the model, or NaN.
 
-        For a cloud: at the distance of the point on the line.
+        For a cloud, this is the point on the line at the distance of the point that was hit.
 
-        pixels : (n, 2) of the photo
+        pixels : (n, 2) pixels of the photo
         """
         photo = self.views[view]
         queried = np.asarray(pixels, np.float64).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Camera of a planned survey: from the table, from a photo, or by its numbers."""
+"""Camera of a planned survey, taken from the table or a photo, or given by numbers."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Planning of a photo survey (textbook 2.4 and 3.2).
 
-Positions are in the frame of the outcrop: `along` it from its left end, `up` it from its foot (both
-as seen from the camera), `away` from it towards the camera; metres. For flat ground seen from above
-`away` is the height.
+Positions are in the frame of the outcrop, in metres: `along` is measured from its left end and `up`
+from its foot (both as seen from the camera), and `away` is the distance from it towards the camera.
+For flat ground seen from above, `away` is the height.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ class CameraStation(Result):
 
     @property
     def turn_deg(self) -> float:
-        """Return the angle to the right of the perpendicular."""
+        """Angle to the right of the perpendicular."""
         return math.degrees(math.atan2(self.target_along_m - self.along_m, self.away_m))
 
     @property
     def tilt_deg(self) -> float:
-        """Return the angle above the perpendicular."""
+        """Angle above the perpendicular."""
         return math.degrees(
             math.atan2(
                 self.target_up_m - self.up_m,
@@ -179,9 +179,9 @@ def depth_of_field(
 ) -> tuple[float, float | None]:
     """Return the nearest and farthest sharp distance, m; None for infinity.
 
-    A point is a circle of at most `circle_mm` on the sensor, focused at `distance_m`. The thin
-    lens: hyperfocal distance H = f^2 / (N c) + f; near = D (H - f) / (H + D - 2 f), far = D (H - f)
-    / (H - D).
+    A distance is sharp if a point at it is imaged as a circle of at most `circle_mm` on the sensor
+    when the lens is focused at `distance_m`. For a thin lens with the hyperfocal distance H = f^2 /
+    (N c) + f, the limits are near = D (H - f) / (H + D - 2 f) and far = D (H - f) / (H - D).
     """
     f, d = focal_mm, distance_m * 1000.0
     hyperfocal = f * f / (f_number * circle_mm) + f
@@ -198,9 +198,9 @@ def distance_for(camera: PlanCamera, gsd_m: float) -> float:
 def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     """Compute stations, control points and figures of a survey.
 
-    For the manner "terrain", width and height are those of the ground. A camera without a diaphragm
-    keeps its fixed f-number. If several of distance, pixel size and smallest plane are given, the
-    distance is used, with a warning if it is too far for the finer of the others.
+    For the manner "terrain", the width and height are those of the ground. A camera without a
+    diaphragm keeps its fixed f-number. If more than one of distance, pixel size and smallest plane
+    are given, the distance is used, with a warning if it is too far for the finer of the other two.
 
     Raises
     ------
@@ -263,7 +263,7 @@ def _distance(
 ) -> tuple[float, float, list[Finding]]:
     """Return the distance and pixel size on the rock in m, and a warning if it is too large.
 
-    Raises UsageError if none is given, or the lens cannot focus there.
+    Raises UsageError if none of them is given, or if the lens cannot focus at the distance.
     """
     warnings = []
     if plane_m is not None:
@@ -336,8 +336,8 @@ def _obliques(
 ) -> list[tuple[float, float, float, float]]:
     """Return targets (along, up) with turn and tilt in degrees.
 
-    At a cliff on foot from left and right in turns, by drone from above, over flat ground from both
-    ends.
+    A cliff is viewed obliquely from the left and right in turns on foot, and from above by drone.
+    Flat ground is viewed from both ends.
     """
     count = max(1, math.ceil(width / ((1.0 - MIN_OVERLAP) * footprint[0]) - 1e-9))
     targets = []
