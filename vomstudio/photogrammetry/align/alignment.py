@@ -95,7 +95,7 @@ class Alignment:
 
     @property
     def registered(self) -> int:
-        """Return the number of photos in the first part."""
+        """Number of photos in the first part."""
         return len(self.parts[0].views)
 
     def save(self, folder: Path) -> None:

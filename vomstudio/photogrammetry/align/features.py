@@ -68,7 +68,7 @@ class ExtractTask:
 
     @property
     def key(self) -> str:
-        """Return the key of the content and the settings, which names the result file."""
+        """Key of the content and the settings, which names the result file."""
         digest = hashlib.sha256(self.photo)
         digest.update(b"mask" if self.mask is None else hashlib.sha256(self.mask).digest())
         digest.update(json.dumps([_VERSION, asdict(self.options)], sort_keys=True).encode())

@@ -94,7 +94,7 @@ class Calibration:
 
     @property
     def strongest(self) -> tuple[str, str, float] | None:
-        """Return the names of the two most correlated parameters, and their correlation."""
+        """Names of the two most correlated parameters, and their correlation."""
         table = np.abs(np.array(self.correlation, np.float64))
         table[~np.isfinite(table)] = 0
         np.fill_diagonal(table, 0)

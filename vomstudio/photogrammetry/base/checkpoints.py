@@ -58,12 +58,12 @@ class StageFolder:
 
     @property
     def folder(self) -> Path:
-        """Return the folder of the files, which has its final name once the stage is finished."""
+        """Folder of the files, which has its final name once the stage is finished."""
         return self._final if self.done else self._part
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Return the facts that were passed to `finish`."""
+        """Facts that were passed to `finish`."""
         return _read(self.folder / _STAMP)
 
     @property
@@ -73,7 +73,7 @@ class StageFolder:
 
     @property
     def peak_bytes(self) -> int:
-        """Return the peak memory of the processes that worked on this stage or a later one."""
+        """Peak memory of the processes that worked on this stage or a later one."""
         return max(self._peak_before, peak_bytes())
 
     def pause(self) -> None:

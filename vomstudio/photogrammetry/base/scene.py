@@ -62,22 +62,22 @@ class SparseScene:
 
     @cached_property
     def track_lengths(self) -> IntArray:
-        """Return the number (n,) of photos that see each point."""
+        """Number (n,) of photos that see each point."""
         return np.diff(self.track_offsets)
 
     @cached_property
     def track_points(self) -> IntArray:
-        """Return the row (m,) of the point of each observation."""
+        """Row (m,) of the point of each observation."""
         return np.repeat(np.arange(len(self.points)), self.track_lengths)
 
     @property
     def axes(self) -> Axes:
-        """Return the known properties of the frame, for files and labels."""
+        """Known properties of the frame, for files and labels."""
         return WORLD if self.scaled or self.crs is not None else UNPLACED
 
     @property
     def centres(self) -> FloatArray:
-        """Return the projection centres (v, 3)."""
+        """Projection centres (v, 3)."""
         return np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def view(self, name: str) -> View:

@@ -103,5 +103,5 @@ class PipelineSettings(Result):
 
     @property
     def steps(self) -> Quality:
-        """Return the sizes of the selected quality."""
+        """Sizes of the selected quality."""
         return QUALITIES[self.quality]

@@ -93,7 +93,7 @@ class DepthMap:
 
     @property
     def filled(self) -> float:
-        """Return the share of pixels that have a depth."""
+        """Share of pixels that have a depth."""
         return float(np.mean(self.depth > 0))
 
     def save(self, path: str | Path) -> None:

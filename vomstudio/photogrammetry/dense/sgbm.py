@@ -64,7 +64,7 @@ class Rectified:
 
     @property
     def step(self) -> float:
-        """Return the change of inverse depth, in the rectified frame, per pixel of disparity."""
+        """Change of inverse depth, in the rectified frame, per pixel of disparity."""
         return (1.0 - self.plane[0]) / (self.focal * self.baseline)
 
 

@@ -63,7 +63,7 @@ class Undistorted:
 
     @cached_property
     def valid(self) -> BoolArray:
-        """Return the mask (h, w) of usable pixels."""
+        """Mask (h, w) of usable pixels."""
         lens = self.view.intrinsics
         if self.mask is None:
             return np.ones((lens.height, lens.width), bool)

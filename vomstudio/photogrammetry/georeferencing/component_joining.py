@@ -82,7 +82,7 @@ class Junction:
 
     @property
     def rms_px(self) -> float | None:
-        """Return the RMS residual of the markers that are not outliers."""
+        """RMS residual of the markers that are not outliers."""
         misses = [m.miss_px for m in self.markers if m.used]
         return math.sqrt(sum(m * m for m in misses) / len(misses)) if misses else None
 

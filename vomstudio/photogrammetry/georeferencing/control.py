@@ -76,7 +76,7 @@ class PointFit:
 
     @property
     def error_m(self) -> float | None:
-        """Return the length of the residual."""
+        """Length of the residual."""
         return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
 
 

@@ -47,12 +47,12 @@ class PointCheck:
 
     @property
     def usable(self) -> bool:
-        """Return whether the point is marked in enough photos to be located."""
+        """Whether the point is marked in enough photos to be located."""
         return self.photos >= MIN_PHOTOS
 
     @property
     def quality(self) -> str:
-        """Return "good", "doubtful" or "poor", depending on the number of photos."""
+        """Quality "good", "doubtful" or "poor", depending on the number of photos."""
         return (
             "good" if self.photos >= RECOMMENDED_PHOTOS else "doubtful" if self.usable else "poor"
         )
@@ -83,7 +83,7 @@ class ControlCheck(Result):
 
     @property
     def summary(self) -> Finding:
-        """Return the number of usable points, and of the photos that show them."""
+        """Number of usable points, and of the photos that show them."""
         control, check = len(self._used("control")), len(self._used("check"))
         points = tr(
             "{control}, {check}",

@@ -47,7 +47,7 @@ class Response:
 
     @property
     def starts(self) -> IntArray:
-        """Return the index of the first unknown of each lens, an array of shape (lenses,)."""
+        """Index of the first unknown of each lens, an array of shape (lenses,)."""
         counts = [len(lens.params) for lens in self.lenses]
         return np.concatenate([[0], np.cumsum(counts)])[:-1].astype(np.int64)
 

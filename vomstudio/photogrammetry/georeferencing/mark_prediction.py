@@ -55,7 +55,7 @@ class Marking:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """Return the labels of points with coordinates in table order, then others as created."""
+        """Labels of points with coordinates in table order, then others as created."""
         named = [p.label for p in self.control]
         others = [*(m.label for m in self.marks), *self.begun]
         return tuple(dict.fromkeys([*named, *others]))
@@ -195,7 +195,7 @@ class MarkPrediction:
 
     @property
     def worst(self) -> tuple[str, float] | None:
-        """Return the photo and the residual of the mark with the largest residual."""
+        """Photo and residual of the mark with the largest residual."""
         if not self.residuals_px:
             return None
         name = self.suspect or max(self.residuals_px, key=self.residuals_px.__getitem__)
@@ -203,7 +203,7 @@ class MarkPrediction:
 
     @property
     def unmarked_photos(self) -> list[str]:
-        """Return the photos in which the point is not marked, the closest first."""
+        """Photos in which the point is not marked, the closest first."""
         return sorted(self.expected, key=lambda name: self.pixel[name])
 
 

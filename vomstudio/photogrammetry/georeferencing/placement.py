@@ -77,7 +77,7 @@ class Placement:
 
     @property
     def bowing_findings(self) -> list[Finding]:
-        """Return findings about bowing estimated from the residuals and from the lenses."""
+        """Findings about bowing estimated from the residuals and from the lenses."""
         return [*bowing_findings(self.bowing), *lens_findings(self.lens_bend, self.bowing)]
 
     def findings(self, limit_deg: float, by: str) -> Iterator[Finding]:

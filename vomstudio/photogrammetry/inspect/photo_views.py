@@ -56,7 +56,7 @@ class Sighting:
 
     @property
     def effective_gsd_m(self) -> float:
-        """Return the size of a pixel along its foreshortened direction on the surface.
+        """Size of a pixel along its foreshortened direction on the surface.
 
         At most ten times `gsd_m`.
         """

@@ -91,7 +91,7 @@ class _Rows:
 
     @cached_property
     def rows_by_view(self) -> list[IndexArray]:
-        """Return the rows of each view up to the last one that has any."""
+        """Rows of each view up to the last one that has any."""
         order = np.argsort(self.views, kind="stable")
         return np.split(order, np.cumsum(np.bincount(self.views))[:-1])
 

@@ -59,7 +59,7 @@ class NormalizedFeatures:
 
     @property
     def matrix(self) -> FloatArray | None:
-        """Return the calibration matrix (3, 3) in these units; None if the focal is unknown."""
+        """Calibration matrix (3, 3) in these units; None if the focal is unknown."""
         if self.focal is None:
             return None
         return np.array(
@@ -102,7 +102,7 @@ class PairOverlap:
 
     @property
     def turn_deg(self) -> float | None:
-        """Return the angle between the optical axes."""
+        """Angle between the optical axes."""
         if self.rotation is None:
             return None
         return math.degrees(math.acos(float(np.clip(self.rotation[2, 2], -1.0, 1.0))))

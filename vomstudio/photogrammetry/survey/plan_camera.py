@@ -30,7 +30,7 @@ class PlanCamera:
 
     @property
     def pixel_pitch_mm(self) -> float:
-        """Return the distance between the centres of two pixels on the sensor."""
+        """Distance between the centres of two pixels on the sensor."""
         return self.sensor_width_mm / self.width_px
 
 

@@ -135,27 +135,27 @@ class SurveyPlan(PrintableResult):
 
     @property
     def smallest_plane_m(self) -> float:
-        """Return the textbook's limit of a plane worth measuring: 1000 pixels."""
+        """Minimum size of a plane worth measuring, the textbook's 1000 pixels."""
         return self.planes.textbook
 
     @property
     def planes(self) -> PlaneSizes:
-        """Return the expected errors of planes by size, without that of the registration."""
+        """Expected errors of planes by size, without that of the registration."""
         return PlaneSizes.from_pixel_size(self.gsd_m)
 
     @property
     def plane_error(self) -> tuple[PlaneError, ...]:
-        """Return the expected 95 % errors of planes by size, without the registration."""
+        """Expected 95 % errors of planes by size, without the registration."""
         return tuple(self.planes.curve())
 
     @property
     def photos(self) -> int:
-        """Return the number of photos."""
+        """Number of photos."""
         return len(self.positions)
 
     @property
     def target_size_m(self) -> float:
-        """Return the size of a control point's mark: twenty pixels across."""
+        """Size of a control point's mark: twenty pixels across."""
         return _TARGET_PIXELS * self.gsd_m
 
     def select_kind(self, kind: str) -> list[CameraStation]:

@@ -98,7 +98,7 @@ class StereonetFigure(FigureLook):
 
     @property
     def width_and_height(self) -> tuple[float | None, float | None]:
-        """Return the width and height in millimetres.
+        """Width and height in millimetres.
 
         Raises
         ------
@@ -158,7 +158,7 @@ class SetColors(Options):
 
     @property
     def colors_by_set(self) -> dict[str, str]:
-        """Return the colours by the name of their set."""
+        """Colours by the name of their set."""
         return {name: color for name, _, color in (each.rpartition("=") for each in self.colors)}
 
 

@@ -82,7 +82,7 @@ class Territory:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Return facts for the sidecar of the picture."""
+        """Facts for the sidecar of the picture."""
         return {"name": self.name, "ends_at": [wall.name for wall in self.walls]}
 
     @cached_property
