@@ -1,4 +1,4 @@
-"""Bundle adjustment with free parameters for each camera, and its cross-validation."""
+"""Bundle adjustment with separate free parameters per camera, and its cross-validation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MIN_ANGLE_DEG = 1.5
 # Scale of the Cauchy loss: residuals of good observations are about half a pixel.
 LOSS_PX = 0.5
 _TOLERANCE = 1e-5
-# One tie point of this number is left out for cross-validation.
+# One in this many tie points is left out for cross-validation.
 _FOLD_SIZE = 5
 
 
@@ -32,7 +32,7 @@ def adjust(
     covariance: bool = True,
     progress: Progress | None = None,
 ) -> dict[int, FloatArray]:
-    """Refine poses, points and free camera parameters in place; drop bad observations.
+    """Refine poses, points and free camera parameters in place, and drop outliers.
 
     Large residuals are down-weighted.
 
@@ -40,20 +40,21 @@ def adjust(
     ----------
     reconstruction : pycolmap.Reconstruction
     freedoms : mapping
-        Free parameters by camera.
+        Free parameters of each camera, by camera number.
     threads : int
-        -1 for all.
+        Number of threads; -1 uses all cores.
     rounds : int
-        Repetitions of adjustment and filter.
+        Number of times the adjustment and the outlier filter are repeated.
     covariance : bool
+        Whether to estimate the covariances of the camera parameters.
     progress : Progress, optional
         Raises Cancelled.
 
     Returns
     -------
     dict of int to (k, k) array
-        Formal covariance of the k free parameters of each camera, for residuals of unit variance;
-        without cameras for which it is not available.
+        Formal covariance of the k free parameters of each camera, for residuals of unit variance.
+        Cameras whose covariance cannot be estimated are omitted.
     """
     pycolmap = colmap()
     covariances: dict[int, FloatArray] = {}
@@ -61,7 +62,7 @@ def adjust(
         adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_PX)
         cancellable(lambda _token, a=adjuster: a.solve(), progress or Silent())  # type: ignore[misc]
         if covariance and remaining == 1:
-            # For equal weights, as for the RMS by which it is multiplied.
+            # With equal weights, like the RMS by which the covariance is multiplied.
             unweighted = create_adjuster(reconstruction, freedoms, threads)
             covariances = estimate_covariances(reconstruction, unweighted, freedoms)
         manager = pycolmap.ObservationManager(reconstruction)
@@ -76,12 +77,12 @@ def cross_validation_error(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> float:
-    """Return the mean error of every fifth tie point, pixels.
+    """Return the mean error of tie points that are left out of the adjustment, pixels.
 
-    The cameras are adjusted without these points.
+    Every fifth tie point is left out when the cameras are adjusted.
 
-    Only points in 3 photos or more are used; NaN if there are no such points. `reconstruction` is
-    unchanged. Raises Cancelled.
+    Only points seen in at least three photos are used; the result is NaN if there are none.
+    `reconstruction` is not changed. Raises Cancelled.
     """
     pycolmap = colmap()
     ids = sorted(reconstruction.point3D_ids())
@@ -121,7 +122,7 @@ def free_parameters(camera: Any, freedom: Freedom) -> list[int]:
 
 
 def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
-    """Fix the parameters of a camera in a problem that `freedom` does not free."""
+    """Hold the camera parameters that `freedom` does not free constant in a problem."""
     import pyceres
 
     free = free_parameters(camera, freedom)
@@ -134,7 +135,7 @@ def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
 def owned_by_colmap(part: Any) -> Any:
     """Prevent Python from deleting a part of a COLMAP problem.
 
-    The problem deletes it itself.
+    The problem deletes the part itself.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(part))
     return part
@@ -151,9 +152,9 @@ def create_adjuster(
 ) -> Any:
     """Create a bundle adjuster in which each camera has its own free parameters.
 
-    COLMAP frees a kind of parameter of all cameras or of none. Frames without a pose are removed
-    from `reconstruction`, with their images and cameras: COLMAP estimates covariances only if every
-    frame has a pose.
+    COLMAP itself can only free a parameter for all cameras or for none. Frames without a pose are
+    removed from `reconstruction` together with their images and cameras, because COLMAP estimates
+    covariances only if every frame has a pose.
 
     Parameters
     ----------
@@ -161,11 +162,11 @@ def create_adjuster(
     freedoms : mapping
     threads : int
     poses : bool
-        Whether poses are free.
+        Whether the poses are free.
     gauge : bool
-        Whether two cameras fix the frame; False if other observations do.
+        Whether two cameras fix the coordinate frame; False if other observations fix it.
     loss_px : float, optional
-        Scale of the robust loss; None for equal weights.
+        Scale of the robust loss. If None, all observations have equal weights.
     """
     pycolmap = colmap()
     # The module of the problem is registered by this import.
@@ -180,7 +181,7 @@ def create_adjuster(
     if loss_px is not None:
         options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
         options.ceres.loss_function_scale = loss_px
-        # A robust sum creeps for 100 steps to where one in a million of it is left.
+        # With a robust loss, the last millionth of the improvement would take 100 more steps.
         options.ceres.solver_options.function_tolerance = _TOLERANCE
     config = pycolmap.BundleAdjustmentConfig()
     images = sorted(reconstruction.reg_image_ids())
@@ -204,11 +205,10 @@ def create_adjuster(
 def estimate_covariances(
     reconstruction: Any, adjuster: Any, freedoms: Mapping[int, Freedom]
 ) -> dict[int, FloatArray]:
-    """Return the covariances of the free parameters of each camera.
+    """Estimate the covariance of the free parameters of each camera.
 
-    They are for residuals of unit variance.
-
-    Cameras for which it is not available are missing.
+    The covariances are for residuals of unit variance. Cameras whose covariance cannot be estimated
+    are omitted.
     """
     pycolmap = colmap()
     estimate = pycolmap.estimate_ba_covariance(

@@ -1,9 +1,9 @@
-"""Align photos: poses and intrinsics from the photos alone, resumable at any point.
+"""Resumable alignment of photos: poses and intrinsics from the photos alone.
 
-The work folder contains `features/KEY.npz` (one per photo, named by content and settings),
-`database.db` (of COLMAP, with every compared pair) and, at the end, `alignment.json` with `part0`,
-`part1` ...: the scenes of the connected components, largest first, each with COLMAP's binary
-model.
+The work folder contains `features/KEY.npz` (one file per photo, named by its content and the
+settings) and `database.db` (COLMAP's database of all compared pairs). When the alignment has
+finished, it also contains `alignment.json` and the folders `part0`, `part1` and so on: the scenes
+of the connected components, largest first, each with COLMAP's binary model.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ class AlignmentOptions:
     Attributes
     ----------
     max_size : int
-        Long side of the photos for the feature search, pixels.
+        Maximum long side of the photos for feature detection, in pixels.
     matching : str
         See `matching.choose_pairs`.
     mapper : str
         See `mapping.map_photos`.
     threads : int or None
-        None for all; with 1, the same seed gives the same result to the bit.
+        Number of threads; None uses all cores. With 1, the same seed gives bit-identical results.
     """
 
     max_size: int = 2000
@@ -73,17 +73,17 @@ class Alignment:
     Attributes
     ----------
     parts : tuple of SparseScene
-        Connected components in their own frames, the one with most photos first.
+        Connected components, each in its own frame, the one with the most photos first.
     unregistered : tuple of (str, Finding)
-        Photos in no part, and the reasons.
+        Photos that are not in any part, and the reason for each.
     reprojection_error_px : float
-        Mean over the observations of the first part.
+        Mean reprojection error over the observations of the first part.
     cameras : tuple of Calibration
-        Of all parts.
+        Calibrated cameras of all parts.
     tie_points : int
-        Points of the first part in 3 photos or more.
+        Number of points of the first part that are seen in at least three photos.
     notes : tuple of Finding
-        Decisions and their reasons.
+        Decisions made during the alignment, and their reasons.
     """
 
     parts: tuple[SparseScene, ...]
@@ -95,7 +95,7 @@ class Alignment:
 
     @property
     def registered(self) -> int:
-        """Return the number of photos in the first part."""
+        """Number of photos in the first part."""
         return len(self.parts[0].views)
 
     def save(self, folder: Path) -> None:
@@ -118,7 +118,7 @@ class Alignment:
 
     @classmethod
     def load(cls, folder: Path) -> Alignment:
-        """Load an alignment. Raises InputError for an incomplete folder."""
+        """Load an alignment. Raises InputError if the folder is incomplete."""
         try:
             head = read_json(folder / _HEADER_FILE)
             if head["version"] > _VERSION:
@@ -156,7 +156,7 @@ def align(
     executor: Executor,
     progress: Progress,
 ) -> Alignment:
-    """Compute poses and intrinsics, resuming an earlier run in the same folder.
+    """Compute poses and intrinsics, resuming a previous run in the same folder.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def align(
         reconstruction, part_cameras = calibrate(
             reconstruction, photos, threads, mapped.exif_trusted, progress
         )
-        # Only after the adjustment: a shared photo connects this part.
+        # Not before the adjustment, because the shared photos help to connect this part.
         mapping.remove_images(reconstruction, shared[number])
         reconstructions[number] = reconstruction
         parts.append(mapping.scene_of(reconstruction, photos, features))
@@ -237,7 +237,7 @@ def find_features(
     executor: Executor,
     progress: Progress,
 ) -> tuple[list[Features], list[str]]:
-    """Return features and keys of every photo, from the work folder if available."""
+    """Return the features and the key of every photo, from the work folder if available."""
     folder = work / "features"
     folder.mkdir(parents=True, exist_ok=True)
     settings = FeatureOptions(options.max_size, options.max_features)
@@ -298,7 +298,7 @@ def _best_matches(count: int, counts: dict[tuple[int, int], int]) -> list[int]:
 def _result_notes(
     parts: Sequence[SparseScene], cameras: Sequence[Calibration]
 ) -> Iterator[Finding]:
-    """Report the calibration, and the components if there are several."""
+    """Report the calibration and, if there are several components, their sizes."""
     for camera in cameras:
         yield _camera_note(camera)
         yield from camera.reasons
@@ -313,7 +313,7 @@ def _result_notes(
 
 
 def _sharing_notes(photos: Sequence[PhotoLike], shared: Collection[int]) -> Iterator[Finding]:
-    """Report the photos that several components contain."""
+    """Report the photos that several components have in common."""
     if shared:
         yield Finding(
             "alignment.shared-photos",
@@ -325,7 +325,7 @@ def _sharing_notes(photos: Sequence[PhotoLike], shared: Collection[int]) -> Iter
 def _limit_to_photos(
     cameras: Sequence[Calibration], names: Collection[str]
 ) -> Iterator[Calibration]:
-    """Limit calibrations to photos of these names, and drop those without any."""
+    """Limit calibrations to the named photos, and drop calibrations without any of them."""
     for camera in cameras:
         if used := tuple(name for name in camera.photos if name in names):
             yield replace(camera, photos=used)

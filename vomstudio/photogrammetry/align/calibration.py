@@ -1,4 +1,4 @@
-"""Calibration of each camera from the photos, by the rules of `priors`."""
+"""Calibration of each camera from the photos, following the rules in `priors`."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def calibrate(
     trusted: bool,
     progress: Progress,
 ) -> tuple[Any, list[Calibration]]:
-    """Select the free parameters of each camera, adjust, and fix undetermined ones again.
+    """Adjust the free parameters of each camera, and fix those that are poorly determined.
 
-    The same follows with the other lens parameters. Returns the adjusted reconstruction, possibly a
-    new one, and its cameras. Raises Cancelled.
+    The focal lengths come first, then the other lens parameters in the same way. Returns the
+    adjusted reconstruction, which may be a new object, and its cameras. Raises Cancelled.
     """
     images = sorted(reconstruction.reg_image_ids())
     photos_by_camera: dict[int, list[int]] = {}
@@ -115,8 +115,8 @@ def _free_contradicted(
 ) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
     """Free the EXIF focal lengths of cameras that the photos clearly contradict.
 
-    Returns reconstruction, freedoms and covariances; None without a contradiction. Updates
-    `reasons`; `base` is unchanged.
+    Returns the reconstruction, the freedoms and the covariances, or None if the photos contradict
+    no focal length. Updates `reasons` and leaves `base` unchanged.
     """
     if not numbers:
         return None
@@ -160,10 +160,10 @@ def _free_lens_parameters(
     threads: int,
     progress: Progress,
 ) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
-    """Free k2 and the principal points of cameras if they improve the fit.
+    """Free k2 and the principal point of each camera if this improves the fit.
 
-    Returns reconstruction, freedoms and covariances; None without an improvement. Updates
-    `reasons`; `base` is unchanged.
+    Returns the reconstruction, the freedoms and the covariances, or None if the fit does not
+    improve. Updates `reasons` and leaves `base` unchanged.
     """
     trial_freedoms = {
         number: priors.free_lens_parameters(freedoms[number], len(rows), convergence)
@@ -204,7 +204,7 @@ def _free_lens_parameters(
 
 
 def _copy_with_k2(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
-    """Copy a reconstruction and add k2 to cameras in which it is free."""
+    """Copy a reconstruction and add k2 to the cameras for which it is free."""
     pycolmap = colmap()
     wider = pycolmap.Reconstruction(base)
     for number, freedom in freedoms.items():
@@ -223,7 +223,7 @@ def _keep_determined(
     factor: float,
     checks: dict[str, Finding],
 ) -> Freedom:
-    """Fix k2 and the principal point again if they fail their test; extends `checks`."""
+    """Fix k2 and the principal point again if they fail their tests, and extend `checks`."""
     if not (freedom.second or freedom.centre):
         return freedom
     if covariance is None:
@@ -250,24 +250,24 @@ def _keep_determined(
 
 
 def _focal_sigma(reconstruction: Any, number: int, covariances: dict[int, FloatArray]) -> float:
-    """Return the relative formal error of a focal length; infinite if not available."""
+    """Return the relative formal error of a focal length, or infinity if not available."""
     if number not in covariances:
         return float("inf")
-    # The focal length is the first parameter of every model.
+    # The focal length is the first parameter of every camera model.
     camera = reconstruction.camera(number)
     return float(np.sqrt(covariances[number][0, 0]) / camera.params[0])
 
 
 def _factors(reconstruction: Any, photos_by_camera: dict[int, list[int]]) -> dict[int, float]:
-    """Return the factors of the formal errors of each camera.
+    """Return the factor by which the formal errors of each camera are multiplied.
 
-    They contain the scatter of the residuals and the correlation of neighbouring points.
+    The factors account for the scatter of the residuals and the correlation of neighbouring points.
     """
     reconstruction.update_point_3d_errors()
     observations = reconstruction.compute_num_observations()
     photos = reconstruction.num_reg_images()
     redundancy = 2 * observations - 3 * reconstruction.num_points3D() - 6 * photos
-    # Mean error to root mean square per coordinate, of a Gaussian in the plane.
+    # Converts a mean error to the RMS per coordinate, assuming a two-dimensional Gaussian.
     rms = reconstruction.compute_mean_reprojection_error() / np.sqrt(np.pi / 2)
     scatter = rms * np.sqrt(2 * observations / max(redundancy, 1))
     factors = {}

@@ -1,4 +1,4 @@
-"""Detect features of a photo: SIFT (Lowe 2004, IJCV 60), by COLMAP."""
+"""Feature detection in a photo with COLMAP's implementation of SIFT (Lowe 2004, IJCV 60)."""
 
 from __future__ import annotations
 
@@ -29,23 +29,24 @@ if TYPE_CHECKING:
     from PIL import Image
 
 _VERSION = 2
-# COLMAP's own limit of 8192 places applies to complete pyramid levels, which gives 10 to 15
-# thousand features. This number does not depend on the level.
+# COLMAP applies its own limit of 8192 keypoint positions to complete pyramid levels, which results
+# in 10 to 15 thousand features. This limit does not depend on the level.
 MAX_FEATURES = 16_000
-# A place has several features if its gradients have several directions.
+# A position has several features if its gradients have several dominant directions.
 _FEATURES_PER_PLACE = 1.17
-# Photos up to this size are doubled first: their finest details have features, and the memory of
-# the pyramid stays under 1 GB.
+# Photos up to this size are enlarged twofold first, so that features are detected in their finest
+# details. The pyramid then needs less than 1 GB of memory.
 _DOUBLED_UP_TO = 2000
-# Weights of Rec. 709, which COLMAP uses for grey.
+# Rec. 709 weights, which COLMAP uses to convert to grey.
 _LUMA = (0.2126, 0.7152, 0.0722)
 
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """Options of the feature search.
+    """Options of feature detection.
 
-    max_size : longer photos are reduced to it, pixels; max_features : the largest are used
+    max_size : maximum long side in pixels; larger photos are reduced to it
+    max_features : maximum number of features; the largest ones are used
     """
 
     max_size: int = 2000
@@ -54,9 +55,10 @@ class FeatureOptions:
 
 @dataclass(frozen=True)
 class ExtractTask:
-    """Feature search in one photo.
+    """Feature detection in one photo.
 
-    photo, mask : encoded files, white parts of the mask are used; name : for messages only
+    photo, mask : encoded files; the white parts of the mask are used
+    name : used only in messages
     """
 
     photo: bytes
@@ -66,7 +68,7 @@ class ExtractTask:
 
     @property
     def key(self) -> str:
-        """Return the key of content and settings that names the result."""
+        """Key of the content and the settings, which names the result file."""
         digest = hashlib.sha256(self.photo)
         digest.update(b"mask" if self.mask is None else hashlib.sha256(self.mask).digest())
         digest.update(json.dumps([_VERSION, asdict(self.options)], sort_keys=True).encode())
@@ -80,13 +82,13 @@ class Features:
     Attributes
     ----------
     keypoints : (n, 6) float32 array
-        x and y in pixels of the stored photo, and the affine shape, as in COLMAP.
+        x and y in pixels of the photo file, and the affine shape, as in COLMAP.
     descriptors : (n, 128) uint8 array
     colors : (n, 3) uint8 array
     width, height : int
-        Of the stored photo.
+        Size of the photo as stored in its file.
     problem : Finding or None
-        Reason if there are no features.
+        Reason why there are no features.
     """
 
     keypoints: Float32Array
@@ -98,7 +100,7 @@ class Features:
 
     @classmethod
     def empty(cls, width: int, height: int, problem: Finding) -> Features:
-        """Return an empty result with its reason."""
+        """Return a result without features, with the reason."""
         return cls(
             np.zeros((0, 6), np.float32),
             np.zeros((0, 128), np.uint8),
@@ -109,7 +111,7 @@ class Features:
         )
 
     def save(self, path: Path) -> None:
-        """Write the file atomically."""
+        """Write the features to a file atomically."""
         with atomic_write(path, force=True) as temporary, temporary.open("wb") as file:
             np.savez(
                 file,
@@ -124,7 +126,7 @@ class Features:
 
     @classmethod
     def load(cls, path: Path) -> Features | None:
-        """Load features, None without a complete file."""
+        """Load the features from a file, or return None if it is missing or incomplete."""
         try:
             with open_arrays(path) as arrays:
                 width, height = (int(v) for v in arrays["size"])
@@ -144,7 +146,7 @@ class Features:
 def extract(task: ExtractTask) -> Features:
     """Detect the features of a photo.
 
-    An unreadable photo gives a `problem` instead of an error.
+    If the photo is unreadable, the result has a `problem`; no error is raised.
     """
     width = height = 0
     try:
@@ -182,7 +184,7 @@ def extract(task: ExtractTask) -> Features:
 def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteArray]:
     """Detect keypoints (n, 6) and descriptors (n, 128) of a grey picture (h, w).
 
-    Keypoints are in pixels of the picture.
+    The keypoints are in pixels of the picture.
     """
     pycolmap = colmap()
     settings = pycolmap.FeatureExtractionOptions()
@@ -191,7 +193,7 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
     settings.use_gpu = False
     settings.sift.max_num_features = math.ceil(options.max_features / _FEATURES_PER_PLACE)
     settings.sift.first_octave = -1 if max(image.shape) <= _DOUBLED_UP_TO else 0
-    # COLMAP's extractor of one picture holds the GIL, this one does not.
+    # COLMAP's extractor for a single picture holds the GIL; this one does not.
     with tempfile.TemporaryDirectory(prefix="vom-features-") as folder:
         pictures = Path(folder, "pictures")
         pictures.mkdir()
@@ -219,19 +221,19 @@ def sizes(keypoints: Float32Array) -> Float32Array:
 
 
 def _largest(keypoints: Float32Array, count: int) -> IndexArray:
-    """Return the rows of the largest `count` keypoints, in their order."""
+    """Return the rows of the `count` largest keypoints, in their original order."""
     if len(keypoints) <= count:
         return np.arange(len(keypoints))
     return np.sort(np.argsort(-sizes(keypoints), kind="stable")[:count])
 
 
 def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:
-    """Return the peak memory of the search in one photo, bytes."""
+    """Estimate the peak memory of feature detection in one photo, in bytes."""
     scale = min(1.0, options.max_size / max(width, height, 1))
     pixels = width * height * scale * scale
     doubled = 4 if max(width, height) * scale <= _DOUBLED_UP_TO else 1
-    # Float pyramid, differences and gradients of the finest octave, and the rest of the octaves;
-    # beside them the decoded photo, which JPEG reduces while decoding.
+    # The float pyramid, the differences and gradients of the finest octave, and the other octaves,
+    # plus the decoded photo, which the JPEG decoder already reduces.
     return int(pixels * doubled * 4 * 20 + min(width * height, 4 * pixels) * 4) + 50_000_000
 
 
@@ -245,7 +247,7 @@ def grey(pixels: ByteArray) -> ByteArray:
 
 
 def _pixels(image: Image.Image, size: int) -> ByteArray:
-    """Return pixels (h, w, 3) as stored, with a maximum long side."""
+    """Return the pixels (h, w, 3) as stored, reduced to a maximum long side of `size`."""
     import cv2
 
     width, height = image.size
@@ -270,5 +272,5 @@ def _mask(data: bytes, width: int, height: int) -> BoolArray:
         if band.size != (width, height):
             band = band.resize((width, height), Image.Resampling.NEAREST)
         values = np.asarray(band)
-    # Some write 0 and 1, others 0 and 255.
+    # Some programs write masks with 0 and 1, others with 0 and 255.
     return np.asarray(values > (0 if values.max(initial=0) <= 1 else 127))

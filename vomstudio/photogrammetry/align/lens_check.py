@@ -11,13 +11,13 @@ from vomstudio.core.findings import Finding
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.priors import Calibration
 
-# Relative error of a focal length, which is that of all depths.
+# Maximum relative error of a focal length; all depths have the same relative error.
 _MAX_RELATIVE_ERROR = 0.05
 _MIN_RELATIVE_DIFFERENCE = 0.04
 
 
 def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
-    """Find poorly determined focal lengths, or wrong ones in EXIF, which stretch depths."""
+    """Find focal lengths that are poorly determined or wrong in EXIF, which stretch depths."""
     vague: dict[str, float] = {}
     wrong: dict[str, float] = {}
     for camera in cameras:

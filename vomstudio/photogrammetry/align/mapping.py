@@ -1,4 +1,4 @@
-"""Cameras and tie points from matches by COLMAP's mappers, converted to a scene.
+"""Computation of cameras and tie points from matches with COLMAP's mappers.
 
 Schönberger & Frahm 2016 (CVPR), structure from motion revisited; Pan et al. 2024 (ECCV) for global
 mapping.
@@ -24,22 +24,23 @@ from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 
-# The time of incremental mapping grows faster than the number of photos.
+# The run time of incremental mapping grows faster than the number of photos.
 _INCREMENTAL_UP_TO = 300
-# Share of placed photos below which the EXIF focal lengths are freed.
+# If a smaller share of the photos is placed, the EXIF focal lengths are freed.
 _MIN_PLACED_SHARE = 0.9
 
 
 FreeFocals = Literal["none", "unknown", "all"]
-"""Focal lengths that are free during mapping: "unknown" are those missing in EXIF."""
+"""Focal lengths that are free during mapping; "unknown" selects those missing in EXIF."""
 
 
 @dataclass(frozen=True)
 class MappingOptions:
     """Options of mapping.
 
-    mapper : "auto" selects the global one above 300 photos
-    threads : -1 for all; with 1, the same seed gives the same result to the bit
+    mapper : "auto" selects the global mapper for more than 300 photos
+    threads : number of threads; -1 uses all cores. With 1, the same seed gives bit-identical
+    results.
     """
 
     mapper: Literal["auto", "incremental", "global"] = "auto"
@@ -54,10 +55,10 @@ class MappingResult:
     Attributes
     ----------
     reconstructions : tuple of pycolmap.Reconstruction
-        Largest first.
+        Reconstructions of the connected components, largest first.
     notes : tuple of Finding
     exif_trusted : bool
-        False if photos could only be placed without the focal lengths from EXIF.
+        False if the photos could be placed only without the focal lengths from EXIF.
     """
 
     reconstructions: tuple[Any, ...]
@@ -74,9 +75,9 @@ def map_photos(
 ) -> MappingResult:
     """Compute poses and tie points from the matches in a database.
 
-    Focal lengths from EXIF are fixed during mapping. If more than a tenth of the photos is not
-    placed, mapping is repeated with free ones, and the result with more photos is used: EXIF does
-    not state digital zoom. Raises Cancelled.
+    Focal lengths from EXIF are fixed during mapping. If more than a tenth of the photos cannot be
+    placed, mapping is repeated with free focal lengths, since EXIF does not account for digital
+    zoom. The result with more photos is used. Raises Cancelled.
     """
     known = [p.focal_px is not None for p in photos]
     if options.mapper == "auto":
@@ -122,8 +123,8 @@ def _incremental(
     settings.min_model_size = 2
     settings.ba_refine_focal_length = free != "none"
     settings.mapper.abs_pose_refine_focal_length = free != "none"
-    # Among many photos, points in two photos are more often wrong matches; two photos have no
-    # other points.
+    # With many photos, points seen in only two of them are more often wrong matches. If there are
+    # only two photos, there are no other points.
     settings.triangulation.ignore_two_view_tracks = len(photos) > 3
     if free == "unknown":
         settings.constant_cameras = _known_cameras(database)
@@ -171,7 +172,7 @@ def _global(
     settings.mapper.bundle_adjustment.refine_focal_length = free != "none"
     progress.stage(tr("Computing poses"))
     folder = _empty_folder(work / "mapping")
-    # It has no cancellation token: cancelling waits for its end, or the worker is killed.
+    # The mapper cannot be interrupted: to cancel, wait until it ends or kill the worker.
     reconstructions = cancellable(
         lambda token: pycolmap.global_mapping(database, work, folder, settings), progress
     )
@@ -194,9 +195,9 @@ def _known_cameras(database: Path) -> set[int]:
 
 
 def _largest_first(reconstructions: dict[int, Any]) -> list[Any]:
-    """Sort the parts by their number of photos, and drop those that add fewer than two photos.
+    """Sort the parts by number of photos, and drop those that add fewer than two photos.
 
-    COLMAP may place a photo in several parts: `shared_images` lists those of each part.
+    COLMAP may place a photo in several parts; `shared_images` lists these photos for each part.
     """
     order = sorted(
         reconstructions,
@@ -214,7 +215,7 @@ def _largest_first(reconstructions: dict[int, Any]) -> list[Any]:
 
 
 def shared_images(parts: Sequence[Any]) -> list[set[int]]:
-    """List, for each part, the images that are in an earlier part, too."""
+    """List the images of each part that also belong to an earlier part."""
     shared: list[set[int]] = []
     placed: set[int] = set()
     for part in parts:
@@ -225,16 +226,16 @@ def shared_images(parts: Sequence[Any]) -> list[set[int]]:
 
 
 def remove_images(reconstruction: Any, images: Collection[int]) -> None:
-    """Remove images, their observations, and points that fewer than two other images see."""
+    """Remove images, their observations, and the points that fewer than two others observe."""
     for image in sorted(images):
         reconstruction.deregister_frame(reconstruction.image(image).frame_id)
-    # COLMAP keeps a deregistered frame, without a pose, until this call.
+    # Until this call, COLMAP keeps a deregistered frame without a pose.
     reconstruction.tear_down()
 
 
 # ------------------------------------------------------------------------------------------------
 def intrinsics_of(camera: Any) -> Intrinsics:
-    """Convert a COLMAP camera; names and order of the parameters are the same."""
+    """Convert a COLMAP camera; the names and the order of the parameters do not change."""
     return Intrinsics(
         str(camera.model_name),
         int(camera.width),
@@ -246,10 +247,10 @@ def intrinsics_of(camera: Any) -> Intrinsics:
 def scene_of(
     reconstruction: Any, photos: Sequence[PhotoLike], features: Sequence[Features]
 ) -> SparseScene:
-    """Convert a reconstruction in which image i + 1 is photo number i to a scene.
+    """Convert a reconstruction, in which image i + 1 is photo number i, to a scene.
 
-    Cameras are in the order of the photos and points in that of their numbers, so that the same
-    reconstruction always gives the same scene.
+    Cameras are in the order of the photos, and points in the order of their numbers, so that the
+    same reconstruction always gives the same scene.
     """
     images = sorted(reconstruction.reg_image_ids())
     row_of = {image: row for row, image in enumerate(images)}
@@ -287,7 +288,7 @@ def scene_of(
     for row, image_id in enumerate(images):
         rows_of_view = np.flatnonzero(track_views == row)
         photo_features = features[image_id - 1]
-        # Use pixels of the reconstruction, which may contain marks besides features.
+        # Use the pixels of the reconstruction, which may contain marks as well as features.
         image_pixels = np.array([p.xy for p in reconstruction.image(image_id).points2D]).reshape(
             -1, 2
         )
@@ -308,7 +309,7 @@ def scene_of(
 
 
 def residuals(scene: SparseScene) -> FloatArray:
-    """Return residuals (m, 2), observed minus projected, pixels; NaN behind a camera."""
+    """Return the residuals (m, 2), observed minus projected, pixels; NaN behind a camera."""
     miss = np.full((len(scene.track_views), 2), np.nan)
     points = scene.points[scene.track_points]
     for row, view in enumerate(scene.views):
@@ -324,7 +325,7 @@ def point_errors(scene: SparseScene) -> Float32Array:
 
 
 def mean_error(scene: SparseScene) -> float:
-    """Return the mean error over the points, pixels; 0 without points."""
+    """Return the mean error over the points in pixels, or 0 if there are no points."""
     errors = point_errors(scene)
     return float(np.nanmean(errors)) if len(errors) else 0.0
 

@@ -1,10 +1,10 @@
-"""Access COLMAP's database: the photos, their features, and every compared pair.
+"""Access to COLMAP's database of photos, their features, and all compared pairs.
 
-Only COLMAP's SQLite opens it in this process, never Python's `sqlite3`: of two SQLite libraries in
-one process, neither sees the locks of the other (they belong to the process), so one shortens the
-shared index of the write-ahead log under the other, which then crashes or loses rows (sqlite.org,
-"How to corrupt an SQLite database file", 2.2.1). Several processes, or several connections of one
-library, may open it.
+In this process, only COLMAP's SQLite library may open the database, never Python's `sqlite3`. Two
+SQLite libraries in one process do not see each other's locks, because locks belong to the process.
+One may then truncate the shared index of the write-ahead log while the other uses it, which crashes
+or loses rows (sqlite.org, "How to corrupt an SQLite database file", 2.2.1). Several processes, or
+several connections of the same library, may open the database.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def open_database(
     keys: Sequence[str],
     lenses: Sequence[int] | None = None,
 ) -> None:
-    """Create the database of these photos, or keep a valid one of exactly these.
+    """Create the database of the given photos, or keep it if it is valid for exactly these.
 
     Photo number i becomes image i + 1. Photos with the same `camera_key`, size and lens number
     share a camera.
@@ -99,12 +99,12 @@ def open_database(
 
 
 def image_name(row: int) -> str:
-    """Return the name of an image; COLMAP's lists of pairs do not support spaces."""
+    """Return the image name of a row; COLMAP's lists of pairs do not support spaces."""
     return f"{row + 1:06d}"
 
 
 def starting_focal(photo: PhotoLike) -> float:
-    """Return the initial focal length in pixels, that of an ordinary lens if not known."""
+    """Return the initial focal length in pixels; if unknown, that of a typical lens."""
     return photo.focal_px or _DEFAULT_FOCAL * max(photo.width, photo.height)
 
 
@@ -121,7 +121,7 @@ def _camera(photo: PhotoLike, number: int) -> Any:
 
 
 def _is_valid(path: Path) -> bool:
-    """Check a database in a separate process, since COLMAP has no such check."""
+    """Check a database in a separate process, because COLMAP has no such check."""
     if not path.exists():
         return False
     command = [sys.executable, "-I", "-c", _QUICK_CHECK, str(path)]
@@ -130,9 +130,9 @@ def _is_valid(path: Path) -> bool:
 
 @contextmanager
 def open_existing(path: Path) -> Iterator[Any]:
-    """Open an existing database, which COLMAP may write at the same time (write-ahead log).
+    """Open an existing database while COLMAP may be writing it (write-ahead log).
 
-    Raises InputError only if it cannot be opened.
+    Raises InputError if the database cannot be opened.
     """
     if not path.exists():
         raise InputError(Finding("alignment.no-matches"), file=path)
@@ -148,7 +148,7 @@ def open_existing(path: Path) -> Iterator[Any]:
 
 @contextmanager
 def open_for_reading(path: Path) -> Iterator[Any]:
-    """Open a database for queries. Raises InputError for an invalid database."""
+    """Open a database for queries. Raises InputError if the database is invalid."""
     with open_existing(path) as database:
         try:
             yield database
@@ -161,28 +161,28 @@ def _unreadable(path: Path, error: RuntimeError) -> InputError:
 
 
 def count_compared(database: Any) -> int:
-    """Return the number of compared pairs, whatever the result."""
+    """Return the number of compared pairs, with or without matches."""
     return int(database.num_verified_image_pairs())
 
 
 def is_compared(database: Any, pair: Pair) -> bool:
-    """Return whether two photos (rows) have been compared, whatever the result."""
+    """Return whether two photos (rows) have been compared, with or without matches."""
     return bool(database.exists_two_view_geometry(pair[0] + 1, pair[1] + 1))
 
 
 def pair_counts(path: Path) -> dict[Pair, int]:
-    """Return the number of verified matches of every pair of photos (rows) that has any.
+    """Return the number of verified matches of each pair of photos (rows) that has any.
 
-    Raises InputError for an invalid database.
+    Raises InputError if the database is invalid.
     """
     with open_for_reading(path) as database:
         return _counts_by_pair(*database.read_two_view_geometry_num_inliers())
 
 
 def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
-    """Return the numbers of matches and verified matches of compared pairs of photos (rows).
+    """Return the numbers of matches and of verified matches of all compared pairs (rows).
 
-    Raises InputError for an invalid database.
+    Raises InputError if the database is invalid.
     """
     with open_for_reading(path) as database:
         matches = _counts_by_pair(*database.read_num_matches())
@@ -212,9 +212,9 @@ def _counts_by_pair(numbers: Sequence[int], counts: Sequence[int]) -> dict[Pair,
 
 
 def feature_counts(path: Path) -> dict[int, int]:
-    """Return the number of features of every photo (row).
+    """Return the number of features of each photo (row).
 
-    Raises InputError for an invalid database.
+    Raises InputError if the database is invalid.
     """
     with open_for_reading(path) as database:
         return {
@@ -226,7 +226,7 @@ def feature_counts(path: Path) -> dict[int, int]:
 def copy_pairs(source: Path, target: Path) -> None:
     """Copy all pairs with verified matches from a database of the same features.
 
-    Raises InputError for an invalid database.
+    Raises InputError if the database is invalid.
     """
     pycolmap = colmap()
     with open_for_reading(source) as database, open_for_reading(target) as other:
@@ -249,14 +249,14 @@ def matches_of_pair(
     Returns
     -------
     first, second : (n, 2) array
-        Features, pixels.
+        Positions of the features of each photo, in pixels.
     matches, verified : (m, 2) array
-        Rows of both.
+        Rows of the matching features in `first` and `second`: all matches, and the verified ones.
 
     Raises
     ------
     InputError
-        Without a database.
+        If the database does not exist.
     """
     with open_for_reading(path) as database:
         all_rows = database.read_matches(a + 1, b + 1)

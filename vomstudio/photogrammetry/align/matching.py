@@ -1,7 +1,7 @@
-"""Select pairs of photos that may show the same rock, and match them.
+"""Selection and matching of the pairs of photos that may show the same rock.
 
-Pairs are matched in blocks of a few seconds, and every finished pair stays in the database, so that
-a stopped run can resume.
+Pairs are matched in blocks that take a few seconds each. Every finished pair is stored in the
+database, so that an interrupted run can be resumed.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ _MAX_EXHAUSTIVE_PHOTOS = 60
 _NEIGHBOURS = 30
 _SEQUENCE_LENGTH = 10
 _BLOCK_SIZE = 12
-# Spread of GPS positions below which they do not show neighbours.
+# If the spread of the GPS positions is smaller, they do not show which photos are neighbours.
 _MIN_SPREAD_M = 10.0
 _PRESELECTION_FEATURES = 400
 
 
 @dataclass(frozen=True)
 class PairChoice:
-    """Selected pairs (i, j) with i < j, rows of the photos, and the rule of their selection."""
+    """Selected pairs (i, j) of photos (rows) with i < j, and the rule that selected them."""
 
     pairs: tuple[Pair, ...]
     rule: Finding
@@ -57,10 +57,11 @@ def choose_pairs(
 ) -> PairChoice:
     """Select the pairs of photos to compare.
 
-    Up to 60 photos: all pairs. More with GPS: each with its 30 nearest. More without GPS: each with
-    the 30 photos whose 400 largest features are most similar (Wu 2013, 3DV, "preemptive matching").
-    Both add the next photos in the order of names. Video: the next 10 frames, and those 20, 40, 80
-    ... later, which close loops.
+    Up to 60 photos, all pairs are compared. With more photos and GPS, each photo is compared with
+    its 30 nearest neighbours. With more photos but no GPS, each is compared with the 30 photos
+    whose 400 largest features are most similar (Wu 2013, 3DV, "preemptive matching"). In both
+    cases, the next photos in the order of their names are added. A video frame is compared with the
+    next 10 frames, and with those 20, 40, 80 ... frames later, which closes loops.
     """
     n = len(photos)
     every = n * (n - 1) // 2
@@ -101,7 +102,7 @@ def choose_pairs(
 
 
 def _positions(photos: Sequence[PhotoLike]) -> FloatArray:
-    """Return metres (n, 3) from the first position, for distances only; NaN without GPS."""
+    """Return offsets (n, 3) in metres from the first position, for distances; NaN if no GPS."""
     rows = [
         (p.longitude_deg, p.latitude_deg, p.altitude_m or 0.0)
         if p.longitude_deg is not None and p.latitude_deg is not None
@@ -140,7 +141,7 @@ def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
         for j in near
         if i != j
     }
-    # Photos without a position are compared with all.
+    # Photos without a position are compared with all photos.
     for i in np.flatnonzero(np.isnan(places[:, 0])):
         pairs |= {(min(int(i), j), max(int(i), j)) for j in range(len(photos)) if j != i}
     return pairs
@@ -172,7 +173,7 @@ def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]
 
 
 def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
-    """Count the distinct mutual nearest neighbours."""
+    """Count the mutual nearest neighbours that pass the ratio test."""
     if len(a) < 2 or len(b) < 2:
         return 0
     cosine = a @ b.T
@@ -180,7 +181,7 @@ def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
     first = cosine.max(axis=1)
     others = cosine.copy()
     others[np.arange(len(a)), best] = -1
-    # Lowe's ratio test with 0.8, for angles.
+    # Lowe's ratio test with a threshold of 0.8, applied to angles.
     clear = np.arccos(np.clip(first, -1, 1)) < 0.8 * np.arccos(np.clip(others.max(axis=1), -1, 1))
     return int((clear & (cosine.argmax(axis=0)[best] == np.arange(len(a)))).sum())
 
@@ -193,12 +194,12 @@ def match_pairs(
     threads: int = -1,
     seed: int = 0,
 ) -> None:
-    """Match and verify pairs that are not yet in the database.
+    """Match and verify the pairs that are not yet in the database.
 
     Raises
     ------
     Cancelled
-        Also within a block.
+        Possibly in the middle of a block.
     """
     pycolmap = colmap()
     with open_for_reading(path) as database:
@@ -213,7 +214,7 @@ def match_pairs(
     verification.ransac.random_seed = seed
     pairing = pycolmap.ImportedPairingOptions()
     pairing.block_size = _BLOCK_SIZE
-    # One call for all reuses the search trees of the photos between blocks.
+    # A single matcher reuses the search trees of the photos from block to block.
     with (
         tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
         open_existing(path) as database_view,

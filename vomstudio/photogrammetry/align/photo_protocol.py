@@ -1,4 +1,4 @@
-"""Properties of a photo that the alignment uses."""
+"""Protocol of the photos that the alignment accepts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class PhotoLike(Protocol):
-    """Properties of a photo that the alignment uses (see `io.photos.Photo`)."""
+    """Photo with the properties that the alignment uses (see `io.photos.Photo`)."""
 
     @property
     def path(self) -> Path: ...

@@ -1,27 +1,31 @@
-"""Select the intrinsics of a camera that are estimated, by a stated rule.
+"""Rules that select which intrinsics of a camera are estimated.
 
 Photos with parallel views cannot distinguish a longer lens from rock farther away: the adjustment
-then gives a focal length with an error of 10 or 20 % and a formal error of half a per cent, since
-it fits the deviation of the lens from its model. So the formal error alone is not sufficient.
+then returns a focal length with an error of 10 or 20 % but a formal error of half a per cent,
+because
+it fits the deviation of the lens from its model. The formal error alone is therefore not
+sufficient.
 
-Focal length: one known from EXIF is freed only if the photos of the camera view the same rock from
-sufficiently different directions (`CONVERGENT_DEG`, root mean square about their mean), there are
-enough of them, and the error of the freed value is small even if neighbouring tie points are
-counted as one. Otherwise it is fixed, unless the photos clearly contradict it: freed, it differs by
-`FAR_FROM_EXIF` or more, several times its error, and the error of tie points in cross-validation
-decreases below `CONTRADICTED` times the previous one. (If EXIF is right it decreases by some
-hundredths at best, since the freed value absorbs the misfit of the lens model.) An unknown one is
-freed; if it is undetermined, that of a usual lens is assumed and reported. Radial distortion is
-determined by the overlap of any two photos and is free for a camera with some photos.
+A focal length known from EXIF is freed only under three conditions: the photos of the camera view
+the same rock from sufficiently different directions (`CONVERGENT_DEG`, root mean square about their
+mean), there are enough photos, and the error of the freed value is small even if neighbouring tie
+points are counted as one. Otherwise the focal length is fixed, unless the photos clearly contradict
+it. They do so if the freed value differs by `FAR_FROM_EXIF` or more and by several times its error,
+and if the cross-validation error of the tie points falls below `CONTRADICTED` times the previous
+one. (If EXIF is right, the error decreases by a few hundredths at best, because the freed value
+absorbs the misfit of the lens model.) An unknown focal length is freed; if it cannot be determined,
+that of a typical lens is assumed, and this is reported. Radial distortion is determined by the
+overlap of any two photos, so it is free for a camera with enough photos.
 
-Other lens parameters are tested if there are enough photos: k2, without which a block of parallel
-views bends like a dome, and for convergent photos with a free focal length the principal point,
-which is otherwise equivalent to a rotation of the camera. Each is estimated if its effect in the
-corner of the photo, beyond that of k1, focal length and rotation, is `MIN_EFFECT_PX` or more, and
-if it is determined with neighbouring tie points counted as one: k2 with `MIN_SIGMAS` of its errors,
-the principal point to `MAX_CENTRE_SIGMA`, well within differences between cameras. Both are used
-only if they do not increase the cross-validation error. Decentring (p1, p2) has nearly the effect
-of a shift of the principal point, which represents it.
+If there are enough photos, other lens parameters are tested: k2, without which a block of parallel
+views bends like a dome, and the principal point. The latter is tested only for convergent photos
+with a free focal length, since it is otherwise equivalent to a rotation of the camera. Each
+parameter is estimated if its effect in the corner of the photo, beyond the effects of k1, focal
+length and rotation, is at least `MIN_EFFECT_PX`, and if it is well determined with neighbouring tie
+points counted as one: k2 must be at least `MIN_SIGMAS` times its error, and the error of the
+principal point at most `MAX_CENTRE_SIGMA`, well below the differences between cameras. Both are
+used only if they do not increase the cross-validation error. Decentring (p1, p2) has nearly the
+same effect as a shift of the principal point and is represented by it.
 """
 
 from __future__ import annotations
@@ -36,23 +40,23 @@ from vomstudio.core.findings import Finding
 
 CONVERGENT_DEG = 8.0
 MIN_PHOTOS = 6
-# The distortion of a camera with fewer photos is fixed.
+# If a camera has fewer photos, its distortion is fixed.
 MIN_PHOTOS_DISTORTION = 2
 MAX_SIGMA = 0.01
 MIN_EFFECT_PX = 0.1
 MIN_SIGMAS = 3.0
-# Relative error of an unknown focal length: usual differences between lenses.
+# Relative error assumed for an unknown focal length: the typical difference between lenses.
 UNKNOWN_FOCAL_SIGMA = 0.2
-# Share of the long side: 30 mm on film, between phones and drones (24 to 28) and normal lenses
-# (35).
+# Share of the long side: a 35 mm equivalent of 30 mm, between phones and drones (24 to 28 mm) and
+# normal lenses (35 mm).
 DEFAULT_FOCAL = 0.83
 FAR_FROM_EXIF = 0.04
 CONTRADICTED = 0.93
-# Share of the diagonal: principal points are typically 0.5 % from the middle, so an estimate with
-# an error of less than half of that is better.
+# Share of the diagonal. Principal points are typically 0.5 % off the centre, so an estimate with
+# less than half of that error is better than none.
 MAX_CENTRE_SIGMA = 0.0025
 MAX_CENTRE_SHIFT = 0.02
-# Neighbouring points share the misfit of the lens model: number of independent regions per photo.
+# Number of independent regions per photo: neighbouring points share the misfit of the lens model.
 _INDEPENDENT_PER_PHOTO = 50
 
 
@@ -63,16 +67,16 @@ class Calibration:
     Attributes
     ----------
     names, values : tuple
-        Parameters in COLMAP's order.
+        Names and values of the parameters, in COLMAP's order.
     sigma : (p,) tuple
-        One standard deviation, 0 if fixed; neighbouring points are counted as one.
+        Standard deviations, with neighbouring points counted as one; 0 for fixed parameters.
     correlation : (p, p) tuple
-        NaN if fixed.
+        Correlations of the parameters; NaN for fixed ones.
     photos : tuple of str
     focal : {"held", "freed"}
     reasons : tuple of Finding
     exif_px : float or None
-        Focal length from EXIF.
+        Focal length from EXIF, in pixels.
     convergence_deg : float
         Root mean square angle between the optical axes and their mean.
     """
@@ -90,7 +94,7 @@ class Calibration:
 
     @property
     def strongest(self) -> tuple[str, str, float] | None:
-        """Return the two most correlated parameters."""
+        """Names of the two most correlated parameters, and their correlation."""
         table = np.abs(np.array(self.correlation, np.float64))
         table[~np.isfinite(table)] = 0
         np.fill_diagonal(table, 0)
@@ -101,7 +105,7 @@ class Calibration:
 
 
 def convergence_deg(axes: FloatArray) -> float:
-    """Return the root mean square angle between unit vectors (n, 3) and their mean; 0 for one."""
+    """Return the RMS angle between unit vectors (n, 3) and their mean; 0 for one vector."""
     if len(axes) < 2:
         return 0.0
     mean = axes.mean(axis=0)
@@ -114,7 +118,7 @@ def convergence_deg(axes: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class Freedom:
-    """Free parameters of a camera in the adjustment: focal length, k1, k2 and principal point."""
+    """Free parameters of a camera in the adjustment: focal length, k1, k2, principal point."""
 
     focal: bool
     distortion: bool
@@ -128,18 +132,18 @@ ALL_FIXED = Freedom(False, False)
 def select_free_parameters(
     known: bool, photos: int, convergence: float, trusted: bool = True
 ) -> tuple[Freedom, Finding]:
-    """Select the free parameters of a camera before its error is known, with the reason.
+    """Select the free parameters of a camera before their errors are known, with the reason.
 
     Parameters
     ----------
     known : bool
         Whether EXIF contains the focal length.
     photos : int
-        Placed photos of the camera.
+        Number of placed photos of the camera.
     convergence : float
-        Of all photos of the part, degrees.
+        Convergence of all photos of the part, in degrees.
     trusted : bool
-        Whether the photos could be placed with that focal length.
+        Whether the photos could be placed with the EXIF focal length.
     """
     distortion = photos >= MIN_PHOTOS_DISTORTION
     weak = convergence < CONVERGENT_DEG
@@ -165,11 +169,9 @@ def select_free_parameters(
 def fixed_focal(
     exif_px: float | None, long_side: int, sigma: float, trusted: bool
 ) -> tuple[float, Finding] | None:
-    """Return the fixed focal length for a free one with a large error, and the reason.
+    """Return the fixed focal length that replaces an uncertain one, and the reason.
 
-    The focal length is in pixels.
-
-    None if the relative error `sigma` is small enough.
+    The focal length is in pixels. Returns None if the relative error `sigma` is small enough.
     """
     if exif_px is None:
         if sigma <= UNKNOWN_FOCAL_SIGMA:
@@ -187,12 +189,15 @@ def fixed_focal(
 
 
 def far_from_exif(ratio: float, sigma: float) -> bool:
-    """Return whether a freed focal length differs significantly from EXIF by a ratio."""
+    """Return whether a freed focal length, given its ratio to EXIF, differs significantly."""
     return abs(ratio - 1) > max(FAR_FROM_EXIF, MIN_SIGMAS * sigma)
 
 
 def free_lens_parameters(freedom: Freedom, photos: int, convergence: float) -> Freedom:
-    """Free k2 and the principal point, after `select_free_parameters`, if a test is useful."""
+    """Free k2 and the principal point if testing them is useful.
+
+    Call this after `select_free_parameters`.
+    """
     enough = freedom.distortion and photos >= MIN_PHOTOS
     return replace(
         freedom,
@@ -202,7 +207,10 @@ def free_lens_parameters(freedom: Freedom, photos: int, convergence: float) -> F
 
 
 def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, Finding]:
-    """Return whether k2 is estimated, and why; corner_px : radius of the picture's corner."""
+    """Return whether to estimate k2, and the reason.
+
+    corner_px : distance of the corner of the picture from its centre
+    """
     radius = np.linspace(0.02, 1.0, 50) * corner_px / focal
     bend = focal * k2 * radius**5
     alternatives = np.column_stack([radius, radius**3])
@@ -225,11 +233,11 @@ def judge_centre(
     shift: FloatArray,
     covariance: FloatArray,
 ) -> tuple[bool, Finding]:
-    """Return whether a principal point shifted by (2,) pixels is estimated, and why.
+    """Return whether to estimate a principal point shifted by (2,) pixels, and the reason.
 
-    covariance : (2, 2) with neighbouring points counted as one
+    covariance : (2, 2) covariance of the shift, with neighbouring points counted as one
     """
-    # Effect of the shift that a rotation of the camera does not compensate.
+    # The effect of the shift that a rotation of the camera does not compensate for.
     distance = float(np.linalg.norm(shift))
     effect = distance * (corner_px / focal) ** 2
     sigma = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
@@ -255,12 +263,12 @@ def judge_centre(
 
 
 def correlated_factor(observations: int, photos: int) -> float:
-    """Return the factor of formal errors for correlated neighbouring points."""
+    """Return the factor by which correlated neighbouring points increase formal errors."""
     return float(np.sqrt(max(1.0, observations / max(1, photos * _INDEPENDENT_PER_PHOTO))))
 
 
 def parameter_names(model: str) -> tuple[str, ...]:
-    """Return the parameter names of a COLMAP camera model, in its order."""
+    """Return the parameter names of a COLMAP camera model, in COLMAP's order."""
     from vomstudio.geometry.cameras import MODELS
 
     return MODELS[model]

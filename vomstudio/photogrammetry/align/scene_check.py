@@ -1,4 +1,4 @@
-"""Survey check after the alignment, by the tie points."""
+"""Survey check after the alignment, based on the tie points."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ def check_scene(
     unregistered : sequence of str
         Photos without a pose.
     other_parts : sequence of SparseScene
-        Other connected components.
+        The other connected components.
     blur : dict, optional
-        Sigma by photo, from the check before the alignment.
+        Blur sigma of each photo, from the check before the alignment.
     cameras : sequence of Calibration
     planes : PlaneSizes, optional
-        From the finished model; default: expected for photos of this pixel size without a
-        registration.
+        Plane sizes of the finished model. By default, those expected of unregistered photos of this
+        pixel size.
     further : sequence of Finding
-        Of other stages.
+        Findings of other stages.
     limits : Limits, optional
     """
     limits = limits or Limits()
@@ -124,9 +124,10 @@ def check_scene(
 
 
 def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
-    """Return the length on the rock per pixel (v,) of each photo; NaN without points.
+    """Return the pixel size on the rock (v,) of each photo; NaN if it has no points.
 
-    Median depth of a photo's tie points over its focal length (eq. 18 in pixels).
+    This is the median depth of a photo's tie points divided by its focal length (eq. 18, in
+    pixels).
     """
     sizes = np.full(len(scene.views), np.nan)
     for i, view in enumerate(scene.views):
@@ -139,7 +140,7 @@ def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
 
 
 def mean_views(scene: SparseScene) -> FloatArray:
-    """Return the mean number (v,) of photos of each photo's tie points; NaN without any."""
+    """Return the mean number (v,) of photos that see each photo's tie points; NaN if none."""
     lengths = scene.track_lengths[scene.track_points].astype(np.float64)
     total = np.bincount(scene.track_views, lengths, len(scene.views))
     count = np.bincount(scene.track_views, minlength=len(scene.views))
@@ -148,12 +149,11 @@ def mean_views(scene: SparseScene) -> FloatArray:
 
 
 def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
-    """Return the overlap (v, v): the share of picture i that is on photo j.
+    """Return the overlap (v, v): the share of photo i that photo j also shows.
 
-    The diagonal is zero.
-
-    Places in the picture have the depth of the nearest tie point. (The tie points themselves are in
-    the overlap of photos and would exaggerate it.) Occlusion is ignored.
+    The diagonal is zero. Positions in the picture are assigned the depth of the nearest tie point.
+    (The tie points themselves lie where photos overlap, so they would exaggerate the overlap.)
+    Occlusion is ignored.
     """
     count = len(scene.views)
     shares = np.zeros((count, count))
@@ -194,15 +194,15 @@ def face_normal(scene: SparseScene) -> FloatArray:
 def obliquity_deg(scene: SparseScene, normal: FloatArray) -> FloatArray:
     """Return the angle (v,) between each view direction and the normal of the face.
 
-    On either side of it, since an object may be photographed all around.
+    The angle is taken on either side of the face, since an object may be photographed all around.
     """
     axes = np.array([view.direction for view in scene.views])
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs(axes @ normal), 0.0, 1.0))))
 
 
 def _is_on_photo(view: View, points: FloatArray) -> BoolArray:
-    """Return which points are in front of the camera and inside its picture."""
-    # Undefined values compare as false.
+    """Return which points lie in front of the camera and inside its picture."""
+    # NaN compares as false.
     return view.contains(view.project(points))
 
 
@@ -212,7 +212,7 @@ def _finite_or_none(value: float) -> float | None:
 
 # ------------------------------------------------------------------------------------------------
 def _orientation_findings(planes: PlaneSizes | None, limits: Limits) -> list[Finding]:
-    """Return a finding if the registration error affects every direction on the model."""
+    """Report a registration error that affects every direction measured on the model."""
     if planes is None or planes.registration_deg <= limits.registration_deg:
         return []
     return [Finding("rotation", photos=(), value=planes.registration_deg)]
@@ -287,9 +287,9 @@ def _point_findings(
 
 
 def count_views_of_points(scene: SparseScene, max_points: int = 2000) -> IntArray:
-    """Return the number of photos (n,) in which each tie point lies, matched or not.
+    """Count the photos (n,) that show each tie point, whether it is matched there or not.
 
-    Occlusion is ignored; at most `max_points` points are used.
+    Occlusion is ignored. At most `max_points` points are used.
     """
     step = max(1, len(scene.points) // max_points)
     points = scene.points[::step]
@@ -328,7 +328,7 @@ def _direction_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
 
 
 def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
-    """Find photos with the same position (textbook 3.2.1)."""
+    """Find photos taken from the same position (textbook 3.2.1)."""
     centres = scene.centres
     turned: list[tuple[str, str]] = []
     for i in range(len(centres)):

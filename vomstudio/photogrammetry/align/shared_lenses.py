@@ -1,11 +1,12 @@
-"""Find which photos without EXIF were taken through one lens.
+"""Grouping of photos without EXIF by the lens with which they were taken.
 
-Photos of one size without camera metadata are treated as photos of one camera. If they are not (a
-zoomed phone, two cameras of one format, cropped pictures), one focal length for all bends the
-scene: it looks valid, and cameras have errors of a tenth of their distance. So the focal length of
-every such photo is estimated from its fundamental matrices (Sweeney, Kneip, Hoellerer and Turk
-2015, ICCV, by COLMAP). If these differ, the photos are placed with separate lenses, similar lenses
-are merged, and the photos are placed again; the result is used if it fits clearly better.
+Photos of the same size without camera metadata are treated as photos of one camera. If they are not
+(a zoomed phone, two cameras of the same format, cropped pictures), a single focal length for all of
+them bends the scene: it looks valid, but camera positions are wrong by a tenth of their distance.
+The focal length of every such photo is therefore estimated from its fundamental matrices (Sweeney,
+Kneip, Hoellerer and Turk 2015, ICCV; implemented in COLMAP). If the focal lengths differ, the
+photos are placed with separate lenses, similar lenses are merged, and the photos are placed again.
+The result is used if it fits clearly better.
 """
 
 from __future__ import annotations
@@ -29,12 +30,13 @@ from vomstudio.photogrammetry.align.mapping import MappingOptions, MappingResult
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 
-# Standard deviation of the logarithm of focal lengths from pairs: photos of one lens scatter by
-# less than a hundredth, by a tenth with strong distortion.
+# Standard deviation of the logarithm of the focal lengths from pairs. For photos of one lens it is
+# less than 0.01, or 0.1 with strong distortion.
 _MAX_LOG_SCATTER = 0.08
-# Relative difference of focal lengths of one lens after mapping.
+# Maximum relative difference between focal lengths of the same lens after mapping.
 _LENS_TOLERANCE = 0.06
-# Maximum ratio of reprojection errors: wrong lenses more than double the error.
+# Maximum ratio of the new reprojection error to the previous one. Wrong lenses more than double the
+# error.
 _MAX_ERROR_RATIO = 0.8
 
 
@@ -47,9 +49,11 @@ def separate_lenses(
     present: Sequence[Any],
     progress: Progress,
 ) -> MappingResult | None:
-    """Map the photos with separate lenses; None if the present reconstructions are as good.
+    """Map the photos with separate lenses.
 
-    database : matched, of these photos. Raises Cancelled.
+    Returns None if the present reconstructions are as good. Raises Cancelled.
+
+    database : database of these photos, with matches
     """
     groups = unknown_groups(photos)
     if not groups or not present:
@@ -96,7 +100,7 @@ def separate_lenses(
 
 
 def unknown_groups(photos: Sequence[PhotoLike]) -> list[list[int]]:
-    """Return rows of photos that share a camera for lack of EXIF, in groups of three or more."""
+    """Return groups of three or more photos (rows) that share a camera for lack of EXIF."""
     groups: dict[tuple[object, ...], list[int]] = {}
     for row, photo in enumerate(photos):
         if photo.focal_px is None:
@@ -112,7 +116,7 @@ def _database(
     features: Sequence[Features],
     lenses: Sequence[int],
 ) -> Path:
-    """Create a database with other cameras and the pairs of `source`."""
+    """Create a database with the given lenses and the pairs of `source`."""
     keys = [str(row) for row in range(len(photos))]
     match_database.open_database(path, photos, features, keys, lenses)
     match_database.copy_pairs(source, path)
@@ -120,7 +124,7 @@ def _database(
 
 
 def _focals_from_pairs(database: Path, options: MappingOptions, progress: Progress) -> list[float]:
-    """Return the focal length of every photo from its pairs, with a separate camera each."""
+    """Estimate the focal length of every photo from its pairs, with one camera per photo."""
     pycolmap = colmap()
     settings = pycolmap.ViewGraphCalibrationOptions()
     settings.random_seed = options.seed
@@ -149,7 +153,7 @@ def _merge_similar(
         Lens of every photo within its group, 0 for the most common one and for photos without a
         pose.
     sizes : list of (float, int)
-        Focal length and number of photos of all lenses of the groups.
+        Focal length and number of photos of each lens in the groups.
     """
     lenses, sizes = [0] * count, []
     for group in groups:

@@ -1,8 +1,8 @@
-"""Checkpoints: folders of finished stages, named by all inputs of their content.
+"""Checkpoints: folders of finished stages, whose names identify all of their inputs.
 
-A stage works in `NAME-KEY.part`, which is renamed `NAME-KEY` when it is complete and on the disk.
-Files inside are written atomically, so that a run that was stopped or killed, or lost its power,
-resumes after the last finished photo.
+A stage works in the folder `NAME-KEY.part`, which is renamed to `NAME-KEY` when it is complete and
+written to the disk. The files inside are written atomically, so that a run that was stopped, killed
+or interrupted by a power failure resumes after the last finished photo.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _KEY_LENGTH = 16
 
 
 def key_of(*parts: object) -> str:
-    """Return a key that is the same for the same JSON values on all machines."""
+    """Return a key of JSON values that is the same on all machines."""
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
 
 
 class StageFolder:
-    """Folder of one stage. `seconds` and `peak_bytes` include earlier runs."""
+    """Folder of one stage. `seconds` and `peak_bytes` include previous runs."""
 
     def __init__(self, root: Path, name: str, key: str) -> None:
         self.name, self.key = name, key
@@ -58,32 +58,32 @@ class StageFolder:
 
     @property
     def folder(self) -> Path:
-        """Return the folder of its files, which has the final name when it is done."""
+        """Folder of the files, which has its final name once the stage is finished."""
         return self._final if self.done else self._part
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Return the arguments of `finish`."""
+        """Facts that were passed to `finish`."""
         return _read(self.folder / _STAMP)
 
     @property
     def seconds(self) -> float:
-        """Time spent on the stage in all runs."""
+        """Total time spent on the stage in all runs, s."""
         return self._before if self.done else self._before + time.monotonic() - self._begun
 
     @property
     def peak_bytes(self) -> int:
-        """Return the peak memory of processes that worked on this stage or a later one."""
+        """Peak memory of the processes that worked on this stage or a later one."""
         return max(self._peak_before, peak_bytes())
 
     def pause(self) -> None:
-        """Store the time spent, for a later run."""
+        """Store the time spent so far, so that a later run can add to it."""
         if not self.done and self._part.is_dir():
             spent = {"seconds": self.seconds, "peak_bytes": self.peak_bytes}
             write_atomically(self._part / _STAMP, lambda p: _write(p, spent))
 
     def finish(self, **facts: Any) -> None:
-        """Complete the stage: write everything to the disk, then rename the folder."""
+        """Complete the stage: write all files to the disk, then rename the folder."""
         seconds = self.seconds
         facts = {"seconds": seconds, "peak_bytes": self.peak_bytes, **facts}
         write_atomically(self._part / _STAMP, lambda p: _write(p, facts))
@@ -99,10 +99,10 @@ class StageFolder:
 
 
 class Checkpoints:
-    """All stages below one folder."""
+    """Stages of a reconstruction, all stored below one folder."""
 
     def __init__(self, root: Path) -> None:
-        """Create the folder if needed.
+        """Create the folder if it does not exist.
 
         Raises
         ------
@@ -120,18 +120,21 @@ class Checkpoints:
         self.stages: list[StageFolder] = []
 
     def stage(self, name: str, *parts: object) -> StageFolder:
-        """Return the stage of these inputs and settings; later stages include its key in theirs."""
+        """Return the stage for these inputs and settings.
+
+        Later stages include its key in their own.
+        """
         stage = StageFolder(self.root, name, key_of(name, *parts))
         self.stages.append(stage)
         return stage
 
     def tidy(self) -> None:
-        """Remove partial files of a killed run. No other run may use the folder."""
+        """Remove the partial files of a killed run. No other run may be using the folder."""
         for path in list(self.root.rglob(".*.part")):
             path.unlink(missing_ok=True)
 
     def size(self) -> int:
-        """Return the bytes of all files."""
+        """Return the total size of all files, in bytes."""
         return sum(path.stat().st_size for path in self.root.rglob("*") if path.is_file())
 
     def sweep(self) -> None:
@@ -143,9 +146,10 @@ class Checkpoints:
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file atomically: `write` fills a temporary file, which is renamed `path`.
+    """Write a file atomically.
 
-    Raises TargetError if the disk is full or not writable.
+    `write` fills a temporary file, which is then renamed to `path`. Raises TargetError if the disk
+    is full or not writable.
     """
     temporary = path.with_name(f".{path.name}.part")
     try:
@@ -167,7 +171,7 @@ def _not_written(path: Path, error: OSError) -> TargetError:
 
 
 def file_name(photo: str) -> str:
-    """Return a flat file name for a photo's results, different for different photos."""
+    """Return a file name without folders for a photo's results, unique to the photo."""
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", Path(photo).stem)[:40]
     return f"{plain}-{hashlib.sha256(photo.encode()).hexdigest()[:8]}"
 
@@ -191,14 +195,14 @@ def _plain(value: object) -> object:
 
 
 def _sync_to_disk(path: Path) -> None:
-    """Write to the disk itself, so that a rename after a power cut never leaves an empty file."""
+    """Flush to the disk, so that a rename after a power failure never leaves an empty file."""
     if path.is_dir() and os.name == "nt":
         return
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     except OSError:
-        # Some network folders cannot; a power cut may then cost a stage.
+        # Some network folders do not support this; a power failure may then destroy a stage.
         pass
     finally:
         os.close(descriptor)

@@ -1,4 +1,4 @@
-"""COLMAP as a library, without output and cancellable."""
+"""Use of COLMAP as a library, without output and with cancellation."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _POLL_S = 0.1
 
 
 def colmap() -> Any:
-    """Return the pycolmap module with logging of fatal errors only, never on standard output."""
+    """Return the pycolmap module, set to log only fatal errors and never to standard output."""
     first = "pycolmap" not in sys.modules
     import pycolmap
 
     if first and threading.current_thread() is threading.main_thread():
-        # Its logging prints a stack of C++ and ends the process where it is asked to end.
+        # COLMAP's logging prints a C++ stack trace on SIGTERM and then ends the process.
         signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
     pycolmap.logging.logtostdout = False
     pycolmap.logging.minloglevel = 3
@@ -35,8 +35,8 @@ def cancellable(
 ) -> Result:
     """Run `call(token)` in a thread and report `done()` to the progress.
 
-    Cancelled or a keyboard interrupt from the progress cancels the token. The exception is raised
-    when the call has ended, so that nothing is written afterwards.
+    If the progress raises Cancelled or a keyboard interrupt, the token is cancelled. The exception
+    is raised only after the call has ended, so that nothing is written afterwards.
     """
     from concurrent.futures import wait
 

@@ -1,4 +1,4 @@
-"""Available and used memory, and the size of photos that fits."""
+"""Available and used memory, and the photo size that fits into it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 from vomstudio.core.files.available_memory import group_bytes
 
-# Share of free memory to use; the system and other programs need the rest.
+# Share of the free memory to use; the system and other programs need the rest.
 SHARE = 0.7
 _SMALLEST_PX = 320
 
 
 def available_bytes() -> int:
-    """Return the memory available without swapping, within the limit of a container."""
+    """Return the memory available without swapping, respecting the limit of a container."""
     import psutil
 
     available = int(psutil.virtual_memory().available)
@@ -35,14 +35,14 @@ def peak_bytes() -> int:
 
 
 def workers_at_once(needed: int, threads: int) -> int:
-    """Return how many of `threads` fit into memory with `needed` bytes each, at least one."""
+    """Return how many of `threads` fit into memory at `needed` bytes each, at least one."""
     if needed <= 0 or threads <= 1:
         return max(threads, 1)
     return int(min(max(SHARE * available_bytes() // needed, 1), threads))
 
 
 def fitting_size(wanted_px: int, needed: Callable[[int], int]) -> int:
-    """Return the largest long side, up to `wanted_px`, whose memory is available."""
+    """Return the largest long side, up to `wanted_px`, for which enough memory is available."""
     free = SHARE * available_bytes()
     size = wanted_px
     while size > _SMALLEST_PX and needed(size) > free:

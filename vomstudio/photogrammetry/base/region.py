@@ -1,4 +1,4 @@
-"""Region of a scene that is reconstructed: a box in the frame of the model."""
+"""Region of a scene to reconstruct, a box in the frame of the model."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.scene import SparseScene
 
 MIN_POINTS = 5
-"""Minimum number of tie points in the region for the depth map of a photo."""
+"""Minimum number of tie points in the region for a photo to get a depth map."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """Box by two corners, World (or the local frame of a model without registration)."""
+    """Box given by two corners, in the World frame or the frame of an unregistered model."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
     @classmethod
     def of(cls, numbers: Sequence[float] | None) -> Region | None:
-        """Return the region of x0, y0, z0, x1, y1, z1, if given. Raises UsageError if invalid."""
+        """Return the region x0, y0, z0, x1, y1, z1, or None. Raises UsageError if invalid."""
         if numbers is None:
             return None
         values = [float(v) for v in numbers]
@@ -46,13 +46,16 @@ class Region:
         return cls((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
     def inside(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> BoolArray:
-        """Return a mask (n,) of the points (n, 3), less `origin`, in the region."""
+        """Return a mask (n,) of the points (n, 3), relative to `origin`, that lie in the region."""
         places = np.asarray(points, np.float64)
         low, high = (np.asarray(end) - np.asarray(origin) for end in (self.low, self.high))
         return np.asarray(((places >= low) & (places <= high)).all(axis=1))
 
     def views_of(self, scene: SparseScene) -> frozenset[int]:
-        """Return the photos (rows) that see enough of it. Raises GeometryError without them."""
+        """Return the photos (rows) that see enough of the region.
+
+        Raises GeometryError if there are none.
+        """
         is_inside = self.inside(scene.points, scene.origin)
         is_inside_track = np.repeat(is_inside, np.diff(scene.track_offsets))
         counts = np.bincount(scene.track_views[is_inside_track], minlength=len(scene.views))

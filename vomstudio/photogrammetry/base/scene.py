@@ -1,4 +1,4 @@
-"""Cameras and tie points after the alignment, the input of every later stage."""
+"""Cameras and tie points after the alignment, which are the input of all later stages."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ class SparseScene:
     views : tuple of View
         Photos with a pose, in the order of their names.
     points : (n, 3) float64 array
-        Tie points; World minus `origin` once georeferenced.
+        Tie points; World coordinates minus `origin` once the scene is registered.
     colors : (n, 3) uint8 array
     errors_px : (n,) float32 array
         Mean reprojection error of each point.
     track_offsets : (n + 1,) int64 array
         The observations of point i are rows o[i] to o[i + 1].
     track_views : (m,) int32 array
-        Rows of `views`.
+        Row in `views` of each observation.
     track_pixels : (m, 2) float32 array
-        Observed pixels.
+        Observed pixel of each observation.
     origin : (int, int, int)
         World coordinates subtracted from all positions.
     crs : str or None
-        "EPSG:n" of World, None for a local frame.
+        CRS of the World frame, "EPSG:n"; None for a local frame.
     scaled : bool
-        False while the unit of length is arbitrary.
+        Whether lengths are in metres; False while the unit of length is arbitrary.
     """
 
     views: tuple[View, ...]
@@ -62,26 +62,26 @@ class SparseScene:
 
     @cached_property
     def track_lengths(self) -> IntArray:
-        """Return the number (n,) of photos that see each point."""
+        """Number (n,) of photos that see each point."""
         return np.diff(self.track_offsets)
 
     @cached_property
     def track_points(self) -> IntArray:
-        """Return the point (m,) of each observation."""
+        """Row (m,) of the point of each observation."""
         return np.repeat(np.arange(len(self.points)), self.track_lengths)
 
     @property
     def axes(self) -> Axes:
-        """Return the known properties of the frame, for files and labels."""
+        """Known properties of the frame, for files and labels."""
         return WORLD if self.scaled or self.crs is not None else UNPLACED
 
     @property
     def centres(self) -> FloatArray:
-        """Return the projection centres (v, 3)."""
+        """Projection centres (v, 3)."""
         return np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def view(self, name: str) -> View:
-        """Return a view by name. Raises KeyError for a photo without a pose."""
+        """Return a view by name. Raises KeyError if the photo has no pose."""
         for view in self.views:
             if view.name == name:
                 return view
@@ -123,7 +123,7 @@ class SparseScene:
 
     @classmethod
     def load(cls, folder: str | Path) -> SparseScene:
-        """Load a scene. Raises InputError for an incomplete folder."""
+        """Load a scene. Raises InputError if the folder is incomplete."""
         folder = Path(folder)
         try:
             head = read_json(folder / "scene.json")

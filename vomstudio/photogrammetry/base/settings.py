@@ -13,18 +13,18 @@ from vomstudio.photogrammetry.base.region import Region
 
 @dataclass(frozen=True)
 class Quality:
-    """Sizes of a quality level.
+    """Sizes that a quality level selects.
 
     Attributes
     ----------
     align_px : int
-        Long side of the photos for the feature search.
+        Maximum long side of the photos for feature detection.
     dense_px : int
-        Long side of the photos for depth maps.
+        Maximum long side of the photos for depth maps.
     faces : int
-        Maximum of the mesh.
+        Maximum number of faces of the mesh.
     page_px, pages : int
-        Side of a texture page, and their maximum number.
+        Side of a texture page, and the maximum number of pages.
     """
 
     align_px: int
@@ -54,17 +54,18 @@ class PipelineSettings(Result):
     quality : str
         One of QUALITIES.
     crs : str or None
-        "EPSG:n" of the model; None for the UTM zone of cameras with GPS.
+        CRS of the model, "EPSG:n". If None, the UTM zone of the cameras with GPS.
     control, marks : Path or None
-        Tables of ground control points and of their marks in the photos; marks of other labels tie
-        photos together.
+        Tables of ground control points and of their marks in the photos. Marks with other labels
+        tie photos together.
     threads : int or None
-        None for all processors; with 1, the same seed gives the same model.
+        Number of threads; None uses all processors. With 1, the same seed gives the same model.
     device : str
-        One of DEVICES, for depth maps; "auto" selects the GPU if the installed COLMAP supports one.
+        Device that computes the depth maps, one of DEVICES; "auto" selects the GPU if the installed
+        COLMAP supports it.
     region : tuple or None
-        Lowest and highest corner of the reconstructed region, in the frame of the model; None for
-        all.
+        Minimum and maximum coordinates of the region to reconstruct, in the frame of the model. If
+        None, everything is reconstructed.
     """
 
     quality: str = "medium"
@@ -82,7 +83,7 @@ class PipelineSettings(Result):
         Raises
         ------
         UsageError
-            For an unknown quality or device, or an invalid region.
+            If the quality or the device is unknown, or the region is invalid.
         """
         if self.quality not in QUALITIES:
             raise UsageError(
@@ -102,5 +103,5 @@ class PipelineSettings(Result):
 
     @property
     def steps(self) -> Quality:
-        """Return the sizes of the selected quality."""
+        """Sizes of the selected quality."""
         return QUALITIES[self.quality]

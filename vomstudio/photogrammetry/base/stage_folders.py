@@ -1,4 +1,4 @@
-"""Folders of the results of reconstruction stages."""
+"""Result folders of reconstruction stages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ WORK = "work"
 def stage_folder(out: Path, name: str) -> Path | None:
     """Return the newest complete folder of a stage of the reconstruction in `out`.
 
-    None if the stage is not finished. A run removes the folders of other settings at its end only.
+    Returns None if the stage is not finished. A run removes the folders of other settings only at
+    its end.
     """
     complete_name = re.compile(rf"{re.escape(name)}-[0-9a-f]+")
     folders = []

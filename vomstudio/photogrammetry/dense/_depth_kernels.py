@@ -1,4 +1,4 @@
-"""Compiled kernels of depth maps."""
+"""Compiled kernels for depth maps."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ def lift(  # type: ignore[no-untyped-def]
 ):
     """Convert disparities of a rectified pair to inverse depths in the photo.
 
-    disparities : (H, W) by SGBM, 16ths of a pixel other : (H, W) mask of the second picture lowest,
-    count : range of the searched disparities first_column, first_row : rectified coordinates of the
-    first pixel's centre jump : maximum difference of neighbours on one surface, 16ths of a pixel
-    to_rect : (3, 3) homography from the photo's pixels to rectified ones, coordinates of centres
-    coefficients : alpha, beta, gamma of the reference plane's disparity, 1 / (f B), f, and the
-    third row of
-        the rotation from the rectified frame to the photo's
+    disparities : (H, W) disparities by SGBM, in sixteenths of a pixel
+    other : (H, W) mask of the second picture
+    lowest, count : range of the searched disparities
+    first_column, first_row : rectified coordinates of the centre of the first pixel
+    jump : maximum difference between neighbours on one surface, in sixteenths of a pixel
+    to_rect : (3, 3) homography from the photo's pixel centres to rectified ones
+    coefficients : alpha, beta and gamma of the reference plane's disparity, 1 / (f B), f, and the
+        third row of the rotation from the rectified frame to the photo's frame
     valid : (h, w) mask of the photo
     inverse : (h, w) result, 0 if unknown
     """
@@ -97,15 +98,15 @@ def lift(  # type: ignore[no-untyped-def]
 
 @kernel("void(f4[:,:,::1], f4[::1], f4, f4, f4, i8, f4[:,::1], u1[:,::1])")
 def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # type: ignore[no-untyped-def]
-    """Merge inverse depths by the agreement of most sources.
+    """Merge the inverse depths on which most sources agree.
 
     inverse : (n, h, w), 0 = none
     steps : (n,) change of inverse depth per pixel of disparity
     tolerance : maximum difference of agreeing sources, pixels
     least, most : range of inverse depths
     fewest : minimum number of agreeing sources
-    merged : (h, w) their mean, weighted by accuracy; 0 = none
-    agreeing : (h, w) their number
+    merged : (h, w) mean of the agreeing sources, weighted by accuracy; 0 = none
+    agreeing : (h, w) number of agreeing sources
     """
     n, h, w = inverse.shape
     for j in range(h):
@@ -140,11 +141,11 @@ def plane_normals(  # type: ignore[no-untyped-def]
     """Fit planes, affine in inverse depth, and return unit normals towards the camera.
 
     inverse : (h, w), 0 = none
-    steepness : relative difference of inverse depth per pixel of distance between surfaces
-    radius, stride : of the neighbours, pixels
-    cx, cy : from the centre of the first pixel
-    normals : (h, w, 3), in the camera's frame, 0 with too few neighbours
-    fitted : (h, w) inverse depths of the planes, unchanged with too few neighbours
+    steepness : relative difference in inverse depth, per pixel of distance, that separates surfaces
+    radius, stride : window radius and spacing of the neighbours, pixels
+    cx, cy : principal point, counted from the centre of the first pixel
+    normals : (h, w, 3) in the camera frame; 0 if there are too few neighbours
+    fitted : (h, w) inverse depths of the planes; unchanged if there are too few neighbours
     """
     h, w = inverse.shape
     for j in range(h):
@@ -194,7 +195,7 @@ def plane_normals(  # type: ignore[no-untyped-def]
             a = (suq * svv - svq * suv) / det
             b = (svq * suu - suq * suv) / det
             fitted[j, i] = q + (sq - a * su - b * sv) / n
-            # q = a u + b v + c is the plane (fx a, fy b, a cx + b cy + c) in the camera's frame.
+            # q = a u + b v + c is the plane (fx a, fy b, a cx + b cy + c) in the camera frame.
             nx, ny = fx * a, fy * b
             nz = q + a * (cx - i) + b * (cy - j)
             length = math.sqrt(nx * nx + ny * ny + nz * nz)

@@ -1,4 +1,4 @@
-"""Compiled kernels of the fusion."""
+"""Compiled kernels for the fusion of depth maps."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from vomstudio.geometry.kernels.jit import kernel, step
 
 @step
 def _along_ray(depth, n0, n1, n2, b0, b1, right, below, gx, gy):  # type: ignore[no-untyped-def]
-    """Return the depth at which the ray (b0, b1, 1) meets the plane of a pixel.
+    """Return the depth at which the ray (b0, b1, 1) intersects the plane of a pixel.
 
-    right, below : offset of the pixel from the principal point; 0 for grazing planes
+    The result is 0 if the ray grazes the plane.
+
+    right, below : offset of the pixel from the principal point
     """
     ray_slope = n0 * b0 + n1 * b1 + n2
     ray_depth = 0.0
@@ -32,12 +34,12 @@ def compare(  # type: ignore[no-untyped-def]
 ):
     """Compare another depth map with each pixel of this one.
 
-    depth, normals, lens : of this photo: (h, w), (h, w, 3), (fx, fy, cx, cy)
-    depth2, normals2, trust2, lens2 : of the other one; trust2 is its confidence
-    move : (3, 4) from this camera's frame to the other's
-    later : whether the other photo is later in the order of equal footprints
+    depth, normals, lens : map of this photo: (h, w), (h, w, 3), (fx, fy, cx, cy)
+    depth2, normals2, trust2, lens2 : map of the other photo; trust2 is its confidence
+    move : (3, 4) transformation from this camera's frame to the other's
+    later : whether the other photo comes later, which decides between equal footprints
     limits : pixels, relative depth, cosine between normals, ratio of equal footprints
-    sums : (h, w, 6) weight, weight x offset along the normal, doubt, normal; added to
+    sums : (h, w, 6) weight, weight x offset along the normal, doubt, normal; this view is added
     votes : (h, w, 3) agreeing views, views that see through the point, 1 if another view keeps it
     """
     h, w = depth.shape

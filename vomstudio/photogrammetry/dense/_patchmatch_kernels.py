@@ -1,4 +1,4 @@
-"""Compiled kernels of PatchMatch."""
+"""Compiled kernels for PatchMatch."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SAMPLES = (2 * RADIUS // STRIDE + 1) ** 2
 WORST = 2.0
 """Cost of pixels that cannot be compared, and of opposite patches."""
 
-# Fall of a neighbour's weight: it is halved by a seventh of the brightness range.
+# Decay of a neighbour's weight: it halves over a seventh of the brightness range.
 _WEIGHT_FALL = 5.0
 
 
 @fast_part
 def _random(seeds, at):  # type: ignore[no-untyped-def]
-    """Return a random number in [0, 1) by Marsaglia's xorshift, with one state per pixel."""
-    # Numba widens shifted integers, so cut them to 32 bits.
+    """Return a random number in [0, 1) from Marsaglia's xorshift, with one state per pixel."""
+    # Numba widens shifted integers, so truncate them to 32 bits.
     x = np.uint32(seeds[at])
     x = np.uint32(x ^ np.uint32((x << np.uint32(13)) & np.uint32(0xFFFFFFFF)))
     x = np.uint32(x ^ (x >> np.uint32(17)))
@@ -34,7 +34,7 @@ def _random(seeds, at):  # type: ignore[no-untyped-def]
 def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, weights, moments):  # type: ignore[no-untyped-def]
     """Return 1 minus the weighted correlation of a patch with its projection into one source.
 
-    The projection uses the plane through depth z with a normal.
+    The patch is projected by the plane at depth z with normal (nx, ny, nz).
     """
     d = z * (nx * rx + ny * ry + nz)
     if d > np.float32(-1e-20):
@@ -80,7 +80,7 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, we
 
 @fast_part
 def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
-    """Read the patch around a pixel: values, bilateral weights of sum 1, mean and variance."""
+    """Read the patch around a pixel: values, normalised bilateral weights, mean and variance."""
     h, w = ref.shape
     centre, total, k = ref[y, x], np.float32(0.0), 0
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
@@ -89,7 +89,7 @@ def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-
             away = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
             weight = math.exp(-abs(value - centre) * np.float32(_WEIGHT_FALL) - away)
             if y + dy < 0 or x + dx < 0 or y + dy >= h or x + dx >= w:
-                # What the photo does not show is like nothing in the others.
+                # Areas outside the photo are not similar to anything in the other photos.
                 weight = 0.0
             patch[k], weights[k] = value, weight
             total += weight
@@ -104,9 +104,10 @@ def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-
 
 @step
 def _select_sources(trial, selection, count):  # type: ignore[no-untyped-def]
-    """Select the sources in which the present plane fits best.
+    """Select the sources in which the current plane fits best.
 
-    Returns the sum of its costs in them, which are overwritten in `trial`.
+    Returns the sum of the costs of the plane in these sources; the costs in `trial` are
+    overwritten.
     """
     best = np.float32(0.0)
     for k in range(count):
@@ -122,7 +123,7 @@ def _select_sources(trial, selection, count):  # type: ignore[no-untyped-def]
 
 @step
 def _neighbour(k, x, y, reach):  # type: ignore[no-untyped-def]
-    """Return a neighbour of a pixel: one of four adjacent ones, or of four at a distance."""
+    """Return a neighbour of a pixel, one of the four adjacent or the four distant ones."""
     far_off = 1 if k < 4 else reach
     side = k % 4
     i = x + (far_off if side == 0 else (-far_off if side == 1 else 0))
@@ -132,10 +133,10 @@ def _neighbour(k, x, y, reach):  # type: ignore[no-untyped-def]
 
 @step
 def _random_trial(k, q, random, low, high, unit, spread):  # type: ignore[no-untyped-def]
-    """Return the inverse depth and the tilt of the normal of a random trial.
+    """Return the inverse depth and the tilt of the normal for a random trial.
 
-    The ninth trial changes the depth only, the tenth the normal, the eleventh both; at first in the
-    complete range.
+    The ninth trial changes only the depth, the tenth only the normal, and the eleventh both. At
+    first, the changes cover the complete range.
     """
     tilt = spread
     if k == 8:
@@ -153,9 +154,11 @@ def _random_trial(k, q, random, low, high, unit, spread):  # type: ignore[no-unt
 
 @step
 def _ray_depth(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyped-def]
-    """Return the depth at which a ray (rx, ry, 1) meets the plane of a neighbour.
+    """Return the depth at which a ray (rx, ry, 1) intersects the plane of a neighbour.
 
-    deep : depth of the neighbour on the ray (p fx, q fy, 1). Returns 0 for a grazing plane.
+    Returns 0 if the ray grazes the plane.
+
+    deep : depth of the neighbour on the ray (p fx, q fy, 1)
     """
     scaled_depth = ax * p * fx
     scaled_depth += ay * q * fy + az
@@ -200,17 +203,20 @@ def sweep(  # type: ignore[no-untyped-def]
     first,
     last,
 ):
-    """Improve the planes of every second pixel of the rows from first to last, in place.
+    """Improve the planes of every second pixel in the rows `first` to `last`, in place.
 
     ref : (h, w) picture, 0 to 1
-    sources : (n, H, W) others, padded; sizes : (n, 2) their widths and heights
+    sources : (n, H, W) other pictures, padded
+    sizes : (n, 2) widths and heights of these pictures
     turns, shifts : (n, 3, 3) K' R K^-1 and (n, 3) K' t, for pixels counted from their centres
     lens : 1 / fx, 1 / fy, cx, cy
-    wanted : (h, w) mask of pixels to improve; others only pass their planes on
-    depth, normal : (h, w), (h, w, 3) the planes; all are set
-    costs : (h, w, n) of the plane in each source
-    near, far : range of depths; unit : change of inverse depth per pixel of disparity
-    spread : size of the random changes, 1 at first; most : number of the best sources that count
+    active : (h, w) mask of the pixels to improve; other pixels only propagate their planes
+    depth, normal : (h, w), (h, w, 3) planes, which are set for all pixels
+    costs : (h, w, n) costs of the plane in each source
+    near, far : range of depths
+    unit : change of inverse depth per pixel of disparity
+    spread : size of the random changes, initially 1
+    max_sources : number of best sources that are used
     reach : odd distance of the farther neighbours whose planes are tried, or 0
     """
     h, w = ref.shape
@@ -302,7 +308,7 @@ def sweep(  # type: ignore[no-untyped-def]
                 if total < best:
                     best, z = total, d
                     nx, ny, nz = ax, ay, az
-                    # The next sweep, or `measure`, updates its costs in the other sources.
+                    # The next sweep, or `measure`, updates the costs in the other sources.
             depth[y, x] = z
             normal[y, x, 0], normal[y, x, 1], normal[y, x, 2] = nx, ny, nz
 
@@ -315,7 +321,7 @@ def sweep(  # type: ignore[no-untyped-def]
 def measure(  # type: ignore[no-untyped-def]
     ref, sources, sizes, turns, shifts, lens, active, depth, normal, costs, first, last
 ):
-    """Compute the costs of the planes in each source, for the rows from first to last."""
+    """Compute the costs of the planes in each source for the rows `first` to `last`."""
     w = ref.shape[1]
     patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
     moments = np.empty(2, np.float32)

@@ -1,7 +1,7 @@
-"""Dense workspace of COLMAP, for its PatchMatch on CUDA.
+"""COLMAP dense workspace, for COLMAP's PatchMatch on CUDA.
 
-Written from COLMAP's documentation of its output format. Only this module and the alignment depend
-on COLMAP.
+It follows COLMAP's documentation of its output format. Only this module and the alignment depend on
+COLMAP.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ def cuda_depth_maps(
     folder: Path,
     progress: Progress,
 ) -> list[DepthMap]:
-    """Compute the depth maps of all plans by COLMAP's PatchMatch.
+    """Compute the depth maps of all plans with COLMAP's PatchMatch.
 
     Parameters
     ----------
     scene : SparseScene
     pairs : DepthMapPlans
     photos : sequence of Undistorted
-        One for each of the scene's views.
+        One photo for each view of the scene.
     folder : Path
         Empty folder for the workspace.
     progress : Progress
@@ -50,10 +50,10 @@ def cuda_depth_maps(
     Raises
     ------
     RuntimeError, ValueError
-        As COLMAP, if no GPU can be used or it fails.
+        As raised by COLMAP, if no GPU can be used or the computation fails.
     """
     pycolmap = colmap()
-    # COLMAP counts pixels as we do: no shift here.
+    # COLMAP uses the same pixel coordinates, so no shift is needed.
     files = write_workspace(folder, scene, photos, shift=0.0)
     lines = []
     for plan in pairs.plans:
@@ -86,16 +86,16 @@ def cuda_depth_maps(
 def write_workspace(
     folder: Path, scene: SparseScene, photos: Sequence[Undistorted], *, shift: float
 ) -> list[str]:
-    """Write images, pinhole cameras and tie points, from which COLMAP derives the overlap.
+    """Write images, pinhole cameras and tie points; COLMAP derives the overlap from these.
 
     Parameters
     ----------
     folder : Path
     scene : SparseScene
     photos : sequence of Undistorted
-        One for each of the scene's views.
+        One photo for each view of the scene.
     shift : float
-        Added to the principal points.
+        Offset that is added to the principal points.
 
     Returns
     -------
@@ -157,6 +157,6 @@ def _checked(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap
     good = (depth > plan.near) & (depth < plan.far) & photo.valid & normal.any(axis=2)
     depth[~good] = 0.0
     normal[~good] = 0.0
-    # Consistent with two others at least, or COLMAP would have dropped it.
+    # These depths are consistent with at least two other photos, or COLMAP would have dropped them.
     confidence = np.where(good, 191, 0).astype(np.uint8)
     return DepthMap(photo.view.name, photo.view, depth, normal, confidence)

@@ -1,4 +1,4 @@
-"""Depth map of one photo from all its pairs."""
+"""Depth map of a photo, computed from all of its pairs."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class DepthOptions:
     Attributes
     ----------
     agreement_px : float
-        Maximum difference of the disparities of agreeing sources.
+        Maximum difference between the disparities of agreeing sources.
     fewest_sources : int
         Minimum number of agreeing sources.
     enough : float
-        Share of tie points measured by SGBM above which PatchMatch is not used.
+        If SGBM measures a larger share of the tie points, PatchMatch is not used.
     seed, threads : int
-        Of PatchMatch; the result does not depend on the threads.
+        Random seed and number of threads of PatchMatch; the result does not depend on the threads.
     """
 
     agreement_px: float = 1.0
@@ -45,14 +45,14 @@ class DepthOptions:
 
 @dataclass(frozen=True, eq=False)
 class DepthTask:
-    """Task of one depth map.
+    """Input for the computation of one depth map.
 
     Attributes
     ----------
     reference : Undistorted
         Photo of the depth map.
     sources, methods : tuple
-        Photos that measure depths, and "sgbm" or "patchmatch" for each.
+        Source photos, and the method for each, "sgbm" or "patchmatch".
     near, far : float
         Range of depths.
     points : (n, 3) array
@@ -78,11 +78,11 @@ class DepthMap:
     view : View
         Pinhole view of the map.
     depth : (h, w) float32 array
-        Along the optical axis at the pixels' centres, 0 = none.
+        Depth along the optical axis at the centre of each pixel, 0 = none.
     normals : (h, w, 3) float32 array
-        Unit vectors towards the camera, in its frame; 0 = none.
+        Unit normals towards the camera, in the camera frame; 0 = none.
     confidence : (h, w) uint8 array
-        Every agreeing source halves the distance to 255.
+        Confidence; each agreeing source halves the difference from 255.
     """
 
     name: str
@@ -93,11 +93,11 @@ class DepthMap:
 
     @property
     def filled(self) -> float:
-        """Return the share of pixels that have a depth."""
+        """Share of pixels that have a depth."""
         return float(np.mean(self.depth > 0))
 
     def save(self, path: str | Path) -> None:
-        """Write one npz file, normals in half precision (0.03 degrees)."""
+        """Write the map to an npz file, with normals in half precision (0.03 degrees)."""
         import json
 
         with open(path, "wb") as file:
@@ -111,7 +111,7 @@ class DepthMap:
 
     @classmethod
     def load(cls, path: str | Path) -> DepthMap:
-        """Load a depth map. Raises InputError for an incomplete file."""
+        """Load a depth map. Raises InputError if the file is incomplete."""
         import json
 
         try:
@@ -134,7 +134,7 @@ class DepthMap:
 def make_task(
     plan: DepthMapPlan, photo: Callable[[int], Undistorted], options: DepthOptions | None = None
 ) -> DepthTask:
-    """Return the task of a plan; `photo` returns the undistorted photo of a view's row."""
+    """Return the task of a plan; `photo` returns the undistorted photo for the row of a view."""
     return DepthTask(
         photo(plan.view),
         tuple(photo(source.view) for source in plan.sources),
@@ -149,12 +149,12 @@ def make_task(
 def depth_map(task: DepthTask) -> DepthMap:
     """Compute depths, normals and confidence of one photo.
 
-    The map of a completely masked photo, or without matches, is empty.
+    The map is empty if the photo is completely masked or has no matches.
 
     Raises
     ------
     GeometryError
-        For an invalid task: no sources, no depth range, or a lens with distortion.
+        If the task is invalid: no sources, no depth range, or a lens with distortion.
     InputError
         If a photo cannot be read.
     """
@@ -165,7 +165,7 @@ def depth_map(task: DepthTask) -> DepthMap:
     first = (view, task.reference.gray(), valid)
     others = [(source.view, source.gray(), source.valid) for source in task.sources]
     merged, agreeing = _rectified_depths(task, first, others)
-    # What small windows leave of noise, without a step across an edge.
+    # Remove the noise that small windows leave, without smoothing across edges.
     merged = _planes(view, merged, 1.0, 1, 1)[1]
     if PATCHMATCH in task.methods and _measured_share(task, merged) < task.options.enough:
         _fill_by_patchmatch(task, first, others, merged, agreeing)
@@ -173,10 +173,10 @@ def depth_map(task: DepthTask) -> DepthMap:
 
 
 def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
-    """Return the peak memory of `depth_map` with its inputs, bytes.
+    """Estimate the peak memory of `depth_map` including its inputs, in bytes.
 
-    Measured with four sources: 50 to 70 bytes a pixel if all pairs can be rectified, 122 with
-    PatchMatch, of which 12 for each source.
+    Measured with four sources: 50 to 70 bytes per pixel if all pairs can be rectified, and 122 with
+    PatchMatch, of which each source takes 12.
     """
     return int(width * height * (14 * sources + 80) + 20_000_000)
 
@@ -233,7 +233,7 @@ def _fill_by_patchmatch(
     inverse: Float32Array,
     agreeing: ByteArray,
 ) -> None:
-    """Fill missing depths by PatchMatch, in place."""
+    """Fill missing depths with PatchMatch, in place."""
     from vomstudio.photogrammetry.dense.patchmatch import match
 
     missing = first[2] & (inverse == 0)
@@ -249,7 +249,7 @@ def _fill_by_patchmatch(
         seed=task.options.seed,
         threads=task.options.threads,
     )
-    # Each pixel was fitted separately: the plane through its neighbours is more accurate.
+    # Each pixel was fitted separately, so a plane through its neighbours is more accurate.
     smooth = _planes(first[0], result.inverse, 2.0, 3, 1)[1]
     inverse[missing] = smooth[missing]
     agreeing[missing] = result.agreeing[missing]
@@ -285,8 +285,8 @@ def _finish(
 ) -> DepthMap:
     """Remove depths that no other photo confirms.
 
-    Sky and bare surfaces have a smoothest disparity too, and a pair with an error agrees with
-    itself.
+    Sky and featureless surfaces also have a smoothest disparity, and a pair with an error is
+    consistent with itself.
     """
     from vomstudio.photogrammetry.dense.patchmatch import likeness
 
@@ -308,7 +308,7 @@ def _finish(
 def _planes(
     view: View, inverse: Float32Array, steepness: float, radius: int, stride: int
 ) -> tuple[Float32Array, Float32Array]:
-    """Return normals (h, w, 3) of planes through neighbours, and their inverse depths."""
+    """Fit planes to neighbouring pixels; return normals (h, w, 3) and inverse depths (h, w)."""
     from vomstudio.photogrammetry.dense._depth_kernels import plane_normals
 
     (fx, fy), (cx, cy) = view.intrinsics.focal, view.intrinsics.centre

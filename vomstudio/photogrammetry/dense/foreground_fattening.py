@@ -1,4 +1,4 @@
-"""Removal of foreground fattening: depths that a window at an edge assigns to the sky."""
+"""Removal of foreground fattening, i.e. depths of sky pixels caused by windows at edges."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, ByteArray
 
-# Extent of matching windows beyond an edge, pixels.
+# Distance by which matching windows extend beyond an edge, pixels.
 _REACH = 16
 _WINDOW = 5
-# Limits of the standard deviation in a featureless window, values of 0..255: 1.5 times that of the
-# smoothest parts of the photo, which is its noise.
+# Limits of the standard deviation in a featureless window, in grey values of 0..255. Between them,
+# the threshold is 1.5 times the deviation of the smoothest parts of the photo, which is its noise.
 _MIN_DEVIATION, _MAX_DEVIATION = 2.0, 4.0
 _NOISE_PERCENTILE = 2.0
 _SKY_SIZE, _MIN_SKY_SHARE = 33, 0.85
-# Maximum difference in brightness to the sky of pixels at an edge.
+# Maximum difference in brightness between pixels at an edge and the sky.
 _MAX_BRIGHTNESS_DIFFERENCE = 15.0
 
 
 def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
-    """Find pixels with a depth that show sky.
+    """Find pixels that have a depth although they show sky.
 
-    They are featureless, bright and adjacent to sky without depth. A window on the sky that
-    contains the skyline matches at the depth of the rock.
+    These pixels are featureless, bright and adjacent to sky without depth. A window that lies on
+    the sky but contains the skyline is matched at the depth of the rock.
 
     Parameters
     ----------
@@ -43,10 +43,10 @@ def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
     mean = cv2.blur(value, size)
     spread = np.sqrt(np.maximum(cv2.blur(value * value, size) - mean * mean, 0))
     noise = float(np.percentile(spread[::3, ::3], _NOISE_PERCENTILE))
-    # Rock in deep shade is featureless too, but dark.
+    # Rock in deep shade is also featureless, but dark.
     is_featureless = spread < np.clip(1.5 * noise, _MIN_DEVIATION, _MAX_DEVIATION)
     is_featureless &= mean > np.median(gray[::3, ::3])
-    # Mortar and plaster have gaps too: sky fills a complete square without depth.
+    # Mortar and plaster have gaps too, but only sky fills a complete square without depth.
     square = (_SKY_SIZE, _SKY_SIZE)
     is_open_sky = (
         cv2.blur((is_featureless & valid & ~has).astype(np.float32), square) > _MIN_SKY_SHARE

@@ -1,10 +1,10 @@
-"""Fuse all depth maps to one point cloud.
+"""Fusion of all depth maps into one point cloud.
 
-A pixel becomes a point if enough other maps agree with it in position and normal, and not more see
-through it. Among agreeing pixels the one with the finest footprint is used, and moved along its
-normal to their weighted mean: the cloud is as dense as the sharpest photo of each place, regular,
-and without layers. The points of a photo depend on the maps of its neighbours only, so memory is
-bounded and the order does not matter.
+A pixel becomes a point if enough other maps agree with its position and normal, and no more maps
+than these see through it. Among agreeing pixels, the one with the finest footprint is used and
+moved along its normal to their weighted mean. The cloud is therefore regular, without layers, and
+everywhere as dense as the sharpest photo. The points of a photo depend only on the maps of its
+neighbours, so memory is bounded and the order does not matter.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
-# Ratio of footprints that are equally fine; the first photo keeps the point.
+# Ratio up to which footprints count as equally fine; the first photo then keeps the point.
 _SAME_FOOTPRINT = 1.3
 
 
@@ -39,13 +39,13 @@ class FusionOptions:
     Attributes
     ----------
     fewest_views : int
-        Minimum number of agreeing views of a point.
+        Minimum number of views that agree on a point.
     reprojection_px, depth_part, normal_deg : float
-        Maximum differences of agreeing maps.
+        Maximum differences between agreeing maps.
     least_confidence : float
-        Minimum confidence of points, from 0 to 1.
+        Minimum confidence of a point, from 0 to 1.
     cache_bytes : int
-        Maximum size of depth maps in memory.
+        Maximum size of the depth maps held in memory.
     """
 
     fewest_views: int = 2
@@ -57,7 +57,7 @@ class FusionOptions:
 
 
 def neighbours_by_name(scene: SparseScene, pairs: DepthMapPlans) -> dict[str, tuple[str, ...]]:
-    """Return, for each photo with a plan, the photos whose maps show the same places."""
+    """Return, for each photo with a plan, the photos whose maps show the same rock."""
     names = [view.name for view in scene.views]
     return {names[p.view]: tuple(names[row] for row in p.neighbours) for p in pairs.plans}
 
@@ -75,21 +75,21 @@ def fuse(
     Parameters
     ----------
     names : sequence of str
-        Of the photos; maps and photos are in this order, and may be read on access.
+        Names of the photos. `maps` and `photos` are in the same order and may be read on access.
     maps : sequence of DepthMap
     photos : sequence of Undistorted or None
-        For colours.
+        Photos from which the points are coloured.
     neighbours : mapping, optional
-        See `neighbours_by_name`; default: all with all.
+        See `neighbours_by_name`. By default, each photo is compared with all others.
     options : FusionOptions, optional
     progress : Progress, optional
 
     Returns
     -------
     PointCloud
-        With colours, unit normals, and the fields "confidence" (from 0 to 1, float32) and "views"
-        (uint8). A normal points to the side of its photo, whatever is between the point and other
-        photos: an object may be photographed all around.
+        Cloud with colours, unit normals, and the fields "confidence" (0 to 1, float32) and "views"
+        (uint8). A normal points to the side of its own photo, regardless of the other photos, since
+        an object may be photographed all around.
 
     Raises
     ------
@@ -127,24 +127,25 @@ def fuse(
 
 
 def memory_needed(pixels: int, largest: int) -> int:
-    """Return the peak memory of `fuse`, bytes.
+    """Estimate the peak memory of `fuse`, in bytes.
 
-    Measured: 0.1 to 0.25 points per pixel of photos with an overlap of 60 % and more.
+    Measured: 0.1 to 0.25 points per pixel for photos with an overlap of at least 60 %.
 
-    pixels : of all maps; largest : of the largest map
+    pixels : number of pixels of all maps
+    largest : number of pixels of the largest map
     """
     return int(0.25 * pixels * 70) + 70 * largest + FusionOptions.cache_bytes
 
 
 def _joined(parts: list[Any]) -> Any:
-    """Concatenate arrays and release the parts, which are the largest data in memory."""
+    """Concatenate arrays, and release the parts, which are the largest data in memory."""
     whole = np.concatenate(parts)
     parts.clear()
     return whole
 
 
 class _Cache:
-    """Recently used maps, up to a number of bytes."""
+    """Cache of recently used maps, limited in bytes."""
 
     def __init__(self, maps: Sequence[DepthMap], max_bytes: int) -> None:
         self._maps, self._max_bytes = maps, max_bytes
@@ -177,7 +178,7 @@ def _lens(one: DepthMap) -> FloatArray:
 
 
 def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
-    """Return rows and columns of the used pixels, their points, normals, confidence and views."""
+    """Return rows, columns, points, normals, confidence and views of the used pixels."""
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
     one = maps[row]
@@ -256,7 +257,8 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
 def _toward_photo(mean: FloatArray, photo_normals: FloatArray, rays: FloatArray) -> FloatArray:
     """Return unit normals (n, 3) towards the camera.
 
-    The mean of agreeing ones, or the photo's normal if the mean points away from the camera.
+    This is the mean of the agreeing normals, or the photo's own normal if the mean points away from
+    the camera.
     """
     normals = np.where(((mean * rays).sum(axis=1) < 0.0)[:, None], mean, photo_normals)
     normals = np.where(((normals * rays).sum(axis=1) <= 0.0)[:, None], normals, -normals)

@@ -1,4 +1,4 @@
-"""Memory of depth maps and their cloud, and the size of photos that fits."""
+"""Memory for depth maps and their cloud, and the photo size that fits into it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from vomstudio.photogrammetry.dense import depthmaps, fusion
 
 
 def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """Return the peak memory of depth maps, one at a time, or of their cloud, bytes.
+    """Return the peak memory of one depth map at a time or of their cloud, in bytes.
 
-    side : long side of the reduced photos; sizes : width and height of the original photos
+    side : long side of the reduced photos
+    sizes : width and height of each original photo
     """
     reduced = []
     for width, height in sizes:
@@ -23,8 +24,9 @@ def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
 
 
 def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """Return the largest long side of photos for depth maps that fits into free memory.
+    """Return the largest long side of photos whose depth maps fit into free memory.
 
-    wanted_px : maximum; sizes : as of `memory_of_all`
+    wanted_px : maximum long side
+    sizes : as in `memory_of_all`
     """
     return memory.fitting_size(wanted_px, lambda side: memory_of_all(side, sizes))

@@ -1,4 +1,4 @@
-"""Selection of the source photos of each depth map, by tie points."""
+"""Selection of the source photos of each depth map, based on tie points."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 
 SGBM, PATCHMATCH = "sgbm", "patchmatch"
 
-# Rays that meet at 10 degrees are accurate and see the same surfaces; the weight decreases more
-# slowly to larger angles, where only occlusion increases.
+# Rays that intersect at 10 degrees are accurate and see the same surfaces. The weight decreases
+# more slowly towards larger angles, where only occlusion increases.
 _BEST_ANGLE_DEG, _BELOW_DEG, _ABOVE_DEG = 10.0, 5.0, 12.0
 _MIN_SHARED = 5
 _MIN_POINTS = 5
 _MIN_ANGLE_DEG = 1.0
-# Beyond these limits a rectified pair shows the same patch in different shapes. Within them it is
-# better, since it is sheared onto the plane of the rock: with 25 degrees between neighbours it
-# measures 92 % of the rock and PatchMatch 63 %, more accurately and in a tenth of the time
-# (tests/benchmarks/bench_wide).
+# Beyond these limits, a rectified pair shows the same patch in different shapes. Within them,
+# rectification is better, since pairs are sheared onto the plane of the rock: with 25 degrees
+# between neighbours it measures 92 % of the rock and PatchMatch 63 %, more accurately and in a
+# tenth of the time (tests/benchmarks/bench_wide).
 _MAX_CONVERGENCE_DEG = 50.0
 _MAX_ANGLE_DEG = 50.0
 _MIN_ACROSS_DEG = 45.0
@@ -33,7 +33,7 @@ _MAX_SCALE_RATIO = 1.5
 _PADDING = 0.1
 _MAX_NEIGHBOURS = 20
 SOURCES = 3
-"""Sources of a photo. A fourth one, at a wider angle, adds more blur than detail."""
+"""Number of sources of a photo. A fourth one, at a wider angle, adds more blur than detail."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class SourcePhoto:
     Attributes
     ----------
     view : int
-        Row in the scene's views.
+        Row of the source photo in the views of the scene.
     method : {"sgbm", "patchmatch"}
     shared : int
         Number of common tie points.
     angle_deg : float
-        Median angle between the rays to them.
+        Median angle between the rays to these points.
     convergence_deg : float
         Angle between the optical axes.
     """
@@ -67,15 +67,15 @@ class DepthMapPlan:
     Attributes
     ----------
     view : int
-        Row in the scene's views.
+        Row of the photo in the views of the scene.
     near, far : float
         Range of depths along the optical axis.
     points : (n, 3) array
-        Its tie points.
+        Tie points of the photo.
     sources : tuple of SourcePhoto
-        Best first.
+        Source photos, the best first.
     neighbours : tuple of int
-        Rows of all photos of the same places, most common points first.
+        Rows of all photos that show the same rock, those with the most common points first.
     """
 
     view: int
@@ -88,13 +88,13 @@ class DepthMapPlan:
 
 @dataclass(frozen=True, eq=False)
 class DepthMapPlans:
-    """Plans of all photos that can have a depth map, and findings about the others."""
+    """Plans of all photos that can have a depth map, and findings about other photos."""
 
     plans: tuple[DepthMapPlan, ...]
     left_out: tuple[Finding, ...]
 
     def select_views(self, views: Collection[int]) -> DepthMapPlans:
-        """Return the plans of some views. Raises GeometryError if there are none."""
+        """Return the plans of the given views. Raises GeometryError if there are none."""
         plans = tuple(plan for plan in self.plans if plan.view in views)
         if not plans:
             raise GeometryError(
@@ -107,18 +107,18 @@ class DepthMapPlans:
 def select_pairs(
     scene: SparseScene, *, count: int = SOURCES, method: str | None = None
 ) -> DepthMapPlans:
-    """Select sources, depth range and methods of every photo.
+    """Select the sources, the depth range and the methods for every photo.
 
-    Photos are ranked by common tie points, weighted by the angle between their rays; the rank of a
-    photo decreases if one from the same side has been selected.
+    Photos are ranked by common tie points, weighted by the angle between their rays. A photo is
+    ranked lower if another photo from the same side has already been selected.
 
     Parameters
     ----------
     scene : SparseScene
     count : int
-        Sources of each photo.
+        Number of sources of each photo.
     method : str, optional
-        Use one of the two, for comparisons.
+        If given, only this method, "sgbm" or "patchmatch", is used, for comparisons.
 
     Raises
     ------
@@ -179,14 +179,14 @@ class _Candidate:
 
 
 def _points_of_views(scene: SparseScene) -> list[IntArray]:
-    """Return the rows of the tie points that each view sees, ascending."""
+    """Return the rows of the tie points that each view sees, in ascending order."""
     keys = np.unique(scene.track_views.astype(np.int64) << 32 | scene.track_points)
     starts = np.searchsorted(keys >> 32, np.arange(1, len(scene.views)))
     return np.split(keys & 0xFFFFFFFF, starts)
 
 
 def _views_with_common_points(scene: SparseScene) -> list[IntArray]:
-    """Return, for each view, those that see enough of the same points."""
+    """Return, for each view, the views that see enough of the same points."""
     from scipy.sparse import csr_matrix
 
     shape = (len(scene.views), len(scene.points))
@@ -256,7 +256,7 @@ def _select_spread(candidates: list[_Candidate], count: int) -> list[_Candidate]
 
 
 def _method(view: View, other: View, points: FloatArray, candidate: _Candidate) -> str:
-    """Return SGBM if the pair can be rectified without distortion."""
+    """Return the method for a pair: SGBM if it can be rectified without distortion."""
     if candidate.convergence_deg > _MAX_CONVERGENCE_DEG or candidate.angle_deg > _MAX_ANGLE_DEG:
         return PATCHMATCH
     baseline = (other.centre - view.centre)[None]
@@ -274,10 +274,10 @@ def _method(view: View, other: View, points: FloatArray, candidate: _Candidate) 
 
 
 def _range(depths: FloatArray) -> tuple[float, float]:
-    """Return nearest and farthest depth, without outliers among the tie points.
+    """Return the nearest and the farthest depth, ignoring outliers among the tie points.
 
-    Padded in inverse depth, which is linear in pixels, by a part of the range and of the depth:
-    rock without tie points extends beyond.
+    The range is padded by a fraction of its extent and of the depth, because rock without tie
+    points extends beyond it. The padding is applied to inverse depths, which are linear in pixels.
     """
     far, near = np.percentile(1.0 / depths, [1.0, 99.0])
     room = 2 * _PADDING * (near - far) + 0.5 * _PADDING * near

@@ -1,10 +1,10 @@
-"""Depth of one photo from several others by PatchMatch.
+"""Depth of a photo from several other photos by PatchMatch.
 
-Every pixel has a plane; good planes propagate to the neighbours and are changed at random (Bleyer,
+Every pixel has a plane. Good planes propagate to the neighbours and are changed at random (Bleyer,
 Rhemann and Rother, 2011; red and black pixels in turn: Galliani, Lasinger and Schindler, 2015). The
 similarity is the correlation of bilaterally weighted patches in the best sources, from coarse to
-fine pictures. It is used for convergent photos, and takes some ten times as long as a rectified
-pair.
+fine pictures. PatchMatch is used for convergent photos and takes about ten times as long as a
+rectified pair.
 """
 
 from __future__ import annotations
@@ -24,13 +24,14 @@ if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
 
 
-# Reduction, sweeps over both colours, first size of the random changes, reach of far neighbours.
+# Reduction, number of sweeps over both colours, initial size of the random changes, and distance of
+# the far neighbours.
 _LEVELS = ((4, 4, 1.0, 5), (2, 3, 0.4, 3), (1, 1, 0.15, 0))
 _MIN_SIDE = 48
 _MAX_COST = 0.35
 _ALIKE = 0.5
 _BLOCK_ROWS = 32
-# Number of the best sources of a plane: most rock is seen by as many.
+# Number of best sources of a plane: at least this many see most of the rock.
 _SOURCES = 3
 
 
@@ -59,24 +60,24 @@ def match(
     seed: int = 0,
     threads: int = 1,
 ) -> PatchMatchResult:
-    """Compute the inverse depths of some pixels.
+    """Compute the inverse depths of the active pixels.
 
     Parameters
     ----------
     view, gray : View, (h, w) array
-        The photo, pinhole.
+        Pinhole view and grey picture of the photo.
     active : (h, w) array of bool
         Pixels to compute.
     known : (h, w) array
-        Known inverse depths, 0 = none, whose planes are propagated.
+        Known inverse depths, 0 = none; their planes are propagated.
     sources : sequence of (View, array, array of bool)
-        View, picture and mask.
+        View, picture and mask of each source.
     points : (n, 3) array
-        Tie points of the photo, for the start.
+        Tie points of the photo, from which the depths are initialised.
     near, far : float
         Range of depths.
     seed, threads : int
-        The result does not depend on the number of threads.
+        Random seed and number of threads; the result does not depend on the number of threads.
     """
     rng = np.random.default_rng(seed)
     planes: tuple[Float32Array, Float32Array] | None = None
@@ -141,12 +142,12 @@ def likeness(
     normals: Float32Array,
     sources: Sequence[tuple[View, ByteArray, BoolArray]],
 ) -> ByteArray:
-    """Return the number (h, w) of sources in which patches of a depth map are similar.
+    """Return the number (h, w) of sources in which the patches of a depth map are similar.
 
-    Computed on pictures of half the size, which reduces noise and takes a quarter of the time. A
-    patch without texture is never similar.
+    It is computed on pictures of half the size, which reduces noise and takes a quarter of the
+    time. A patch without texture is never similar.
 
-    depth, normals : (h, w), (h, w, 3) of the photo, 0 = none
+    depth, normals : (h, w), (h, w, 3) depth map of the photo, 0 = none
     """
     step = 2 if min(depth.shape) >= 2 * _MIN_SIDE else 1
     h, w = depth.shape
@@ -197,7 +198,7 @@ def _run_in_blocks(
 ) -> None:
     """Run a kernel on blocks of rows.
 
-    Pixels of one colour read planes of the other colour only.
+    Pixels of one colour read only the planes of the other colour.
     """
     jobs = [
         pool.submit(work, *arrays, *settings, top, min(top + _BLOCK_ROWS, height))
@@ -209,7 +210,7 @@ def _run_in_blocks(
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """Pictures and cameras at one reduction, as input of the kernels."""
+    """Pictures and cameras at one reduction level, as input of the kernels."""
 
     lens: Intrinsics
     ref: Float32Array
@@ -258,7 +259,7 @@ class _Setting:
 
 
 def _matrix_of_centres(lens: Intrinsics) -> FloatArray:
-    """Return the calibration matrix for pixels counted from the centre of the first one."""
+    """Return the calibration matrix for pixels counted from the centre of the first pixel."""
     half = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
     return np.asarray(lens.matrix - half)
 
@@ -274,7 +275,7 @@ def _shrunk(gray: ByteArray, reduction: int) -> Float32Array:
 
 
 def _reduced(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
-    """Sample the middle of each larger pixel."""
+    """Sample values at the centre of each larger pixel."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(int)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(int)
     return np.asarray(values[rows[:, None], columns])
@@ -296,8 +297,8 @@ def _start(
 ) -> tuple[Float32Array, Float32Array]:
     """Return initial depths and normals.
 
-    Depths of the nearest tie point for half of the pixels, random for the others; normals towards
-    the camera.
+    Half of the pixels get the depth of the nearest tie point, and the others a random depth. The
+    normals point towards the camera.
     """
     from scipy.spatial import cKDTree
 
@@ -347,7 +348,7 @@ def _refined(
 
 
 def _is_on_source(view: View, other: View, depth: Float32Array, counts: BoolArray) -> BoolArray:
-    """Return which pixels' points are on an unmasked part of the other photo."""
+    """Return which pixels show points on an unmasked part of the other photo."""
     h, w = depth.shape
     x, y = np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5)
     rays = view.intrinsics.rays(np.stack([x, y], axis=-1).reshape(-1, 2))
@@ -366,7 +367,8 @@ def _drop_specks(inverse: Float32Array, unit: float) -> None:
 
     if not (inverse > 0).any():
         return
-    # Chance also puts single pixels before or behind a surface: those off most of their neighbours.
+    # By chance, single pixels also lie in front of or behind a surface. These differ from most of
+    # their neighbours.
     middle = np.asarray(cv2.medianBlur(inverse, 5))
     inverse[np.abs(inverse - middle) > unit] = 0.0
     if not (inverse > 0).any():

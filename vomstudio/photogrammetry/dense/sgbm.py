@@ -1,8 +1,8 @@
-"""Depth from one pair of photos by semi-global matching (Hirschmueller, 2008; OpenCV).
+"""Depth from a pair of photos by semi-global matching (Hirschmueller, 2008; OpenCV).
 
 The pair is rectified along its baseline, and the second picture is sheared along its rows by the
-disparity of the plane through the tie points. The difference from that plane is searched: fewer
-disparities, and an oblique face is matched as if seen at right angles.
+disparity of the plane through the tie points. Only the difference from this plane is then searched.
+This reduces the number of disparities, and an oblique face is matched as if seen at right angles.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
 
-# Window size in pixels. Larger windows extend the depth of a face over its edges: with 5 synthetic
-# faces are measured less accurately (tests/benchmarks/bench_dense), and joint steps are filled.
+# Window size in pixels. Larger windows extend the depth of a face beyond its edges: with a size of
+# 5, synthetic faces are measured less accurately (tests/benchmarks/bench_dense), and joint steps
+# are filled.
 _WINDOW_SIZE = 3
 # Maximum number of disparities; a deeper scene is matched at a lower resolution.
 _MAX_DISPARITIES = 256
@@ -27,20 +28,21 @@ _MAX_SLOPE = 0.6
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """Rectification of a pair. Coordinates of pixel centres end in a half.
+    """Rectification of a pair, with pixel centres at half-integer coordinates.
 
     Attributes
     ----------
     first, second : (3, 3) array
-        Homographies from the photos' pixels to the rectified planes; the second with the shear.
+        Homographies from the pixels of each photo to the rectified planes; the second includes the
+        shear.
     turn : (3, 3) array
         Rotation from the scene to the rectified frame.
     focal : float
-        Of both planes, pixels.
+        Focal length of both planes, pixels.
     baseline : float
-        Distance of the centres.
+        Distance between the projection centres.
     plane : (float, float, float)
-        Alpha, beta, gamma of the reference disparity alpha u + beta v + gamma.
+        Coefficients alpha, beta, gamma of the reference disparity alpha u + beta v + gamma.
     lowest, count : int
         Range of disparities to search.
     left, top, width, height : int
@@ -62,17 +64,17 @@ class Rectified:
 
     @property
     def step(self) -> float:
-        """Return the change of inverse depth, in the rectified frame, per pixel of disparity."""
+        """Change of inverse depth, in the rectified frame, per pixel of disparity."""
         return (1.0 - self.plane[0]) / (self.focal * self.baseline)
 
 
 def rectify(
     first: View, second: View, points: FloatArray, near: float, far: float
 ) -> Rectified | None:
-    """Rectify two pinhole photos; None if that is not useful.
+    """Rectify two pinhole photos, or return None if rectification is not useful.
 
     points : (n, 3) tie points of the first photo
-    near, far : its range of depths
+    near, far : range of depths of the first photo
     """
     baseline = second.centre - first.centre
     length = float(np.linalg.norm(baseline))
@@ -103,7 +105,7 @@ def rectify(
     else:
         return None
     lowest = int(np.floor(low))
-    # SGBM excludes columns whose partner may be beyond the edge.
+    # SGBM excludes columns whose matching column may lie beyond the edge.
     before, after = max(lowest + count, 0) + 2, max(-lowest, 0) + 2
     width, height = right - left + before + after, bottom - top
     if width * height > _MAX_GROWTH * lens.width * lens.height:
@@ -142,9 +144,9 @@ def pair_inverse_depth(
 ) -> tuple[Float32Array, float] | None:
     """Return inverse depths (h, w) in the first photo, and their change per disparity pixel.
 
-    0 without a depth; None if the pair cannot be rectified.
+    Pixels without a depth are 0. Returns None if the pair cannot be rectified.
 
-    first, second : pinhole view, gray picture and mask
+    first, second : pinhole view, grey picture and mask
     """
     import cv2
 
@@ -154,10 +156,11 @@ def pair_inverse_depth(
     if pair is None:
         return None
     size = (pair.width, pair.height)
-    # Convert between pixels from the corner of the first one and OpenCV's, from its centre.
+    # Convert between pixels counted from the corner of the first pixel and OpenCV's, counted from
+    # its centre.
     shift = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
     origin = np.array([[1.0, 0.0, -pair.left], [0.0, 1.0, -pair.top], [0.0, 0.0, 1.0]])
-    # OpenCV's cubic weights would move the pictures by up to 0.05 pixel.
+    # OpenCV's cubic weights would shift the pictures by up to 0.05 pixel.
     pictures = [
         cv2.warpPerspective(gray, origin @ onto @ shift, size, flags=cv2.INTER_LANCZOS4)
         for onto, gray in ((pair.first, first[1]), (pair.second, second[1]))
@@ -205,7 +208,7 @@ def pair_inverse_depth(
 
 
 def _box(view: View, turn: FloatArray, focal: float) -> tuple[int, int, int, int] | None:
-    """Return the pixels around the photo on the rectified plane: left, top, right, bottom."""
+    """Return the bounds of the photo on the rectified plane: left, top, right, bottom."""
     w, h = view.intrinsics.width, view.intrinsics.height
     corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ turn.T
     if not (corners[:, 2] > 0.2 * np.linalg.norm(corners, axis=1)).all():
@@ -218,7 +221,7 @@ def _box(view: View, turn: FloatArray, focal: float) -> tuple[int, int, int, int
 def _search(
     xyz: FloatArray, focal: float, baseline: float, near: float, far: float, across: tuple[int, int]
 ) -> tuple[tuple[float, float, float], float, float]:
-    """Return the plane through tie points as disparity, and the range of differences from it."""
+    """Return the disparity plane through tie points, and the range of differences from it."""
     xyz = xyz[(xyz[:, 2] > 0.7 * near) & (xyz[:, 2] < 1.4 * far)]
     u, v = (focal * xyz[:, :2] / xyz[:, 2:]).T
     disparity = focal * baseline / xyz[:, 2]
@@ -233,7 +236,7 @@ def _search(
 
 
 def _plane(u: FloatArray, v: FloatArray, disparity: FloatArray) -> tuple[float, float, float]:
-    """Fit a plane by least absolute differences (reweighting); level if it is too steep."""
+    """Fit a plane by reweighted least absolute differences; it is level if too steep."""
     a = np.column_stack([u, v, np.ones_like(u)])
     weight = np.ones_like(u)
     solution = np.zeros(3)

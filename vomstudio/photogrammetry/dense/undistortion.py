@@ -1,4 +1,4 @@
-"""Undistorted photos of pinhole cameras, the input of every stage after the alignment."""
+"""Undistorted pinhole photos, which are the input of all stages after the alignment."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 
-# Limits of the undistorted picture of a very wide lens: 63 degrees from the axis, and 1.5 times the
-# size of the photo.
+# Limits for the undistorted picture of a very wide lens: 63 degrees from the axis, and 1.5 times
+# the size of the photo.
 _MAX_TAN = 2.0
 _MAX_GROWTH = 1.5
-# OpenCV's remap counts pixels in 16 bits.
+# OpenCV's remap stores pixel coordinates in 16 bits.
 _MAX_SIDE = 32_000
 _ROWS_AT_ONCE = 256
 _JPEG_QUALITY = 97
@@ -26,20 +26,20 @@ _JPEG_QUALITY = 97
 
 @dataclass(frozen=True, eq=False)
 class UndistortTask:
-    """Task of `undistort`.
+    """Input of `undistort`.
 
     Attributes
     ----------
     photo : bytes
-        JPEG, TIFF or PNG file.
+        Content of a JPEG, TIFF or PNG file.
     mask : bytes or None
-        Image file, black for unused parts.
+        Content of an image file that is black for unused parts.
     view : View
-        Of the photo as stored, with its lens.
+        View of the photo as stored, with its lens.
     max_size : int or None
-        Maximum long side of the result in pixels; None for the photo's resolution.
+        Maximum long side of the result in pixels. If None, the resolution of the photo is kept.
     lossless : bool
-        PNG instead of JPEG.
+        Whether to encode the result as PNG instead of JPEG.
     """
 
     photo: bytes
@@ -53,8 +53,8 @@ class UndistortTask:
 class Undistorted:
     """Undistorted photo.
 
-    photo, mask : image files; the mask (black: unused) is None if all pixels are used
-    view : with PINHOLE intrinsics of the new size
+    photo, mask : contents of image files; the mask (black: unused) is None if all pixels are used
+    view : view with PINHOLE intrinsics of the new size
     """
 
     photo: bytes
@@ -63,7 +63,7 @@ class Undistorted:
 
     @cached_property
     def valid(self) -> BoolArray:
-        """Return the mask (h, w) of usable pixels."""
+        """Mask (h, w) of usable pixels."""
         lens = self.view.intrinsics
         if self.mask is None:
             return np.ones((lens.height, lens.width), bool)
@@ -83,13 +83,13 @@ class Undistorted:
 def undistort(task: UndistortTask) -> Undistorted:
     """Remove the distortion of the lens from a photo.
 
-    The focal length is that of the photo's centre (times the reduction), so that the middle remains
-    sharp; the corners of a barrel distortion are included, and pixels outside the photo are masked.
+    The focal length is that of the photo's centre (times the reduction), so that the centre remains
+    sharp. Corners with barrel distortion are included, and pixels outside the photo are masked.
 
     Raises
     ------
     InputError
-        If photo or mask cannot be read or have another size than the view.
+        If the photo or the mask cannot be read, or if its size differs from that of the view.
     """
     import cv2
 
@@ -117,7 +117,7 @@ def undistort(task: UndistortTask) -> Undistorted:
     height = max(1, round(whole.height * reduction))
     ideal = whole.scaled(width, height)
 
-    # Downsampled by area first, so that nothing aliases; then each pixel is moved.
+    # Downsample by area first to prevent aliasing, then remap each pixel.
     small = (
         max(1, round(lens.width * reduction)),
         max(1, round(lens.height * reduction)),
@@ -131,7 +131,7 @@ def undistort(task: UndistortTask) -> Undistorted:
             fully = np.asarray(cv2.resize(fully, small, interpolation=cv2.INTER_AREA))
     if lens.distorts:
         x, y, shown = _remapping(ideal, lens, small)
-        # OpenCV's cubic weights move what they interpolate by up to 0.05 pixel.
+        # OpenCV's cubic weights shift the interpolated picture by up to 0.05 pixel.
         image = np.asarray(
             cv2.remap(image, x, y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
         )
@@ -154,13 +154,13 @@ def undistort(task: UndistortTask) -> Undistorted:
 
 
 def memory_needed(width: int, height: int, max_size: int | None) -> int:
-    """Return the peak memory of `undistort` for a photo of this size, bytes."""
+    """Return the peak memory of `undistort` for a photo of this size, in bytes."""
     scale = min(1.0, (max_size or _MAX_SIDE) / max(width, height, 1))
     return int(width * height * (6 + 18 * scale * scale)) + 20_000_000
 
 
 def decode_photo(photo: bytes, name: str) -> ByteArray:
-    """Decode a photo to (h, w, 3) red, green, blue, ignoring its orientation tag.
+    """Decode a photo to RGB (h, w, 3), ignoring its orientation tag.
 
     Raises InputError.
     """
@@ -173,7 +173,7 @@ def decode_photo(photo: bytes, name: str) -> ByteArray:
 
 
 def decode_mask(mask: bytes, width: int, height: int, name: str) -> BoolArray:
-    """Decode a mask to (h, w), True for used pixels.
+    """Decode a mask to a Boolean array (h, w), True for used pixels.
 
     A mask of another size with the same proportions is resized. Raises InputError.
     """
@@ -204,7 +204,7 @@ def _drop_distortion(lens: Intrinsics) -> Intrinsics:
 
 
 def _pinhole_of(lens: Intrinsics) -> Intrinsics:
-    """Return the pinhole camera of the same focal length and field of view."""
+    """Return the pinhole camera with the same focal length and field of view."""
     across = np.linspace(0.0, lens.width, 65)
     down = np.linspace(0.0, lens.height, 65)
     pixels = np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
@@ -228,7 +228,7 @@ def _remapping(
 ) -> tuple[Float32Array, Float32Array, BoolArray]:
     """Return OpenCV's remap coordinates of each pixel of the ideal photo, and its mask.
 
-    Coordinates are in the real photo resampled to `size`.
+    The coordinates refer to the original photo resampled to `size`.
     """
     shape = (ideal.height, ideal.width)
     x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)
@@ -241,7 +241,7 @@ def _remapping(
         with np.errstate(invalid="ignore"):
             on = (u >= 0) & (u <= lens.width) & (v >= 0) & (v <= lens.height)
         part = slice(top, top + len(rows))
-        # OpenCV counts from the centre of the first pixel.
+        # OpenCV counts pixels from the centre of the first pixel.
         x[part] = np.where(on, u * (size[0] / lens.width) - 0.5, -1.0).reshape(len(rows), -1)
         y[part] = np.where(on, v * (size[1] / lens.height) - 0.5, -1.0).reshape(len(rows), -1)
         shown[part] = on.reshape(len(rows), -1)

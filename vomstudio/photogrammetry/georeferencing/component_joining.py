@@ -1,9 +1,10 @@
-"""Joining of disconnected components of an alignment by markers set in photos of both.
+"""Joining of disconnected components of an alignment by markers set in photos of each.
 
-A marker is located in each component by two or more photos. Three that are not collinear determine
-the similarity between two components (Umeyama 1991, without mirroring); then cameras and tie points
-of both are adjusted with the rays of all markers. Components that both show three or more control
-points are joined by these instead, and adjusted in the registration.
+A marker is located in each component by two or more photos. Three markers that are not collinear
+determine the similarity between two components (Umeyama 1991, without mirroring). The cameras and
+tie points of both components are then adjusted together with the rays of all markers. If both
+components show three or more control points, they are joined by these instead, and adjusted during
+the registration.
 """
 
 from __future__ import annotations
@@ -32,17 +33,17 @@ from vomstudio.registration.similarity import (
 )
 
 MIN_COMMON_POINTS = 3
-# Residual in pixels up to which markers are never outliers.
+# Markers with smaller residuals, in pixels, are never treated as outliers.
 _MIN_MARKER_PX = 3.0
 _WARN_DEG = 1.0
 
 
 @dataclass(frozen=True)
 class MarkerFit:
-    """Fit of a marker of two parts.
+    """Fit of a marker that two parts have in common.
 
-    miss_px : distance of its two places after the similarity, in pixels of the photos there
-    used : False for an outlier
+    miss_px : distance between its two positions after the similarity, in pixels of the photos there
+    used : False if the marker is an outlier
     """
 
     label: str
@@ -57,17 +58,17 @@ class Junction:
     Attributes
     ----------
     photos : (int, int)
-        Of the first part, and of the other, which is transformed.
+        Number of photos of the first part, and of the other part, which is transformed.
     by : {"markers", "control points"}
     markers : tuple of MarkerFit
-        Common markers.
+        Markers that both parts have in common.
     scale : float
         Units of the first part per unit of the other.
     before_px, error_px : float
         Mean error of the tie points before and after the adjustment.
     rotation_error_deg : (float, float, float) or None
-        Of one part relative to the other, about the three axes, one sigma; None for control points,
-        where the registration reports it.
+        Rotation error of one part relative to the other about the three axes, one sigma. None if
+        the parts were joined by control points, in which case the registration reports it.
     """
 
     photos: tuple[int, int]
@@ -81,14 +82,14 @@ class Junction:
 
     @property
     def rms_px(self) -> float | None:
-        """Return the RMS residual of the used markers."""
+        """RMS residual of the markers that are not outliers."""
         misses = [m.miss_px for m in self.markers if m.used]
         return math.sqrt(sum(m * m for m in misses) / len(misses)) if misses else None
 
 
 @dataclass(frozen=True)
 class JoinReport:
-    """Joined parts in their order, and the reasons for components that were not joined."""
+    """Parts in the order in which they were joined, and reasons why others were not."""
 
     joined: tuple[Junction, ...]
     not_joined: tuple[Finding, ...]
@@ -108,7 +109,8 @@ def join_components(
     ----------
     parts : sequence of SparseScene
     marks : sequence of Mark
-        Of tie markers and of control points; labels that are not in `control` are tie markers.
+        Marks of tie markers and of control points. Labels that are not in `control` belong to tie
+        markers.
     control : sequence of ControlPoint
     threads : int
     progress : Progress, optional
@@ -117,7 +119,7 @@ def join_components(
     Returns
     -------
     parts : tuple of SparseScene
-        Remaining components, the one with most photos first.
+        Remaining components, the one with the most photos first.
     report : JoinReport
     """
     remaining = list(parts)
@@ -159,13 +161,13 @@ def join_components(
 
 
 def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
-    """Return the key of a pair of parts."""
+    """Return a key that identifies a pair of parts."""
     return "\n".join(v.name for v in one.views), "\n".join(v.name for v in other.views)
 
 
 # ------------------------------------------------------------------------------------------------
 def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
-    """Return the places of markers that the photos of a part determine."""
+    """Return the positions of the markers that the photos of a part can locate."""
     marks_by_label, _ = marks_by_point(scene, marks)
     places = {label: seen_at.place(scene) for label, seen_at in marks_by_label.items()}
     return {label: place for label, place in places.items() if np.isfinite(place).all()}
@@ -174,7 +176,7 @@ def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
 def _common_points(
     one: SparseScene, other: SparseScene, marks: Sequence[Mark], control: Sequence[ControlPoint]
 ) -> int:
-    """Return the number of common markers, or of control points in the part with fewer."""
+    """Return the number of common markers, or of control points in the part that has fewer."""
     a, b = _places(one, marks), _places(other, marks)
     common = len(a.keys() & b.keys())
     if common >= MIN_COMMON_POINTS:
@@ -245,7 +247,7 @@ def _join(
 def _fit_by_control(
     a: dict[str, FloatArray], b: dict[str, FloatArray], control: Sequence[ControlPoint]
 ) -> Similarity:
-    """Return the similarity between two parts, each registered by its control points."""
+    """Return the similarity between two parts that are each registered by control points."""
     fits = []
     middle = np.mean([point.position for point in control], axis=0)
     for places in (a, b):
@@ -266,16 +268,16 @@ def _fit_by_control(
 def _pixel_size(
     one: SparseScene, other: SparseScene, first_places: FloatArray, other_places: FloatArray
 ) -> float:
-    """Return the larger pixel size of two parts at the markers, in units of the first part."""
+    """Return the larger of two parts' pixel sizes at the markers, in units of the first."""
     scale = fit_similarity(other_places, first_places).scale
     return max(one.pixel_at(first_places), other.pixel_at(other_places) * scale)
 
 
 def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Finding:
-    """Report the markers that joining the components needs.
+    """Report the markers that are still needed to join two components.
 
-    The finding lists those that cannot be located in one of the two: they are marked in only one of
-    its photos, or from one position.
+    The finding lists the markers that cannot be located in one of the components, because they are
+    marked in only one of its photos or from only one position.
     """
     a, b = _places(one, marks), _places(other, marks)
     common = sorted(a.keys() & b.keys())
@@ -311,7 +313,7 @@ def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) 
 def merge_scenes(one: SparseScene, other: SparseScene, fit: Similarity) -> SparseScene:
     """Merge two scenes in the frame of the first, with views in the order of their names.
 
-    A photo of both is that of the first. `fit` transforms the other scene.
+    If both scenes contain a photo, that of the first is used. `fit` transforms the other scene.
     """
     first_names = {view.name for view in one.views}
     other = _remove_photos(other, first_names)
@@ -337,7 +339,7 @@ def merge_scenes(one: SparseScene, other: SparseScene, fit: Similarity) -> Spars
 
 
 def _remove_photos(scene: SparseScene, names: set[str]) -> SparseScene:
-    """Remove some photos, and the points that fewer than two of the others see."""
+    """Remove photos, and the points that fewer than two of the remaining photos see."""
     is_used_view = np.array([view.name not in names for view in scene.views], np.bool_)
     if is_used_view.all():
         return scene

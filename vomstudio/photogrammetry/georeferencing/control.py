@@ -1,4 +1,4 @@
-"""Registration of the model by ground control points, and its accuracy by check points."""
+"""Registration of the model by ground control points, and its accuracy at check points."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from vomstudio.registration.similarity import fit_similarity
 
 MIN_POINTS, MIN_PHOTOS = 3, 2
 RECOMMENDED_PHOTOS = 4
-"""Recommended number of photos in which a point is marked (textbook 3.2.2)."""
+"""Recommended number of photos in which to mark a point (textbook 3.2.2)."""
 RECOMMENDED_POINTS = 4
 _WARN_DEG = 1.0
 
@@ -54,16 +54,17 @@ class PointFit:
     Attributes
     ----------
     role : str
-        "control", "check", "left out" for an outlier among the control points, or "unseen" for one
-        that cannot be located in the model.
+        "control", "check", "left out" (an outlier among the control points) or "unseen" (a point
+        that cannot be located in the model).
     photos : int
-        Placed photos in which it is marked.
+        Number of placed photos in which the point is marked.
     residual_m : (float, float, float) or None
-        Place in the model minus the surveyed one, east, north, up; None for fewer than two photos.
+        Position in the model minus the surveyed position: east, north, up. None if the point is
+        marked in fewer than two photos.
     residual_px : float or None
-        Root mean square distance of the surveyed point's projections from its marks.
+        RMS distance between the projections of the surveyed point and its marks.
     surveyed : (float, float, float)
-        World, as given.
+        Surveyed coordinates in the World frame, as given.
     """
 
     label: str
@@ -75,7 +76,7 @@ class PointFit:
 
     @property
     def error_m(self) -> float | None:
-        """Return the length of the residual."""
+        """Length of the residual."""
         return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
 
 
@@ -84,18 +85,20 @@ class ControlReport(Placement):
     """Registration by ground control points.
 
     If the bundle was adjusted to the control points, bowing is computed from the check points,
-    provided that they are enough.
+    provided that there are enough of them.
 
     Parameters
     ----------
     points : tuple of PointFit
         All points of the table, in its order.
     control_rms_m, check_rms_m : float or None
-        Root mean square length of the residuals; None without such points.
+        RMS length of the residuals of the control and check points; None if there are no such
+        points.
     mark_scatter_px : float
-        Error of a mark in one direction, which the stated errors include.
+        Error of a mark in one direction; the stated errors include it.
     drift : float
-        Correlation of the errors of neighbours in the table, 0 if they are independent.
+        Correlation between the errors of neighbouring points in the table; 0 if they are
+        independent.
     """
 
     points: tuple[PointFit, ...]
@@ -116,7 +119,7 @@ def place_by_control(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, ControlReport]:
-    """Register the scene by surveyed points and adjust it with them.
+    """Register the scene by surveyed points, and adjust it with them.
 
     Parameters
     ----------
@@ -124,17 +127,18 @@ def place_by_control(
     control : sequence of ControlPoint
     marks : sequence of Mark
     crs : str, optional
-        Of the points, "EPSG:n"; None for a local frame in metres.
+        CRS of the points, "EPSG:n". If None, they are in a local frame in metres.
     adjust : bool
+        Whether to adjust the scene with the control points if this improves it.
     cameras : sequence of Calibration
-        Their errors are then part of the stated errors.
+        Calibrated cameras. If given, their errors are included in the stated errors.
     threads : int
     progress : Progress, optional
 
     Raises
     ------
     GeometryError
-        If fewer than three points, or collinear ones, are marked in two or more placed photos.
+        If the points marked in at least two placed photos are fewer than three or collinear.
     """
     ground_points, findings = _marked_points(scene, control, marks)
     control_fit = ground_points.fitted(scene)
@@ -191,7 +195,7 @@ def _bowing(points: Sequence[PointFit], adjusted: bool, extent: FloatArray) -> B
 def _marked_points(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
 ) -> tuple[GroundPoints, list[Finding]]:
-    """Return the points by which the scene is placed, and findings about unusable marks.
+    """Return the points that place the scene, and findings about unusable marks.
 
     Raises
     ------
@@ -200,8 +204,8 @@ def _marked_points(
     """
     control_marks, ties, mark_px, findings = _observations(scene, control, marks)
     ground = _ground(scene, control, control_marks, ties, mark_px, findings)
-    # If two marks contradict each other, the place of the point as located by the other points
-    # shows which one is wrong.
+    # If two marks contradict each other, the position of the point as determined by the other
+    # points shows which mark is wrong.
     fitted = ground.fitted(scene)
     placed = place_in_world(scene, fitted.fit, ground.origin, None)
     limit = 6.0 * fitted.sigma / ground.pixel
@@ -231,7 +235,9 @@ def _ground(
 ) -> GroundPoints:
     """Prepare the points for the registration.
 
-    mark_px : error of a mark in one direction. Raises GeometryError if they cannot place the scene.
+    Raises GeometryError if the points cannot place the scene.
+
+    mark_px : error of a mark in one direction
     """
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
     usable = [
@@ -279,18 +285,18 @@ def _ground(
 def _observations(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
 ) -> tuple[list[PointMarks], list[PointMarks], float, list[Finding]]:
-    """Assign the marks to control points, and find unusable ones.
+    """Assign the marks to control points, and find unusable marks.
 
     Returns
     -------
     control_marks : list of PointMarks
         Marks of each control point.
     ties : list of PointMarks
-        Marks of points without coordinates, which tie photos together.
+        Marks of points without coordinates, which only tie photos together.
     mark_px : float
         Error of a mark in one direction, pixels.
     findings : list of Finding
-        About unusable marks.
+        Findings about unusable marks.
     """
     marks_by_label, missing = marks_by_point(scene, marks)
     findings: list[Finding] = []

@@ -1,8 +1,9 @@
-"""Adjust a scene with its control points if that improves it.
+"""Adjustment of a scene with its control points if this improves the scene.
 
-A bundle adjustment bends the model to the control points. If these are wrong, or less accurate than
-the shape by the photos, the bent model is worse than one placed by a similarity: both are compared
-by points that take no part in them, and the better one is used.
+A bundle adjustment bends the model to fit the control points. If these are wrong, or less accurate
+than the shape determined by the photos, the bent model is worse than one placed by a similarity.
+The two are therefore compared at points that are used for neither of them, and the better one is
+used.
 """
 
 from __future__ import annotations
@@ -36,18 +37,18 @@ from vomstudio.registration.similarity import (
 
 _MIN_ERROR_PIXELS = 0.1
 _FOLDS = 3
-# Tolerances of the comparison: the scatter of a few points has an error of a quarter, and residuals
-# have an error of a part of a pixel.
+# Tolerances of the comparison: the scatter of a few points is uncertain by a quarter, and residuals
+# by a fraction of a pixel.
 _MAX_RATIO, _RESIDUAL_TOLERANCE = 1.25, 0.5
 _MIN_POINTS_TO_COMPARE = 5
-"""Minimum number of control points for the comparison with and without bending.
+"""Minimum number of control points for comparing the scene with and without bending.
 
-Check points take no part, or they would no longer be independent."""
+Check points are not used, since they would then no longer be independent."""
 
 
 @dataclass(frozen=True, eq=False)
 class ControlFit:
-    """Similarity by the agreeing control points (rows), and their scatter."""
+    """Similarity fitted to the consistent control points (rows), and their scatter."""
 
     fit: Similarity
     used: list[int]
@@ -66,19 +67,19 @@ class GroundPoints:
     Attributes
     ----------
     control, control_marks : sequence
-        The points and their marks.
+        The control points and their marks.
     local : (n, 3) array
-        Their places minus `origin`.
+        Coordinates of the control points minus `origin`.
     fitting : list of int
-        Rows of those that can place the scene.
+        Rows of the points that can place the scene.
     ties : list of PointMarks
-        Markers without coordinates, which tie photos together.
+        Markers without coordinates, which only tie photos together.
     surveyed : float
-        Typical stated error of a coordinate; 0 if none is stated.
+        Typical stated error of a coordinate; 0 if no errors are stated.
     pixel : float
-        Metres of a pixel on the ground.
+        Size of a pixel on the ground, in metres.
     floor : float
-        Residual up to which points are never outliers.
+        Points with smaller residuals are never treated as outliers.
     mark_px : float
         Error of a mark in one direction.
     """
@@ -95,13 +96,14 @@ class GroundPoints:
     mark_px: float
 
     def places(self, scene: SparseScene, rows: Sequence[int]) -> FloatArray:
-        """Return the places (n, 3) of some of the points in a scene."""
+        """Return the positions (n, 3) of the points in `rows` in a scene."""
         return np.array([self.control_marks[row].place(scene) for row in rows])
 
     def fitted(self, scene: SparseScene) -> ControlFit:
-        """Fit the similarity from the scene to the control points, robustly.
+        """Robustly fit the similarity from the scene to the control points.
 
-        Raises GeometryError if the scene does not locate them, or they do not determine it.
+        Raises GeometryError if the scene does not locate the points, or if they do not determine
+        the similarity.
         """
         places = self.places(scene, self.fitting)
         if not np.isfinite(places).all():
@@ -113,7 +115,7 @@ class GroundPoints:
         used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
         stated = self.errors(scene, fit, used) if self.surveyed else None
         scatter = scatter_of(targets[good], misses, stated, is_ordered=True)
-        # Exact coordinates still have an error of a part of a pixel.
+        # Even with exact coordinates, the error is a fraction of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(targets[good], misses, _MIN_ERROR_PIXELS * self.pixel)
         worst = scatter.worst_rotation_deg
@@ -128,9 +130,9 @@ class GroundPoints:
         return ControlFit(fit, used, scatter)
 
     def errors(self, scene: SparseScene, fit: Similarity, rows: Sequence[int]) -> FloatArray:
-        """Return the covariances (n, 3, 3) of points: surveyed accuracy and scatter of the marks.
+        """Return the covariances (n, 3, 3) of points, from survey accuracy and scatter of marks.
 
-        fit : from the scene to the control points
+        fit : similarity from the scene to the control points
         """
         turn = fit.scale * fit.rotation
         errors = []
@@ -141,7 +143,7 @@ class GroundPoints:
         return np.array(errors)
 
     def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
-        """Return the root mean square residual of points in a placed scene, m."""
+        """Return the RMS residual of points in a placed scene, m."""
         squares = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
         return float(np.sqrt(np.nan_to_num(squares, nan=np.inf).mean()))
 
@@ -152,12 +154,12 @@ class GroundPoints:
         threads: int,
         progress: Progress | None,
     ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-        """Adjust the scene with the points of a fit and all ties."""
+        """Adjust the scene with the points of a fit and all tie markers."""
         known = self.known(fit.used, fit.sigma)
         return adjust_to_ground(placed, known, threads=threads, progress=progress)
 
     def known(self, used: Sequence[int], sigma: float) -> list[KnownPoint]:
-        """Return these points and all ties as input of an adjustment."""
+        """Return the used points and all tie markers as input of an adjustment."""
         usual = max(self.surveyed or sigma, self.pixel)
         mark_px = max(HAND_MARK_PX, self.mark_px)
         known = [
@@ -177,8 +179,9 @@ class GroundPoints:
 class BendingResult:
     """Result of the adjustment to control points.
 
-    scene : adjusted with the control points; None if the similarity alone is better
-    fit : of the points in it; refusal : why it was not adjusted, None if it was
+    scene : scene adjusted with the control points; None if the similarity alone is better
+    fit : fit of the control points in this scene
+    refusal : reason why the scene was not adjusted; None if it was adjusted
     """
 
     scene: SparseScene | None
@@ -195,16 +198,17 @@ def bend_to_control(
     threads: int,
     progress: Progress | None,
 ) -> BendingResult:
-    """Adjust the scene with the control points if that improves it."""
+    """Adjust the scene with the control points if this improves it."""
     better, lenses = ground.adjusted(placed, first, threads, progress)
     again = _fitted_or_none(ground, better)
-    # A wrong lens makes good points contradict each other, and scatter: judged again without it.
+    # A wrong lens makes good points scatter and contradict each other, so judge them again without
+    # it.
     if again is not None and (
         again.used != first.used or (not ground.surveyed and again.sigma < 0.7 * first.sigma)
     ):
         better, lenses = ground.adjusted(placed, again, threads, progress)
         again = _fitted_or_none(ground, better)
-    # Control points that no bundle of rays can meet bend the model: the tie points tell.
+    # Control points that no bundle of rays can fit bend the model, which shows in the tie points.
     if again is None or not mean_error(better) <= 1.2 * mean_error(placed) + 0.1:
         refusal = Finding("control.contradicts-photos")
         return BendingResult(None, first, (), (), refusal)
@@ -228,7 +232,7 @@ def bend_to_control(
 
 
 def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | None:
-    """Fit an adjusted scene; None if the adjustment failed, or lost the control points."""
+    """Fit an adjusted scene; return None if the adjustment failed or lost control points."""
     if not _has_converged(scene):
         return None
     try:
@@ -254,10 +258,11 @@ def _cross_validation_residuals(
     threads: int,
     progress: Progress | None,
 ) -> tuple[float, float] | None:
-    """Return the cross-validation residuals of control points, leaving out each third in turn.
+    """Return the cross-validation residuals of control points, leaving out a third in turn.
 
-    The root mean square distances in metres, from the scene adjusted to the others, and from that
-    placed by them. None if there are too few points.
+    These are the RMS distances in metres of the points that are left out from the scene adjusted to
+    the remaining points, and from the scene placed by them. Returns None if there are too few
+    points.
     """
     if len(fit.used) < _MIN_POINTS_TO_COMPARE:
         return None
@@ -271,7 +276,7 @@ def _cross_validation_residuals(
         except GeometryError:
             continue
         start = place_in_world(placed, again, ground.origin, placed.crs)
-        # Use the lenses of the complete adjustment: estimating them takes most of the time.
+        # Use the lenses of the complete adjustment, because estimating them takes most of the time.
         views = zip(start.views, better.views, strict=True)
         start_with_lenses = replace(
             start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views)

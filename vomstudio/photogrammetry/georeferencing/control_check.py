@@ -1,4 +1,4 @@
-"""Check control points and their marks before a reconstruction."""
+"""Checks of control points and their marks before a reconstruction."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from vomstudio.photogrammetry.georeferencing.control_adjustment import require_w
 from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
 
 _FAR_M = 5000.0
-"""Distance of points from the cameras' GPS beyond which they are in another CRS."""
+"""Points farther than this from the cameras' GPS positions are taken to be in another CRS."""
 
 
 @dataclass(frozen=True)
 class PointCheck:
-    """Check of one point.
+    """Check of a single point.
 
     Attributes
     ----------
     use : str
         "control" or "check".
     photos : int
-        Number of photos in which it is marked.
+        Number of photos in which the point is marked.
     """
 
     label: str
@@ -47,12 +47,12 @@ class PointCheck:
 
     @property
     def usable(self) -> bool:
-        """Return whether it is marked in enough photos to be located."""
+        """Whether the point is marked in enough photos to be located."""
         return self.photos >= MIN_PHOTOS
 
     @property
     def quality(self) -> str:
-        """Return "good", "doubtful" or "poor", by the number of photos."""
+        """Quality "good", "doubtful" or "poor", depending on the number of photos."""
         return (
             "good" if self.photos >= RECOMMENDED_PHOTOS else "doubtful" if self.usable else "poor"
         )
@@ -65,11 +65,11 @@ class ControlCheck(Result):
     Attributes
     ----------
     problem : Finding or None
-        Why the points cannot register a model.
+        Reason why the points cannot register a model.
     crs : str or None
-        "EPSG:n", as requested, stated or guessed; None for a local frame.
+        CRS of the points, "EPSG:n", as requested, stated or guessed; None for a local frame.
     crs_reason : Finding
-        Its source.
+        Source of the CRS.
     """
 
     points: tuple[PointCheck, ...]
@@ -83,7 +83,7 @@ class ControlCheck(Result):
 
     @property
     def summary(self) -> Finding:
-        """Return the numbers of usable points, and of the photos that show them."""
+        """Number of usable points, and of the photos that show them."""
         control, check = len(self._used("control")), len(self._used("check"))
         points = tr(
             "{control}, {check}",
@@ -120,10 +120,10 @@ def check_control(
     marks : sequence of Mark
     photos : sequence of PhotoLike
     crs : str, optional
-        Of the points, if known; else the UTM zone of the photos' GPS is proposed if the points are
-        near it.
+        CRS of the points, if known. Otherwise the UTM zone of the photos' GPS positions is proposed
+        if the points are near them.
     crs_reason : Finding, optional
-        Source of `crs`; None if selected by the user.
+        Source of `crs`; None if the user selected it.
     """
     find = photo_finder([photo.name for photo in photos])
     photos_by_label: dict[str, set[int]] = {point.label: set() for point in control}

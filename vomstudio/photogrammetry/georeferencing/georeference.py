@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 
 _WARN_DEG = 2.0
 _MIN_DISTANCE_M = 0.5
-# Ratio of the stated horizontal 68 % radius to the error of one coordinate.
+# Ratio of the stated horizontal 68 % radius to the standard deviation of one coordinate.
 _RADIUS_PER_SIGMA = 1.5
-# 68 % radius of an ordinary receiver.
+# 68 % radius of a typical receiver.
 _DEFAULT_ACCURACY_M = 3.0
 ABOVE_SEA_LEVEL, ABOVE_ELLIPSOID = "above sea level", "above the ellipsoid"
 
@@ -53,15 +53,15 @@ class GpsReport(Placement):
     Parameters
     ----------
     names : tuple of str
-        Photos with a position.
+        Names of the photos with a position.
     positions : (n, 3) array
-        World, as stated by the photos.
+        Positions in the World frame, as stated by the photos.
     residuals_m : (n, 3) array
-        Model less GPS: east, north, up.
+        Position in the model minus GPS position: east, north, up.
     used : (n,) bool array
-        False for positions that were excluded as wrong.
+        Whether each position was used; False if it was excluded as wrong.
     rms_m : float
-        Root mean square length of the used residuals.
+        RMS length of the residuals of the used positions.
     heights : str
         ABOVE_SEA_LEVEL or ABOVE_ELLIPSOID.
     """
@@ -83,7 +83,7 @@ def place_by_gps(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, GpsReport]:
-    """Register the scene by the GPS positions of photos, and adjust it with them if useful.
+    """Register the scene by GPS positions of photos, and adjust it with them if useful.
 
     See `gps_priors` for the adjustment.
 
@@ -92,24 +92,25 @@ def place_by_gps(
     scene : SparseScene
     photos : sequence of PhotoLike
     crs : str, optional
-        Projected CRS in metres, "EPSG:n"; default: the UTM zone (WGS 84) of the photos.
+        Projected CRS in metres, "EPSG:n". By default, the UTM zone (WGS 84) of the photos.
     cameras : sequence of Calibration
-        Their errors are then part of the stated errors.
+        Calibrated cameras. If given, their errors are included in the stated errors.
     threads : int
     progress : Progress, optional
 
     Raises
     ------
     GeometryError
-        If the positions cannot place it.
+        If the positions cannot place the scene.
     UsageError, InputError
-        For an unusable CRS.
+        If the CRS cannot be used.
     """
     rows, placed = _photos_with_position(scene, photos)
     crs = crs_of(placed, crs)
     world = world_positions(placed, crs)
     spread = world - world.mean(axis=0)
-    # In plan: a receiver that has lost its satellites repeats a place and may still vary heights.
+    # Use the horizontal spread: a receiver that has lost its satellites repeats a position,
+    # although its heights may still vary.
     if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _MIN_DISTANCE_M:
         raise GeometryError(
             Finding(
@@ -121,7 +122,8 @@ def place_by_gps(
     _check_not_on_a_line(centres, spread)
     origin = integer_origin(world)
     local = world - origin
-    # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
+    # A receiver that does not state its accuracy may drift, so positions within its drift are not
+    # treated as wrong.
     floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
     fit, used = fit_robustly(centres, local, floor=floor)
     scatter = _scatter(fit(centres), local, used, stated)
@@ -170,9 +172,9 @@ def place_by_gps(
 def _photos_with_position(
     scene: SparseScene, photos: Sequence[PhotoLike]
 ) -> tuple[list[int], list[PhotoLike]]:
-    """Return the rows of views with a GPS position, and their photos.
+    """Return the rows of the views with a GPS position, and their photos.
 
-    Raises GeometryError for fewer than three.
+    Raises GeometryError if there are fewer than three.
     """
     photo_by_name = {photo.name: photo for photo in photos}
     rows, placed = [], []
@@ -201,8 +203,9 @@ def _scatter(
 ) -> Scatter:
     """Estimate the errors of a registration by camera positions.
 
-    centres, local : (n, 3) camera centres and GPS positions. Raises GeometryError if they do not
-    determine it.
+    Raises GeometryError if the positions do not determine the registration.
+
+    centres, local : (n, 3) camera centres and GPS positions
     """
     each = None if stated is None else np.array([stated, stated, HEIGHT_ERROR_FACTOR * stated])
     scatter = scatter_of(local[used], (centres - local)[used], each, is_ordered=True)
@@ -218,7 +221,7 @@ def _scatter(
 
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
-    """Return the requested CRS, checked, or the UTM zone of the photos."""
+    """Return the requested CRS after checking it, or the UTM zone of the photos."""
     from vomstudio.io.gis.crs import parse_crs, utm_zone
 
     if crs is not None:
@@ -232,7 +235,10 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
 
 
 def world_positions(photos: Sequence[PhotoLike], crs: str) -> FloatArray:
-    """Return east, north and stated altitude (n, 3). Raises GeometryError outside the CRS."""
+    """Return the east, north and stated altitude (n, 3) of the photos.
+
+    Raises GeometryError if a position lies outside the area of the CRS.
+    """
     from vomstudio.io.gis.crs import degrees_to_grid
 
     to_grid = degrees_to_grid(crs)
@@ -252,18 +258,18 @@ def has_position(photo: PhotoLike) -> bool:
 
 
 def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
-    """Return the error of one coordinate, if most photos state it."""
+    """Return the typical stated error of one coordinate, or None if few photos state it."""
     stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m]
     return float(np.median(stated)) / _RADIUS_PER_SIGMA if len(stated) > len(photos) / 2 else None
 
 
 def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> FloatArray:
-    """Return the error (n,) of a horizontal coordinate of each photo, `usual` if not stated."""
+    """Return the horizontal coordinate error (n,) of each photo, or `usual` if not stated."""
     return np.array([(p.gps_accuracy_m or 0) / _RADIUS_PER_SIGMA or usual for p in photos])
 
 
 def _check_not_on_a_line(centres: FloatArray, spread: FloatArray) -> None:
-    """Raise GeometryError if cameras are collinear, in the scene or by GPS."""
+    """Raise GeometryError if the cameras are collinear in the scene or according to GPS."""
     if nearly_on_a_line(centres) or nearly_on_a_line(spread):
         raise GeometryError(Finding("collinear", "error", photos=(), value=None))
 

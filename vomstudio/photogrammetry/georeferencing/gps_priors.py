@@ -1,11 +1,12 @@
 """Camera positions as observations in the bundle adjustment, if they improve the block.
 
-Receivers with errors of metres place and scale a model, but photos determine its shape far better.
-Positions of real-time kinematic receivers, or of many photos, determine bowing and focal length.
-The rule: positions are used if their error over the root of their number is `USEFUL_PIXELS` pixels
-on the ground or less. Each is weighted by its own error (heights by twice that), and outliers are
-down-weighted. If residuals exceed the errors, these are increased; positions that the tie points
-contradict are not used.
+Receivers with errors of several metres can place and scale a model, but the photos determine its
+shape far better. Positions from real-time kinematic receivers, or from many photos, also determine
+bowing and focal length.
+Positions are used if their error divided by the square root of their number is at most
+`USEFUL_PIXELS` pixels on the ground. Each position is weighted by its own error (heights by twice
+this error), and outliers are down-weighted. If the residuals exceed the errors, the errors are
+increased. Positions that contradict the tie points are not used.
 """
 
 from __future__ import annotations
@@ -30,9 +31,10 @@ from vomstudio.photogrammetry.georeferencing.ground_calibration import (
 USEFUL_PIXELS = 3.0
 MIN_POSITIONS = 5
 _MIN_SIGMA_M = 0.005
-# Ratio of errors of heights, since all satellites are above the receiver.
+# Ratio of vertical to horizontal errors. Heights are less accurate, since all satellites are above
+# the receiver.
 HEIGHT_ERROR_FACTOR = 2.0
-# Maximum factor by which stated errors may be too small.
+# Maximum factor by which the stated errors may be too small.
 _MAX_MISFIT = 3.0
 
 
@@ -46,7 +48,7 @@ class GpsAdjustment:
         Whether the positions were used.
     reason : Finding
     sigma_m : float
-        Used error of a horizontal coordinate, median.
+        Median of the errors used for a horizontal coordinate.
     lenses : tuple of LensVerdict
         Treatment of the focal lengths.
     """
@@ -66,17 +68,17 @@ def adjust_to_positions(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, GpsAdjustment]:
-    """Adjust a scene, already placed by the positions, with them if useful.
+    """Adjust a scene that GPS positions have placed with these positions if useful.
 
     Parameters
     ----------
     scene : SparseScene
     rows : sequence of int
-        Of the views.
+        Rows of the views with positions.
     positions : (n, 3) array
-        In the frame of the scene.
+        Positions in the frame of the scene.
     sigmas_m : (n,) array
-        Errors of their horizontal coordinates.
+        Errors of the horizontal coordinates of the positions.
     threads : int
     progress : Progress, optional
         Raises Cancelled.
@@ -86,7 +88,8 @@ def adjust_to_positions(
         middle = float(np.median(sigmas))
         if refusal := _refusal(scene, sigmas):
             return scene, GpsAdjustment(False, refusal, middle)
-        # A bent block misses good positions by more than they err: first it is only drawn to them.
+        # A bent block misses good positions by more than their errors, so at first it is only
+        # pulled towards them.
         misses = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
         wide = float(np.median(misses))
         start = scene
@@ -110,7 +113,7 @@ def adjust_to_positions(
 
 
 def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
-    """Return why positions with these errors (n,) cannot improve the adjustment, or None."""
+    """Return why positions with the errors (n,) cannot improve the adjustment, or None."""
     if len(sigmas) < MIN_POSITIONS:
         return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=MIN_POSITIONS)
     together = 1 / math.sqrt(float((sigmas**-2.0).sum()))

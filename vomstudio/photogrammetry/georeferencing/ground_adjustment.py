@@ -27,26 +27,27 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
 
 _MIN_NOISE_PX = 0.05
-# Residual in sigmas from which positions of cameras are down-weighted.
+# Camera positions with larger residuals, in sigmas, are down-weighted.
 _OUTLIER_SIGMAS = 2.0
-# Weights depend on residuals: iterate while these change by a fifth.
+# Weights depend on the residuals: iterate while they change by a fifth or more.
 _MAX_ROUNDS = 3
 _WEIGHT_TOLERANCE = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class KnownPoint:
-    """Point of the ground in the frame of the scene.
+    """Ground point in the frame of the scene.
 
     Attributes
     ----------
     position : (3,) array or None
-        None for a point that only ties photos together.
+        Position of the point; None if it only ties photos together.
     sigma : float
-        Of each of its coordinates.
+        Standard deviation of each coordinate.
     views : (k,) array
-        Rows of the views in which it is marked.
+        Rows of the views in which the point is marked.
     pixels : (k, 2) array
+        Marks in these views.
     mark_px : float
         Error of a mark in one direction.
     """
@@ -60,7 +61,7 @@ class KnownPoint:
 
 @dataclass(frozen=True, eq=False)
 class KnownCentre:
-    """Camera position in the frame of the scene: row of the view, (3,) position, (3,) sigma."""
+    """Camera position in the scene frame: row of the view, position (3,) and sigma (3,)."""
 
     view: int
     position: FloatArray
@@ -76,10 +77,10 @@ def bundle_adjust(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> SparseScene:
-    """Adjust poses and tie points to marks, control points and GPS, each with its error.
+    """Adjust poses and tie points to marks, control points and GPS, weighted by their errors.
 
-    Outliers among tie points and camera positions are down-weighted (Cauchy). Tie points have the
-    weight of correlated neighbours (see `noise_px`).
+    Outliers among tie points and camera positions are down-weighted (Cauchy). Tie points are
+    weighted as correlated with their neighbours (see `noise_px`).
 
     Parameters
     ----------
@@ -87,7 +88,8 @@ def bundle_adjust(
     points : sequence of KnownPoint
     centres : sequence of KnownCentre
     free : collection of Intrinsics
-        Lenses whose focal length is refined; k1 always is, all other parameters are fixed.
+        Lenses whose focal length is refined. k1 is always refined, and all other parameters are
+        fixed.
     threads : int
     progress : Progress, optional
         Raises Cancelled.
@@ -111,9 +113,9 @@ def focal_sigmas(
     free: Collection[Intrinsics],
     threads: int = -1,
 ) -> dict[Intrinsics, float]:
-    """Return the relative errors of the focal lengths of the lenses in `free`, one sigma.
+    """Return the relative one-sigma errors of the focal lengths of the lenses in `free`.
 
-    By tie points, control points and GPS positions; infinite if undetermined.
+    They follow from tie points, control points and GPS positions, and are infinite if undetermined.
     """
     noise = noise_px(scene)
     problem = _Problem(scene, points, centres, free, noise, threads)
@@ -133,17 +135,19 @@ def noise_px(scene: SparseScene) -> float:
     good = np.isfinite(misses).all(axis=1)
     if not good.any():
         return 1.0
-    # As of a Gaussian in the plane, whose mean length few outliers move.
+    # RMS of a two-dimensional Gaussian from its mean length, which few outliers hardly affect.
     rms = float(np.linalg.norm(misses[good], axis=1).mean()) / math.sqrt(math.pi / 2)
     return max(_MIN_NOISE_PX, rms * correlated_factor(int(good.sum()), len(scene.views)))
 
 
 class _Problem:
-    """Bundle adjustment problem, in which residuals of tie points have unit weight.
+    """Bundle adjustment problem in which residuals of tie points have unit weight.
 
-    Others are in units of their `noise`.
+    All other residuals are in units of `noise`.
 
-    adjuster : of `reconstruction`; numbers : cameras of the lenses; freedoms : of cameras
+    adjuster : bundle adjuster of `reconstruction`
+    numbers : camera number of each lens
+    freedoms : free parameters of each camera
     """
 
     def __init__(
@@ -157,7 +161,7 @@ class _Problem:
         loss_px: float | None = None,
     ) -> None:
         pycolmap = colmap()
-        # The module of the cost functions is registered by this import.
+        # This import registers the module of the cost functions.
         import pyceres.factors
         import pycolmap.cost_functions as costs
 
@@ -200,9 +204,9 @@ class _Problem:
 
 
 def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
-    """Return COLMAP's reconstruction of a scene, and the cameras of its lenses.
+    """Convert a scene to a COLMAP reconstruction, with the camera number of each lens.
 
-    View i is image i + 1, tie point i is number i + 1.
+    View i becomes image i + 1, and tie point i becomes point i + 1.
     """
     pycolmap = colmap()
     reconstruction = pycolmap.Reconstruction()
@@ -238,7 +242,7 @@ def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
 def _updated(
     scene: SparseScene, reconstruction: Any
 ) -> tuple[SparseScene, dict[Intrinsics, Intrinsics]]:
-    """Return the adjusted scene, and the new lens of each lens."""
+    """Return the adjusted scene, and the adjusted lens of each original lens."""
     lenses = {number: intrinsics_of(camera) for number, camera in reconstruction.cameras.items()}
     views, became = [], {}
     for row, view in enumerate(scene.views):

@@ -1,12 +1,12 @@
 """Adjustment of a registered scene to ground control, with fixed or free focal lengths.
 
-Control points, and accurate camera positions, can distinguish a longer lens from rock farther away
-if the photos alone cannot. Their information on a focal length is the total minus that of the tie
-points: if the tie points determine it to a and both together to b, ground control alone determines
-it to 1 / sqrt(1 / b² - 1 / a²), times the ratio of its residuals to their errors. If that is
-`MAX_SIGMA` or less, well within the errors of focal lengths from EXIF (2 to 5 %), the focal length
-is estimated; otherwise it is unchanged, since a compromise between a guess and the misfit of the
-lens model is no better.
+Control points and accurate camera positions can distinguish a longer lens from rock farther away
+when the photos alone cannot. Their information on a focal length is the total information minus
+that of the tie points. If the tie points determine the focal length with error a, and both together
+with error b, ground control alone determines it with error 1 / sqrt(1 / b² - 1 / a²), times the
+ratio of its residuals to their errors. If this error is `MAX_SIGMA` or less, well below the errors
+of focal lengths from EXIF (2 to 5 %), the focal length is estimated. Otherwise it remains
+unchanged, because a compromise between a guess and the misfit of the lens model would be no better.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
 )
 
 MAX_SIGMA = 0.015
-# Factor by which sigmas before the lens is estimated may be too large.
+# Maximum factor by which the sigmas computed before the lens is estimated may be too large.
 _TRIAL_FACTOR = 3.0
 
 
 @dataclass(frozen=True)
 class LensVerdict:
-    """Whether ground control determines a focal length.
+    """Result of testing whether ground control determines a focal length.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class LensVerdict:
     before_px, focal_px : float
         Focal length before and after.
     sigma_px : float
-        Of the latter, 0 if fixed.
+        Standard deviation of `focal_px`; 0 if the focal length is fixed.
     reason : Finding
     """
 
@@ -63,7 +63,10 @@ def adjust_to_ground(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-    """Adjust the scene (see `bundle_adjust`), and report each lens. Raises Cancelled."""
+    """Adjust the scene (see `bundle_adjust`), and return a verdict on each lens.
+
+    Raises Cancelled.
+    """
     fixed_result = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
     order = list(dict.fromkeys(view.intrinsics for view in fixed_result.views))
     alone, _ = _sigmas_by_ground(fixed_result, points, centres, order, threads)
@@ -94,7 +97,7 @@ def adjust_to_ground(
 def ground_misfit(
     scene: SparseScene, points: Sequence[KnownPoint], centres: Sequence[KnownCentre] = ()
 ) -> float:
-    """Return the ratio of residuals of points and cameras to their errors, at least 1."""
+    """Return the ratio of the residuals of points and cameras to their errors, at least 1."""
     squares: list[float] = []
     for point in points:
         if point.position is None:
@@ -113,7 +116,8 @@ def ground_misfit(
     known = np.array([s for s in squares if math.isfinite(s)])
     if not len(known):
         return 1.0
-    # The median of squares of Gaussian errors is 0.455: wrong positions do not move it.
+    # The median of squared standard Gaussian errors is 0.455; unlike the mean, it is robust to
+    # wrong positions.
     return max(1.0, math.sqrt(float(np.median(known)) / 0.455))
 
 
@@ -124,9 +128,10 @@ def _sigmas_by_ground(
     lenses: Sequence[Intrinsics],
     threads: int,
 ) -> tuple[dict[Intrinsics, float], dict[Intrinsics, float]]:
-    """Return relative errors of focal lengths by ground control alone, and with tie points.
+    """Return the relative errors of focal lengths from ground control, without and with ties.
 
-    Infinite if undetermined.
+    Returns two dictionaries, for ground control alone and together with the tie points. Errors are
+    infinite if undetermined.
     """
     both = focal_sigmas(scene, points, centres, free=lenses, threads=threads)
     ties = focal_sigmas(scene, (), (), free=lenses, threads=threads)

@@ -1,4 +1,4 @@
-"""Stage in which disconnected components of an alignment are joined by markers."""
+"""Stage that joins disconnected components of an alignment by markers."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def join_alignment(
 ) -> tuple[Alignment, StageFolder | None, tuple[Finding, ...]]:
     """Join the components of an alignment.
 
-    Returns the alignment with joined parts, the stage in which it was done, and findings.
+    Returns the alignment with joined parts, the folder of the joining stage (None if there was
+    nothing to join), and findings. Raises Cancelled.
 
-    stage : creates the stage; called only if there are parts to join
-    Raises Cancelled.
+    stage : creates the folder of the stage; called only if there are parts to join
     """
     if not marks or len(alignment.parts) < 2:
         return alignment, None, ()

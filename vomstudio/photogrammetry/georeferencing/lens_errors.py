@@ -1,15 +1,15 @@
-"""Effect of lens errors on a placed model: bowing, stretch, rotation and scale.
+"""Effect of lens errors on a registered model: bowing, stretch, rotation and scale.
 
 A block of photos with a wrong lens bends (James & Robson 2014, Earth Surface Processes and
-Landforms 39, 1413-1420), and residuals do not show it if only the photos determine the shape. So
-each lens is changed by its possible error, poses and points are adjusted to that (`lens_response`),
-the scene is registered again, and the change of its tie points is expressed as a rotation, a
-change of scale, a bowing and a stretch of depths.
+Landforms 39, 1413-1420), and the residuals do not show this if only the photos determine the shape.
+Each lens is therefore changed by its possible error, poses and points are adjusted to this change
+(`lens_response`), and the scene is registered again. The displacement of its tie points is then
+expressed as a rotation, a change of scale, a bowing and a stretch of depths.
 
-Lens errors: a fixed focal length has the error of EXIF, or of a usual lens; the other parameters
-have the error by the photos and the ground, with neighbouring tie points counted as one, and at
-most that of differences between lenses. The same applies to parameters fixed at zero, which may
-exist but be too small for these photos.
+A fixed focal length is assigned the error of EXIF values, or that of a typical lens. The errors of
+the other parameters follow from the photos and the ground control, with neighbouring tie points
+counted as one, but do not exceed the differences between lenses. The same applies to parameters
+fixed at zero, since they may differ from zero by too little for these photos to show it.
 """
 
 from __future__ import annotations
@@ -35,12 +35,13 @@ from vomstudio.photogrammetry.georeferencing.lens_response import Response, resp
 from vomstudio.registration.similarity import Similarity
 
 _Z95 = 1.959963984540054
-# Tie points per photo: a few dozen determine a lens as well as thousands of correlated ones.
+# Number of tie points per photo: a few dozen determine a lens as well as thousands of correlated
+# ones.
 _POINTS_PER_PHOTO = 60
-# Priors of lenses of the same model, one sigma: radial terms, and the principal point as a share of
-# the diagonal (see `align.priors`).
+# One-sigma priors for lenses of the same model: the radial terms, and the principal point as a
+# share of the diagonal (see `align.priors`).
 _K1, _K2, _CENTRE = 0.1, 0.05, 0.005 / np.sqrt(2.0)
-# Error of EXIF in 95 % of cameras; larger ones are detected (see `align.priors`).
+# EXIF errors of 95 % of cameras are smaller; larger ones are detected (see `align.priors`).
 _EXIF_SIGMA = FAR_FROM_EXIF / _Z95
 _MAX_LENSES = 20
 _MAX_VIEWS = 1500
@@ -54,10 +55,11 @@ class LensEffect:
     Attributes
     ----------
     covariance : (7, 7) array
-        Of turns about east, north and up (rad), a relative change of scale and a shift about a
-        place, as in `Scatter`; includes the mean rotation of planes by bowing and stretch.
+        Covariance of rotations about east, north and up (rad), of a relative change of scale, and
+        of a translation, with respect to a point, as in `Scatter`. It includes the mean rotation of
+        planes by bowing and stretch.
     bend : LensBend
-        By the 95 % errors.
+        Bend that corresponds to the 95 % errors.
     """
 
     covariance: FloatArray
@@ -73,21 +75,24 @@ def lens_effect(
     centres: Sequence[KnownCentre] = (),
     lenses: Sequence[LensVerdict] = (),
 ) -> LensEffect | None:
-    """Compute the effect of lens errors; None without cameras, or with too few data.
+    """Compute the effect of lens errors on a registered scene.
+
+    Returns None if there are no cameras or too few data.
 
     Parameters
     ----------
     scene : SparseScene
-        Registered.
+        Registered scene.
     cameras : sequence of Calibration
     about : (3,) array
-        In the frame of the scene.
+        Reference point of the covariance, in the frame of the scene.
     placed_again : callable, optional
-        Registration of a similar scene; default: by its own points.
+        Function that registers a similar scene. By default, a scene is registered by its own
+        points.
     points, centres : sequence
-        Inputs of its adjustment.
+        Inputs of the adjustment of the scene.
     lenses : sequence of LensVerdict
-        Their treatment in it.
+        Treatment of the lenses in this adjustment.
     """
     if not cameras or len(scene.points) < _MIN_POINTS or len(scene.views) > _MAX_VIEWS:
         return None
@@ -131,13 +136,13 @@ def lens_effect(
 
 
 def bend_of_lenses(scene: SparseScene, cameras: Sequence[Calibration]) -> LensBend | None:
-    """Return the bend of a scene that only photos determine, in its unit of length."""
+    """Return the bend of a scene that only photos determine, in the units of the scene."""
     effect = lens_effect(scene, cameras, scene.points.mean(axis=0))
     return None if effect is None else effect.bend
 
 
 def identity(_scene: SparseScene) -> Similarity:
-    """Return the identity, for a scene that its adjustment fixes."""
+    """Return the identity, for a scene whose frame is fixed by its adjustment."""
     return Similarity(1.0, np.eye(3), np.zeros(3))
 
 
@@ -148,9 +153,9 @@ def _lenses(scene: SparseScene) -> list[Intrinsics]:
 def _focal_errors(
     scene: SparseScene, cameras: Sequence[Calibration], lenses: Sequence[LensVerdict]
 ) -> list[tuple[Intrinsics, float]]:
-    """Return the lenses with most photos, and the relative error of each fixed focal length.
+    """Return the lenses with the most photos, and the relative errors of their focal lengths.
 
-    The error is 0 for an estimated focal length.
+    The error is 0 if the focal length was estimated.
     """
     camera_by_photo = {photo: camera for camera in cameras for photo in camera.photos}
     freed_photos = {photo for lens in lenses if lens.freed for photo in lens.photos}
@@ -169,7 +174,7 @@ def _focal_errors(
 
 
 def _thin_points(scene: SparseScene) -> SparseScene:
-    """Select some tie points, those in most photos first, with enough in each photo."""
+    """Select enough tie points in each photo, preferring those that most photos see."""
     remaining_counts = np.full(len(scene.views), _POINTS_PER_PHOTO)
     if len(scene.track_views) <= remaining_counts.sum():
         return scene
@@ -212,7 +217,7 @@ def _add_second_radial(scene: SparseScene, known: dict[Intrinsics, float]) -> Sp
 def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[FloatArray]:
     """Return independent one-sigma changes (l,) of all lenses.
 
-    held : relative error of each lens's focal length, 0 if it was estimated; None for a fixed lens
+    focal_errors : relative error of each lens's focal length, 0 if estimated; None for a fixed lens
     """
     prior, fixed, focal_changes = [], [], []
     for lens, share in zip(response.lenses, focal_errors, strict=True):
@@ -233,7 +238,7 @@ def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[F
         change = np.zeros(len(is_free))
         change[is_free] = axis / np.sqrt(value)
         changes.append(change)
-    # The other parameters respond to a wrong focal length.
+    # The other parameters adapt to a wrong focal length.
     for k in np.flatnonzero(focal_changes):
         change = np.zeros(len(is_free))
         change[k] = focal_changes[k]
@@ -244,7 +249,7 @@ def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[F
 
 
 def _fit_by_tie_points(before: SparseScene, after: SparseScene) -> Similarity:
-    """Fit the similarity by the tie points themselves."""
+    """Fit the similarity between two scenes by their tie points."""
     from vomstudio.registration.similarity import fit_similarity
 
     return fit_similarity(after.points, before.points)

@@ -1,9 +1,9 @@
-"""Response of poses and tie points to lens changes: the linearised bundle adjustment.
+"""Response of poses and tie points to lens changes, by linearised bundle adjustment.
 
-With the normal equations of a bundle adjustment (Triggs et al. 2000, Bundle adjustment: a modern
-synthesis, section 6), points eliminated, a change of the lenses by d changes the poses by
--S_pp^-1 S_pl d, and each point by its rays. The information of the observations on the lenses is
-S_ll - S_lp S_pp^-1 S_pl.
+The points are eliminated from the normal equations of a bundle adjustment (Triggs et al. 2000,
+Bundle adjustment: a modern synthesis, section 6). A change of the lenses by d then changes the
+poses by -S_pp^-1 S_pl d, and each point follows its rays. The information of the observations on
+the lenses is S_ll - S_lp S_pp^-1 S_pl.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import KnownCentre, KnownPoint
 
-# Weak prior of poses: a radian, and the size of the scene. It fixes the frame of a scene without
-# external observations.
+# Weak prior of the poses: one radian, and the size of the scene. It fixes the frame of a scene that
+# has no external observations.
 _POSE_SIGMA = 1.0
 _STEP_PX, _STEP_K = 0.5, 1e-4
 
@@ -31,9 +31,9 @@ class Response:
     Attributes
     ----------
     lenses : tuple of Intrinsics
-        Of the scene, in the order of the unknowns, each with its parameters.
+        Lenses of the scene in the order of the unknowns, each with its parameters.
     information : (l, l) array
-        Of the lenses' parameters.
+        Information matrix of the lens parameters.
     """
 
     scene: SparseScene
@@ -47,7 +47,7 @@ class Response:
 
     @property
     def starts(self) -> IntArray:
-        """Return the first unknown (lenses,) of each lens."""
+        """Index of the first unknown of each lens, an array of shape (lenses,)."""
         counts = [len(lens.params) for lens in self.lenses]
         return np.concatenate([[0], np.cumsum(counts)])[:-1].astype(np.int64)
 
@@ -92,9 +92,9 @@ def response_of(
     ----------
     scene : SparseScene
     noise_px : float
-        Of the tie points.
+        Error of a tie point observation in one direction, in pixels.
     points, centres : sequence
-        In the adjustment, as of `ground_adjustment.bundle_adjust`.
+        Observations of the adjustment, as in `ground_adjustment.bundle_adjust`.
     """
     lenses = tuple(dict.fromkeys(view.intrinsics for view in scene.views))
     number = {lens: k for k, lens in enumerate(lenses)}
@@ -111,7 +111,7 @@ def response_of(
     inner = np.zeros((count, 3, 3))
     np.add.at(inner, which, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives))
     inner += observations.prior[:, None, None] * np.eye(3)
-    # Points of two almost parallel rays have a prior of the size of the scene.
+    # Points on two almost parallel rays need a prior of the size of the scene.
     scale = float(np.trace(inner, axis1=1, axis2=2).mean()) if count else 1.0
     inverse: FloatArray = np.linalg.inv(inner + 1e-12 * scale * np.eye(3)).astype(np.float64)
     to_pose: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, pose_derivatives)
@@ -148,10 +148,11 @@ def response_of(
 
 @dataclass(frozen=True, eq=False)
 class _Observed:
-    """Observations.
+    """Observations of points in photos.
 
-    views, points : (m,) rows; weight : (m,) inverse error of a pixel; prior : (n,) inverse variance
-    of a coordinate of each point
+    views, points : (m,) rows
+    weight : (m,) inverse pixel errors
+    prior : (n,) inverse variance of a coordinate of each point
     """
 
     views: IntArray
@@ -183,9 +184,10 @@ def _observations(
 def _derivatives(
     views: Sequence[View], places: FloatArray, observations: _Observed, wide: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the weighted derivatives (m, 2, k) of observations by pose, point and lens.
+    """Return the weighted derivatives (m, 2, k) of observations for pose, point and lens.
 
-    The pose is a turn and a shift in the camera's frame; 0 if undefined.
+    A pose consists of a rotation and a translation in the camera frame. Undefined derivatives are
+    0.
     """
     count = len(observations.views)
     pose_derivatives, point_derivatives = np.zeros((count, 2, 6)), np.zeros((count, 2, 3))
@@ -237,7 +239,9 @@ def _eliminate(
 ) -> None:
     """Eliminate the points from the normal equations, in place.
 
-    which : (m,) point of each observation; places : (m, k) its unknowns; pull : (m, 3, k)
+    which : (m,) point of each observation
+    places : (m, k) indices of the unknowns of each observation
+    pull : (m, 3, k)
     """
     order = np.argsort(which, kind="stable")
     ends = np.concatenate([np.flatnonzero(np.diff(which[order])) + 1, [len(order)]])
@@ -252,7 +256,7 @@ def _eliminate(
 
 
 def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownCentre]) -> None:
-    """Add known camera positions and a weak prior of poses, in place."""
+    """Add known camera positions and a weak prior of the poses, in place."""
     reach = float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
     loose = np.array([_POSE_SIGMA, _POSE_SIGMA, _POSE_SIGMA, *(3 * [_POSE_SIGMA / reach**2])])
     for row in range(len(scene.views)):
@@ -260,7 +264,7 @@ def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownC
         normal[at, at] += loose
     for centre in centres:
         view = scene.views[centre.view]
-        # The centre moves by -R^T times the shift in the camera's frame.
+        # The centre moves by -R^T times the translation in the camera frame.
         known = view.rotation @ np.diag(np.asarray(centre.sigma) ** -2.0) @ view.rotation.T
         at = np.arange(6 * centre.view + 3, 6 * centre.view + 6)
         normal[np.ix_(at, at)] += known

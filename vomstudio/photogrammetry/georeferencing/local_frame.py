@@ -1,4 +1,4 @@
-"""Local frame for photos without position and scale."""
+"""Local frame of a scene without position and scale."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 
-# Up direction in the camera frame (x right, y down) by the EXIF orientation tag.
+# Up direction in the camera frame (x right, y down) for each EXIF orientation tag.
 _UP = {
     1: (0.0, -1.0),
     2: (0.0, -1.0),
@@ -26,16 +26,16 @@ _UP = {
     7: (1.0, 0.0),
     8: (1.0, 0.0),
 }
-# Mean length of up vectors below which the upper edges do not determine the vertical.
+# If the mean of the up vectors is shorter, the upper edges do not determine the vertical.
 _MIN_UP_LENGTH = 0.3
 
 
 def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
-    """Rotate the scene upright by its photos, and scale it for display.
+    """Rotate the scene upright according to its photos, and scale it for display.
 
-    z is up, x is to the right as seen from the mean camera, and the median distance from a camera
-    to its points is 10. The vertical is accurate to some degrees, as cameras are held, and not for
-    measuring. `scaled` is False.
+    z points up, x points to the right as seen from the mean camera, and the median distance from a
+    camera to its points is 10. The vertical is only accurate to a few degrees, because it assumes
+    that the cameras were held level, and must not be used for measurements. `scaled` is False.
     """
     orientation = {photo.name: photo.orientation for photo in photos}
     ups = np.array(
@@ -47,7 +47,7 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     forward = np.array([view.direction for view in scene.views]).mean(axis=0)
     up = ups.mean(axis=0)
     if np.linalg.norm(up) < _MIN_UP_LENGTH:
-        # Held in all directions, as from a drone that looks down and turns.
+        # The camera was held in all directions, like that of a drone that looks down and rotates.
         up = -forward
     up = up / np.linalg.norm(up)
     right = np.cross(forward, up)

@@ -1,4 +1,4 @@
-"""Image marks of each point, matched to the photos of a scene by name."""
+"""Image marks of points, matched to the photos of a scene by name."""
 
 from __future__ import annotations
 
@@ -25,30 +25,31 @@ class PointMarks:
     Attributes
     ----------
     views : (k,) ndarray
-        Rows of the views.
+        Rows of the views in which the point is marked.
     pixels : (k, 2) ndarray
+        Marks in these views.
     """
 
     views: IntArray
     pixels: FloatArray
 
     def match_views(self, scene: SparseScene) -> Marks:
-        """Return the marks with the views of a scene."""
+        """Return the marks together with their views in a scene."""
         return Marks([scene.views[int(row)] for row in self.views], self.pixels)
 
     def place(self, scene: SparseScene) -> FloatArray:
-        """Return the place (3,) in the frame of the scene; NaN if undetermined."""
+        """Return the position (3,) in the frame of the scene; NaN if undetermined."""
         return triangulate(*self.match_views(scene))
 
     def covariance(self, scene: SparseScene, mark_px: float) -> FloatArray:
-        """Return the covariance (3, 3) of the place, in the frame of the scene.
+        """Return the covariance (3, 3) of the position, in the frame of the scene.
 
         mark_px : error of a mark in one direction, one sigma
         """
         return place_covariance(self.match_views(scene), self.place(scene), mark_px)
 
     def select(self, rows: IntArray) -> PointMarks:
-        """Return some of the marks."""
+        """Return the marks in `rows`."""
         return PointMarks(self.views[rows], self.pixels[rows])
 
 
@@ -58,16 +59,16 @@ NO_MARKS = PointMarks(np.zeros(0, np.int64), np.zeros((0, 2)))
 def marks_by_point(
     scene: SparseScene, marks: Sequence[Mark]
 ) -> tuple[dict[str, PointMarks], set[str]]:
-    """Group marks by the label of their point.
+    """Group marks by the labels of their points.
 
-    Photos are found as by `io.photo_names.photo_finder`.
+    Photos are matched as in `io.photo_names.photo_finder`.
 
     Returns
     -------
     marks : dict
-        Label -> PointMarks, in the order of the marks.
+        PointMarks of each label, in the order of the marks.
     missing : set of str
-        Marked photos without a pose.
+        Names of marked photos without a pose.
     """
     find = photo_finder([view.name for view in scene.views])
     observations: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
@@ -87,7 +88,7 @@ def marks_by_point(
 
 
 def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[Finding]:
-    """Report each pair of points that are marked at the same place of a photo."""
+    """Report each pair of points that are marked at the same position in a photo."""
     from scipy.spatial import cKDTree
 
     marks_by_photo: dict[str, list[Mark]] = {}

@@ -1,6 +1,6 @@
-"""Predict the places of control, check and tie points in photos.
+"""Prediction of the positions of control, check and tie points in photos.
 
-Also their residuals, and what a registration still needs.
+The module also computes the residuals of marks, and reports what a registration still needs.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Pixel = tuple[float, float]
 
 MIN_POINTS, MIN_PHOTOS = 3, 2
 BAD_PX = 2.0
-"""Residual above which a mark is highlighted."""
+"""Marks with larger residuals are highlighted."""
 _MIN_MARKS_TO_SUSPECT = 4
 CONTROL, CHECK, TIE = "control", "check", "tie"
 
@@ -42,9 +42,9 @@ class Marking:
     Attributes
     ----------
     control : tuple of ControlPoint
-        Points with coordinates.
+        Control and check points, which have coordinates.
     marks : tuple of Mark
-        Of these and, with other labels, of tie points.
+        Marks of these points; marks with other labels belong to tie points.
     begun : tuple of str
         Labels that have neither coordinates nor marks yet.
     """
@@ -55,30 +55,30 @@ class Marking:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """Return points with coordinates in table order, then others in order of creation."""
+        """Labels of points with coordinates in table order, then others as created."""
         named = [p.label for p in self.control]
         others = [*(m.label for m in self.marks), *self.begun]
         return tuple(dict.fromkeys([*named, *others]))
 
     def point(self, label: str) -> ControlPoint | None:
-        """Return the point with coordinates of a label, if any."""
+        """Return the control or check point with this label, or None if it has no coordinates."""
         return next((p for p in self.control if p.label == label), None)
 
     def role(self, label: str) -> str:
-        """Return CONTROL, CHECK or TIE."""
+        """Return the role of a point: CONTROL, CHECK or TIE."""
         point = self.point(label)
         return TIE if point is None else CHECK if point.check else CONTROL
 
     def of(self, label: str) -> dict[str, Pixel]:
-        """Return the marks of a point, by photo."""
+        """Return the marks of a point, keyed by photo."""
         return {m.photo: (m.x, m.y) for m in self.marks if m.label == label}
 
     def within(self, photo: str) -> dict[str, Pixel]:
-        """Return the marks in a photo, by point."""
+        """Return the marks in a photo, keyed by point."""
         return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
 
     def free_label(self, prefix: str = "tie") -> str:
-        """Return the first unused label of prefix1, prefix2 ..."""
+        """Return the first unused label in the sequence prefix1, prefix2, ..."""
         number = 1
         while f"{prefix}{number}" in self.labels:
             number += 1
@@ -86,7 +86,7 @@ class Marking:
 
     # --- changed ------------------------------------------------------------------------------
     def marked(self, label: str, photo: str, pixel: Pixel) -> Marking:
-        """Set the mark of a point in a photo."""
+        """Return a copy in which a point is marked in a photo."""
         mark = Mark(label, photo, float(pixel[0]), float(pixel[1]))
         rows = [i for i, m in enumerate(self.marks) if (m.label, m.photo) == (label, photo)]
         marks = list(self.marks)
@@ -97,30 +97,30 @@ class Marking:
         return replace(self, marks=tuple(marks), begun=_remove_label(self.begun, label))
 
     def unmarked(self, label: str, photo: str) -> Marking:
-        """Remove the mark of a point in a photo; the point remains."""
+        """Return a copy without the mark of a point in a photo; the point remains."""
         marks = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
         begun = self.begun if label in self.begun else (*self.begun, label)
         return replace(self, marks=marks, begun=begun)
 
     def begun_with(self, label: str) -> Marking:
-        """Add a label that has neither coordinates nor marks yet."""
+        """Return a copy with a new label that has neither coordinates nor marks yet."""
         return self if label in self.labels else replace(self, begun=(*self.begun, label))
 
     def placed(self, point: ControlPoint) -> Marking:
-        """Set the coordinates of a point."""
+        """Return a copy in which a point has new coordinates."""
         points = tuple(point if p.label == point.label else p for p in self.control)
         if point not in points:
             points = (*points, point)
         return replace(self, control=points, begun=_remove_label(self.begun, point.label))
 
     def unplaced(self, label: str) -> Marking:
-        """Remove the coordinates of a point, which becomes a tie point."""
+        """Return a copy in which a point has no coordinates and is therefore a tie point."""
         control = tuple(p for p in self.control if p.label != label)
         begun = self.begun if label in self.begun else (*self.begun, label)
         return replace(self, control=control, begun=begun)
 
     def removed(self, label: str) -> Marking:
-        """Remove a point and its marks."""
+        """Return a copy without a point and its marks."""
         return Marking(
             tuple(p for p in self.control if p.label != label),
             tuple(m for m in self.marks if m.label != label),
@@ -128,7 +128,10 @@ class Marking:
         )
 
     def renamed(self, old: str, new: str) -> Marking:
-        """Rename a point. Raises GeometryError if the label is used or invalid."""
+        """Return a copy in which a point is renamed.
+
+        Raises GeometryError if the new label is already used or invalid.
+        """
         if new == old:
             return self
         check_label(new)
@@ -141,9 +144,9 @@ class Marking:
         )
 
     def add_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
-        """Add marks, which replace those of the same point and photo.
+        """Add marks, replacing existing ones of the same point and photo.
 
-        Returns the marking, and the names of unknown photos, whose marks are added too.
+        Returns the new marking, and the names of unknown photos; their marks are added as well.
         """
         find, marking, unknown_photos = photo_finder(photos), self, []
         for mark in marks:
@@ -156,7 +159,7 @@ class Marking:
 
 
 def check_label(label: str) -> None:
-    """Raise GeometryError for an invalid label."""
+    """Raise GeometryError if a label is invalid."""
     if not label or label != label.strip() or not label.isprintable():
         raise GeometryError(Finding("label.invalid"))
 
@@ -168,18 +171,21 @@ def _remove_label(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
 # --- with cameras ---------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class MarkPrediction:
-    """Predicted places of a point in photos, and residuals of its marks.
+    """Predicted positions of a point in photos, and residuals of its marks.
 
     Attributes
     ----------
     expected : dict
-        Pixel in each photo that shows the place and does not have a mark.
+        Predicted pixel in each photo that shows the point but in which it is not marked.
     residuals_px : dict
-        Distance of each mark from the place by all marks of its component, which has at least two.
+        Distance of each mark from the position determined by all marks of its component, if it has
+        at least two.
     pixel : dict
-        Size of a pixel at the point, in units of the component, in each photo of both.
+        Size of a pixel at the point, in units of the component, in each photo of `expected` and
+        `residuals_px`.
     suspect : str or None
-        Photo of the mark without which the others fit best; None if all fit, or there are too few.
+        Photo of the mark whose removal makes the remaining marks fit best. None if all marks fit,
+        or if there are too few.
     """
 
     expected: dict[str, Pixel]
@@ -189,7 +195,7 @@ class MarkPrediction:
 
     @property
     def worst(self) -> tuple[str, float] | None:
-        """Return photo and residual of the mark with the largest residual."""
+        """Photo and residual of the mark with the largest residual."""
         if not self.residuals_px:
             return None
         name = self.suspect or max(self.residuals_px, key=self.residuals_px.__getitem__)
@@ -197,7 +203,7 @@ class MarkPrediction:
 
     @property
     def unmarked_photos(self) -> list[str]:
-        """Return photos without a mark of the point, the closest first."""
+        """Photos in which the point is not marked, the closest first."""
         return sorted(self.expected, key=lambda name: self.pixel[name])
 
 
@@ -206,13 +212,13 @@ NO_PREDICTION = MarkPrediction({}, {}, {})
 
 @dataclass(frozen=True, eq=False)
 class PlacedPhotos:
-    """Cameras of every connected component of the photos, the model's first."""
+    """Cameras of all connected components of the photos, that of the model first."""
 
     parts: tuple[Cameras, ...]
 
     @classmethod
     def read(cls, out: Path) -> PlacedPhotos:
-        """Read the cameras of a reconstruction's folder. Raises InputError."""
+        """Read the cameras from the folder of a reconstruction. Raises InputError."""
         parts = [read_cameras(out / FILE_NAME)]
         number = 2
         while (path := out / f"part{number}" / FILE_NAME).exists():
@@ -221,7 +227,7 @@ class PlacedPhotos:
         return cls(tuple(parts))
 
     def part_of(self, photo: str) -> int | None:
-        """Return the number of the component that contains a photo; None without a pose."""
+        """Return the number of the component that contains a photo, or None if it has no pose."""
         for number, views in enumerate(self._views):
             if photo in views:
                 return number
@@ -232,7 +238,7 @@ class PlacedPhotos:
         return tuple({view.name: view for view in part.views} for part in self.parts)
 
     def predict(self, marking: Marking, label: str) -> MarkPrediction:
-        """Predict the place of a point, and its residuals, in all photos with a pose."""
+        """Predict the position of a point in all photos with a pose, and compute its residuals."""
         marks = marking.of(label)
         expected: dict[str, Pixel] = {}
         residuals: dict[str, float] = {}
@@ -266,9 +272,9 @@ class PlacedPhotos:
         return MarkPrediction(expected, residuals, sizes, suspect)
 
     def epipolar_line(self, marking: Marking, label: str, photo: str) -> FloatArray:
-        """Return pixels (k, 2) of the epipolar line of a point that is marked in one other photo.
+        """Return the epipolar line, pixels (k, 2), of a point that is marked in one other photo.
 
-        Empty if two marks determine the place.
+        The result is empty if two marks determine the position.
         """
         number = self.part_of(photo)
         if number is None or photo in marking.of(label):
@@ -279,7 +285,7 @@ class PlacedPhotos:
             return np.zeros((0, 2))
         (view, pixel), other = mine[0], views[photo]
         apart = float(np.linalg.norm(other.centre - view.centre))
-        # Near the camera the steps must be small, far off nothing changes any more.
+        # Near the camera the steps must be small; far away the pixel hardly changes.
         away = np.geomspace(0.05, 2000.0, 600)[:, None] * apart
         pixels = other.project(view.centre + away * view.rays(pixel))
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
@@ -294,12 +300,12 @@ class PlacedPhotos:
 
     @staticmethod
     def _place(marks: Marks) -> FloatArray | None:
-        """Return the place (1, 3) in the frame of the component, if there are two marks."""
+        """Return the position (1, 3) in the frame of the component if there are two marks."""
         place = triangulate(*marks)
         return place[None] if np.isfinite(place).all() else None
 
     def _place_by_coordinates(self, marking: Marking, label: str, number: int) -> FloatArray | None:
-        """Return the place (1, 3) of a point with coordinates in the frame of a component."""
+        """Return the position (1, 3) in a component of a point that has coordinates."""
         point = marking.point(label)
         if point is None:
             return None
@@ -311,7 +317,7 @@ class PlacedPhotos:
         return (np.array(point.position) - part.origin)[None]
 
     def _frame(self, marking: Marking, number: int) -> Similarity | None:
-        """Return the similarity from World to a component, by its marked points."""
+        """Return the similarity from the World frame to a component, from its marked points."""
         known, places = [], []
         for point in marking.control:
             place = self._place(self._marks(number, marking.of(point.label)))
@@ -330,10 +336,10 @@ class PlacedPhotos:
 def usable_tables(
     control: Path | None, marks: Path | None, photos: Sequence[str]
 ) -> tuple[Path | None, Path | None, list[Finding]]:
-    """Return the tables, found beside the photos, with which a model can be registered.
+    """Return the tables beside the photos that can be used to register a model.
 
-    Without the control points if their marks are not sufficient, with the reasons. Raises
-    InputError.
+    If the marks of the control points are not sufficient, the table of control points is omitted
+    and the reasons are returned. Raises InputError.
     """
     if control is None or marks is None:
         return None, marks, []
@@ -349,7 +355,7 @@ def usable_tables(
 
 # --- what is missing ------------------------------------------------------------------------------
 def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
-    """Return the control points that can place the model: those marked in two photos."""
+    """Return the control points that can place the model, i.e. those marked in two photos."""
     allowed = None if photos is None else set(photos)
     return [
         p.label
@@ -359,7 +365,7 @@ def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
 
 
 def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Finding]:
-    """Report what a registration by control points, and a join of components, still need."""
+    """Report what is still needed to register by control points and to join components."""
     findings = []
     allowed = None if placed is None else {v.name for v in placed.parts[0].views}
     control = [p.label for p in marking.control if not p.check]
@@ -395,7 +401,10 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Findin
 
 
 def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[Finding]:
-    """Report what joining the other components still needs; model : photos of the first."""
+    """Report what is still needed to join the other components.
+
+    model : photos of the first component
+    """
     findings = []
     for number, part in enumerate(placed.parts[1:], start=2):
         other = {view.name for view in part.views}
@@ -438,7 +447,7 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
 
 
 def _too_few_marks(points: Iterable[str]) -> str:
-    """Describe points and their numbers of marks; empty without points."""
+    """List points with their numbers of marks as text; empty if there are no points."""
     names = ", ".join(points)
     return names and tr("Too few marks: {points}.", points=names)
 
@@ -453,5 +462,5 @@ def _is_collinear(marking: Marking, labels: Sequence[str]) -> bool:
 
 
 def _marks(label: str, count: int) -> str:
-    """Describe a point and its number of marks."""
+    """Return a point and its number of marks as text."""
     return tr_n("{point} ({count} mark)", "{point} ({count} marks)", count, point=label)

@@ -1,4 +1,4 @@
-"""Accuracy of a scene that camera positions or control points have placed in World."""
+"""Accuracy of a scene registered in the World frame by cameras or control points."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.registration.warnings import bowing_findings, lens_findings
 
 MAX_ROTATION_ERROR_DEG = 40.0
-"""One sigma of a rotation above which points determine no direction."""
+"""If one sigma of a rotation is larger, the points do not determine directions."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -32,7 +32,7 @@ class Placement:
     Parameters
     ----------
     sigma_m, sigma_height_m : float
-        Standard deviation of a horizontal coordinate and of a height: from the residuals of a
+        Standard deviations of a horizontal coordinate and of a height, from the residuals of a
         similarity or as stated, whichever is larger.
     scale, scale_error : float
         Metres per unit of the scene, and its relative standard deviation.
@@ -42,19 +42,20 @@ class Placement:
         Standard deviation of the vertical, which affects dips.
     crs : str or None
     adjusted : bool
-        The bundle was adjusted together with the camera positions or control points.
+        Whether the bundle was adjusted together with the camera positions or control points.
     decisions : tuple of Finding
-        Why it was or was not adjusted, and how the lenses were treated.
+        Reasons why the bundle was or was not adjusted, and how the lenses were treated.
     lenses : tuple of LensVerdict
-        Treatment of the lenses in numbers.
+        Treatment of the lenses, with numbers.
     covariance : (7, 7) array
-        As in `Scatter`, about `centre`, including the effect of lens errors.
+        Covariance of the registration with respect to `centre`, as in `Scatter`; includes the
+        effect of lens errors.
     centre : (float, float, float)
-        World.
+        Reference point of the covariance, in the World frame.
     bowing : Bowing or None
-        Estimated from the residuals.
+        Bowing estimated from the residuals.
     lens_bend : LensBend or None
-        Estimated from the errors of the lenses; None if these are not known.
+        Bend estimated from the errors of the lenses; None if these are not known.
     warnings : tuple of Finding
     """
 
@@ -80,7 +81,7 @@ class Placement:
         return [*bowing_findings(self.bowing), *lens_findings(self.lens_bend, self.bowing)]
 
     def findings(self, limit_deg: float, by: str) -> Iterator[Finding]:
-        """Report a weak rotation or scale, and bowing.
+        """Report a poorly determined rotation or scale, and bowing.
 
         Parameters
         ----------
@@ -117,15 +118,15 @@ def placement_errors(
     Parameters
     ----------
     scene : SparseScene
-        Registered scene, in World.
+        Registered scene, in the World frame.
     cameras : sequence of Calibration
         Calibration before the adjustment.
     scatter : Scatter
         Scatter of the residuals.
     locate : callable
-        Returns the places (n, 3) of the camera positions or control points in a scene.
+        Function that returns the positions (n, 3) of the cameras or control points in a scene.
     targets : (n, 3) array
-        Known places of these, less the origin of the scene.
+        Known positions of these points, minus the origin of the scene.
     lenses : sequence of LensVerdict or None
         Treatment of the lenses in the adjustment to `points` and `centres`; None if the scene was
         not adjusted.

@@ -1,4 +1,4 @@
-"""The scene in World: metres, relative to a nearby integer origin."""
+"""Transformation of a scene to the World frame, in metres from a nearby integer origin."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.registration.similarity import Similarity
 def place_in_world(
     scene: SparseScene, fit: Similarity, origin: tuple[int, int, int], crs: str | None
 ) -> SparseScene:
-    """Transform the scene by a similarity into World minus `origin`, in metres."""
+    """Transform the scene by a similarity to World coordinates minus `origin`, in metres."""
     return replace(
         scene,
         views=tuple(v.moved(fit.scale, fit.rotation, fit.translation) for v in scene.views),
@@ -27,6 +27,6 @@ def place_in_world(
 
 
 def integer_origin(positions: FloatArray) -> tuple[int, int, int]:
-    """Return a place near the positions in whole hundreds of metres."""
+    """Return an origin near the positions, rounded to whole hundreds of metres."""
     x, y, z = (int(math.floor(v / 100) * 100) for v in np.median(positions, axis=0))
     return x, y, z

@@ -1,7 +1,7 @@
-"""Data of a finished reconstruction: pairs, cameras, residuals, depth maps.
+"""Data of a finished reconstruction: pairs, cameras, residuals and depth maps.
 
-All functions read the folder of a reconstruction without changes, and raise InputError if a stage
-is unfinished or damaged. Pixels are those of the photos as stored.
+All functions read the folder of a reconstruction without changing it, and raise InputError if a
+stage is unfinished or damaged. Pixels are those of the photos as stored.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
 WEAK_BELOW = 50
-"""Number of agreeing matches below which pairs are weak."""
+"""Pairs with fewer verified matches are weak."""
 
 _ALIGNMENT = to_translate("aligned photos")
 _POSES = to_translate("poses")
@@ -201,9 +201,9 @@ class DepthPictures:
     Attributes
     ----------
     photo : (h, w, 3) array
-        Undistorted.
+        Undistorted photo.
     depth : float32 array
-        0 = none.
+        Depths; 0 = none.
     low, high : float
         Depths of the first and last colour.
     colors, confidence, normals : (h, w, 3) uint8 array
@@ -262,7 +262,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
 
 
 def coverage(out: Path, name: str) -> float | None:
-    """Return the share of a photo's usable pixels that have a depth; None without a depth map."""
+    """Return the share of usable pixels that have a depth, or None without a depth map."""
     from vomstudio.photogrammetry.pipeline.photo_results import load_undistorted
 
     folder = stage_folder(out, "depths")

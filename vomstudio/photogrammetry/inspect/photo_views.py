@@ -30,21 +30,21 @@ _OBLIQUITY_POINTS = 12
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """Photo that shows a place.
+    """Photo that shows a position or several positions.
 
     Attributes
     ----------
     view : int
         Row in `PhotoViews.views`.
     pixel : (2,) array
-        COLMAP's pixels of the stored photo.
+        Pixel of the stored photo, in COLMAP's convention.
     gsd_m : float
-        Size of a pixel at right angles to the line of sight, in the model's unit; median of several
-        places.
+        Pixel size perpendicular to the line of sight, in the unit of the model; the median if there
+        are several positions.
     obliquity_deg : float or None
-        Angle between the line of sight and the surface's normal, median; None if unknown.
+        Median angle between the line of sight and the surface normal; None if unknown.
     share : float
-        Visible share of the places, 0 to 1.
+        Share of the positions that are visible, 0 to 1.
     """
 
     view: int
@@ -56,7 +56,7 @@ class Sighting:
 
     @property
     def effective_gsd_m(self) -> float:
-        """Return the size of a pixel along its foreshortened direction on the surface.
+        """Size of a pixel along its foreshortened direction on the surface.
 
         At most ten times `gsd_m`.
         """
@@ -69,8 +69,8 @@ class Sighting:
 class PickedSurface:
     """Surface under a pixel.
 
-    Row of the face or point, its place (3,) float64 in the model's frame, and the barycentric
-    weights of the face's corners (None for a point).
+    It consists of the row of the face or point, its position (3,) float64 in the frame of the
+    model, and the barycentric weights of the corners of the face (None for a point).
     """
 
     index: int
@@ -79,19 +79,19 @@ class PickedSurface:
 
 
 class PhotoViews:
-    """Model with its photos.
+    """Model together with its photos.
 
-    World points are float64 and moved to the cameras' origin first, so that UTM coordinates keep
-    their digits.
+    World points are float64 and shifted to the origin of the cameras first, so that UTM coordinates
+    keep their precision.
 
     Parameters
     ----------
     cameras : Cameras
         Views in the frame of the model's file minus their origin.
     tree : RayTree
-        The model, in the frame of its file.
+        Ray tree of the model, in the frame of its file.
     to_world : (4, 4) array, optional
-        Similarity from that frame to World.
+        Similarity from the frame of the file to the World frame.
     resolution_m : float
     """
 
@@ -116,7 +116,7 @@ class PhotoViews:
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def row(self, name: str) -> int:
-        """Return the row of a photo. Raises KeyError without a camera."""
+        """Return the row of a photo. Raises KeyError if it has no camera."""
         for number, view in enumerate(self.views):
             if view.name == name:
                 return number
@@ -127,7 +127,7 @@ class PhotoViews:
         return any(view.name == name for view in self.views)
 
     def direction(self, view: int) -> FloatArray:
-        """Return the unit vector (3,) of a photo's axis in World."""
+        """Return the unit vector (3,) of a photo's axis in the World frame."""
         way = np.linalg.solve(self._back, self.views[view].direction)
         return np.asarray(way / np.linalg.norm(way))
 
@@ -177,8 +177,8 @@ class PhotoViews:
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
         """Return the photos that show World points (n, 3).
 
-        Those that show most of them first, among these the one with the finest pixels on the
-        surface.
+        Photos that show most of the points come first, and among these the one with the finest
+        pixels on the surface.
         """
         local = self.local(world)
         if not len(local) or not self.views:
@@ -266,11 +266,11 @@ class PhotoViews:
 
     # --- from a photo to the model -----------------------------------------------------------
     def places_under(self, view: int, pixels: npt.ArrayLike) -> FloatArray:
-        """Return the World places (n, 3) where lines of sight first meet the model, else NaN.
+        """Return the World points (n, 3) where lines of sight first hit the model, or NaN.
 
-        For a cloud: at the distance of the point on the line.
+        For a cloud, this is the point on the line at the distance of the point that was hit.
 
-        pixels : (n, 2) of the photo
+        pixels : (n, 2) pixels of the photo
         """
         photo = self.views[view]
         queried = np.asarray(pixels, np.float64).reshape(-1, 2)
@@ -286,7 +286,7 @@ class PhotoViews:
         return places
 
     def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> PickedSurface | None:
-        """Return the surface at a pixel of a photo; None outside the model or the photo."""
+        """Return the surface at a pixel of a photo, or None outside the model or the photo."""
         photo = self.views[view]
         if not photo.contains(pixel)[0]:
             return None

@@ -10,16 +10,16 @@ from vomstudio.photogrammetry.base.settings import PipelineSettings
 
 @dataclass(frozen=True)
 class MemoryNeed:
-    """Memory requirement of depths and their cloud, which is the largest.
+    """Memory requirement of the depth maps and their cloud, which is the largest one.
 
     Attributes
     ----------
     wanted_px, size_px : int
-        Long side of the photos by the quality, and the one that fits into memory.
+        Long side of the photos selected by the quality, and the long side that fits into memory.
     needed_bytes : int
-        At `size_px`.
+        Memory required at `size_px`.
     free_bytes : int
-        Available now.
+        Memory that is currently available.
     """
 
     wanted_px: int

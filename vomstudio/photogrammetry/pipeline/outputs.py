@@ -1,4 +1,4 @@
-"""Folder of a reconstruction: its files, a lock for one run at a time, and disk errors."""
+"""Folder of a reconstruction: its files, a lock against parallel runs, and disk errors."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
 
-# Time to wait for a worker of a killed window, which may be in native code.
+# Time to wait for the worker of a killed window, which may be executing native code.
 _PATIENCE_S = 5.0
-# Free space below which a failed write of a library is a full disk.
+# If there is less free space, a failed write in a library is attributed to a full disk.
 _FULL_BELOW = 1_000_000
 
 
@@ -79,9 +79,9 @@ class Outputs:
 
 
 def claim_folder(out: Path) -> Outputs:
-    """Prepare the folder of a reconstruction: new, empty, or of an earlier run.
+    """Prepare a folder, which must be new, empty or of an earlier run, for a reconstruction.
 
-    Raises TargetError if it has other content, or cannot be created.
+    Raises TargetError if the folder has other content or cannot be created.
     """
     check_in_project(out)
     try:
@@ -109,7 +109,7 @@ def claim_folder(out: Path) -> Outputs:
 
 @contextlib.contextmanager
 def lock_folder(outputs: Outputs) -> Iterator[None]:
-    """Lock the folder for this run, and remove partial files of a killed one."""
+    """Lock the folder for this run, and remove the partial files of a killed run."""
     lock = FolderLock(
         outputs.folder / WORK / "lock",
         busy="output.folder-in-use",
@@ -126,7 +126,7 @@ def lock_folder(outputs: Outputs) -> Iterator[None]:
 
 @contextlib.contextmanager
 def report_disk_errors(folder: Path) -> Iterator[None]:
-    """Report disk errors that libraries hide or fail over."""
+    """Report disk errors that libraries hide or on which they fail."""
     try:
         yield
     except (VomError, MemoryError):
@@ -136,14 +136,14 @@ def report_disk_errors(folder: Path) -> Iterator[None]:
         if full or _free_bytes(folder) <= _FULL_BELOW or is_full(folder, error):
             finding = Finding("reconstruct.not-written", reason=tr("the disk is full"))
             raise TargetError(finding, file=folder) from error
-        # Libraries say much of a disk, or nothing: whether it takes anything is tried.
+        # The messages of libraries about disk errors are unreliable, so try to write to the disk.
         if not is_disk_message(error) and probe_write_errno(folder) is None:
             raise
         raise folder_write_error(folder, error) from error
 
 
 def _free_bytes(folder: Path) -> float:
-    """Return the free bytes; infinite if unknown."""
+    """Return the number of free bytes, or infinity if unknown."""
     try:
         return shutil.disk_usage(folder).free
     except OSError:

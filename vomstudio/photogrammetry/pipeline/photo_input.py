@@ -30,11 +30,11 @@ class ControlTables:
     Attributes
     ----------
     points, marks : tuple
-        Empty without such a table.
+        Points and marks; empty if there is no such table.
     crs : str or None
-        Of the points, "EPSG:n" (or WKT); None for a local frame in metres.
+        CRS of the points, "EPSG:n" (or WKT). If None, they are in a local frame in metres.
     hashes : tuple
-        Of the files of points and of marks; None without such a file.
+        Hashes of the files of points and of marks; None if there is no such file.
     """
 
     points: tuple[ControlPoint, ...]

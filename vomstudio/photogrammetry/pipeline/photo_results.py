@@ -1,4 +1,4 @@
-"""Results of single photos on the disk, written atomically and read on access."""
+"""Results of individual photos on the disk, written atomically and read on access."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class PhotoResults(Sequence[Result], Generic[Result]):
         return PhotoResults(folder, self.names, self._save, self._load)
 
     def select(self, numbers: Sequence[int]) -> PhotoResults[Result]:
-        """Return a selection, in this order."""
+        """Return the results of the photos `numbers`, in this order."""
         return PhotoResults(self._folder, [self.names[n] for n in numbers], self._save, self._load)
 
     def path(self, number: int) -> Path:
@@ -92,7 +92,7 @@ def save_undistorted(path: Path, straight: Undistorted) -> None:
 
 
 def load_undistorted(path: Path) -> Undistorted:
-    """Load an undistorted photo of `save_undistorted`."""
+    """Load an undistorted photo that was written by `save_undistorted`."""
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
     with open_arrays(path) as arrays:
@@ -106,7 +106,7 @@ def _words(view: Any) -> np.ndarray[Any, Any]:
 
 
 def save_cloud(path: Path, cloud: PointCloud) -> None:
-    """Write a cloud as npz."""
+    """Write a cloud to an npz file."""
     arrays: dict[str, Any] = {"points": cloud.points}
     if cloud.colors is not None:
         arrays["colors"] = cloud.colors
@@ -117,7 +117,7 @@ def save_cloud(path: Path, cloud: PointCloud) -> None:
 
 
 def load_cloud(path: Path) -> PointCloud:
-    """Load a cloud of `save_cloud`."""
+    """Load a cloud that was written by `save_cloud`."""
     with open_arrays(path) as arrays:
         return PointCloud(
             arrays["points"], arrays.get("colors"), arrays.get("normals"), _fields(arrays)

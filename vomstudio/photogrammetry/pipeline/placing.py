@@ -1,4 +1,4 @@
-"""Registration of the largest part of an alignment, and findings on it."""
+"""Registration of the largest part of an alignment, and findings about it."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def place_scene(
     tables: ControlTables,
     progress: Progress,
 ) -> tuple[SparseScene, dict[str, Any]]:
-    """Register the largest part by control points, else by camera GPS.
+    """Register the largest part by control points or, if this fails, by camera GPS.
 
-    A part that these cannot register gets a local frame, and the reason is in `refused`: the
-    alignment is too much work to be lost by what is found out only after it.
+    A part that cannot be registered gets a local frame, and `refused` contains the reason. An error
+    at this stage would discard the long computation of the alignment.
 
     Returns
     -------

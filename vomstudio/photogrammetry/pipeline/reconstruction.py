@@ -1,4 +1,4 @@
-"""Reconstruct a textured model from a folder of photos in resumable stages."""
+"""Reconstruction of a textured model from a folder of photos in resumable stages."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def reconstruct(
     progress: Progress,
     masks: Mapping[str, Path] | None = None,
 ) -> dict[str, Any]:
-    """Reconstruct a model of the photos in `folder`, resuming an earlier run.
+    """Reconstruct a model from the photos in `folder`, resuming a previous run.
 
     Parameters
     ----------
@@ -89,20 +89,20 @@ def reconstruct(
     executor : Executor
     progress : Progress
     masks : mapping, optional
-        By photo, instead of those beside the photos; None to use those.
+        Mask of each photo. If None, the masks beside the photos are used.
 
     Returns
     -------
     dict
-        Object that CLI.md specifies for `reconstruct`, with more data for the report; also written
-        to `reconstruction.json`.
+        The object that CLI.md specifies for `reconstruct`, with additional data for the report. It
+        is also written to `reconstruction.json`.
 
     Raises
     ------
     InputError
-        For unusable photos.
+        If the photos cannot be used.
     TargetError
-        If the disk cannot store it.
+        If the results cannot be written to the disk.
     Cancelled
     """
     tables = read_tables(settings)
@@ -138,7 +138,7 @@ class _Run:
         self.settings, self.executor, self.log = settings, executor, log
         self.device = device_of(settings)
         self.region = Region.of(settings.region)
-        # Without a region the names of what depends on it are as ever.
+        # Without a region, the keys of dependent stages do not change.
         self.only = [tuple(settings.region)] if settings.region else []
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
@@ -148,7 +148,8 @@ class _Run:
         self._remember()
         photos = self._checked()
         alignment, aligned = self._align(photos)
-        # Hours of work: written before anything that can fail, and again once it is registered.
+        # The alignment takes hours, so write it before anything can fail, and again once it is
+        # registered.
         write_cameras_of(self.outputs, self.folder, alignment, alignment.parts[0])
         alignment, aligned = self._join(alignment, aligned)
         placed = self._place(alignment, photos, aligned)

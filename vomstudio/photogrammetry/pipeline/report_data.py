@@ -29,7 +29,7 @@ _MAX_DRAWN_POINTS = 4000
 
 
 def tie_points(scene: SparseScene) -> PointCloud:
-    """Return the tie points in World, with mean reprojection errors and numbers of photos."""
+    """Return the tie points in the World frame, with mean errors and numbers of photos."""
     return PointCloud(
         scene.points + scene.origin,
         scene.colors,
@@ -43,10 +43,11 @@ def tie_points(scene: SparseScene) -> PointCloud:
 def photo_rows(
     photos: Sequence[Photo], scene: SparseScene, registration: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
-    """Return the figures of each photo.
+    """Return the report figures of each photo.
 
-    Tie points, their median reprojection error, ground sampling distance (`gsd_m`, or `gsd` in the
-    unit of a scene without scale), and the residual of its GPS position.
+    These are the number of tie points, their median reprojection error, the ground sampling
+    distance (`gsd_m`, or `gsd` in the unit of a scene without scale), and the residual of the GPS
+    position.
     """
     numbers = {view.name: number for number, view in enumerate(scene.views)}
     residuals = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
@@ -227,7 +228,7 @@ def add_edge_bowing(
 def cameras_after_placement(
     cameras: Sequence[Calibration], scene: SparseScene, registration: Mapping[str, Any]
 ) -> list[Calibration]:
-    """Return the cameras after the adjustment to the ground, if any."""
+    """Return the cameras after the adjustment to ground control, if there was one."""
     adjusted = []
     for camera in cameras:
         photos = set(camera.photos)
@@ -290,7 +291,7 @@ def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str
 def rotation95_deg(registration: Mapping[str, Any]) -> float:
     """Return the 95 % rotation error of normals by the registration, about its weakest axis.
 
-    0 for a model without registration, whose directions are arbitrary.
+    It is 0 for a model without registration, whose directions are arbitrary.
     """
     errors = registration.get("rotation_error_deg")
     if not errors:
@@ -302,9 +303,9 @@ def rotation95_deg(registration: Mapping[str, Any]) -> float:
 def planes_of_model(
     cloud: PointCloud, mesh: Mesh, registration: Mapping[str, Any]
 ) -> PlaneSizes | None:
-    """Return the accuracy of planes on the finished model.
+    """Return the expected accuracy of planes on the finished model.
 
-    Its resolution is the maximum of point spacing, noise, and edge length of the mesh.
+    The resolution is the largest of the point spacing, the noise, and the edge length of the mesh.
     """
     from vomstudio.io.models.opening import resolution
 

@@ -11,7 +11,7 @@ from vomstudio.core.progress import Progress
 
 
 class StageLog:
-    """Write `log.txt` and forward progress. `notes` are reported to the user at the end."""
+    """Log that writes `log.txt`, forwards progress, and collects `notes` for the user."""
 
     def __init__(self, path: Path, progress: Progress) -> None:
         self._path, self._progress = path, progress
@@ -19,13 +19,13 @@ class StageLog:
         self.notes: list[Finding] = []
 
     def note(self, message: Finding) -> None:
-        """Store a message for the user, once, and log it."""
+        """Store a message for the user, unless it is already stored, and log it."""
         if message not in self.notes:
             self.notes.append(message)
             self.log(str(message))
 
     def log(self, text: str) -> None:
-        """Add a line with the time to the file; a full disk is not reported here."""
+        """Add a line with the time to the log file; a full disk is not reported here."""
         line = f"{datetime.now().isoformat(timespec='seconds')}  {text}\n"
         try:
             with self._path.open("a", encoding="utf-8") as stream:

@@ -1,4 +1,4 @@
-"""Compiled kernels of texture atlases."""
+"""Compiled kernels for texture atlases."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_a
 def settle_labels(smooth, exact, across, directions, min_cosine, joining, sweeps, labels):  # type: ignore[no-untyped-def]
     """Assign each face the direction that suits it and its neighbours.
 
-    By iterated conditional modes.
+    The labels are optimised by iterated conditional modes.
 
     smooth, exact : normals (m, 3), averaged over a neighbourhood and exact
     least : minimum cosine between a face and its direction

@@ -1,4 +1,4 @@
-"""Compiled kernels of surfaces from clouds."""
+"""Compiled kernels for surfaces from clouds."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Texture atlas: charts of the surface, and their places on pages.
+"""Texture atlas: charts of the surface, and their positions on pages.
 
 Rock faces consist of few facets seen from a few sides, so parallel projections along some
-directions suffice: faces are assigned to the direction that suits them and their neighbours,
-connected ones form a chart, overlapping faces are moved to other charts, and charts are packed by
+directions suffice. Faces are assigned to the direction that suits them and their neighbours.
+Connected faces form a chart, overlapping faces are moved to other charts, and charts are packed by
 their outlines. General parametrisations (uvatlas, xatlas) minimise stretch instead, which takes
-many times longer on such surfaces and gives more and smaller charts.
+many times longer on such surfaces and results in more and smaller charts.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ class AtlasOptions:
     page : int
         Maximum side of a page, texels.
     gutter : int
-        Texels around each chart that repeat its border.
+        Width of the strip of texels around each chart that repeats its border.
     most_pages : int
-        Maximum number of pages; larger texels are used beyond it.
+        Maximum number of pages; if more would be needed, texels are enlarged.
     """
 
     page: int = 4096
@@ -81,12 +81,12 @@ class Atlas:
     Attributes
     ----------
     corners : (m, 3, 2) float64 array
-        Texels on the page, x right, y down from its upper left corner.
+        Corners of the faces in texels on the page, x right and y down from its upper left corner.
     page, chart : (m,) int32 array
     sizes : (p, 2) array
         Width and height of the pages, texels.
     texel : float
-        Edge of a texel on the surface, in the unit of the vertices.
+        Edge length of a texel on the surface, in the unit of the vertices.
     """
 
     corners: FloatArray
@@ -110,15 +110,15 @@ def make_atlas(
     ----------
     vertices, faces : array
     texel : float
-        Edge of a texel, in the unit of the vertices; enlarged, as `facts` state, to fit
-        `most_pages`.
+        Edge length of a texel, in the unit of the vertices. It is enlarged if the charts do not fit
+        on `most_pages` pages.
     options : AtlasOptions, optional
     progress : Progress, optional
 
     Raises
     ------
     GeometryError
-        For a mesh without faces, or if charts do not fit.
+        If the mesh has no faces, or if the charts do not fit.
     """
     options, progress = options or AtlasOptions(), progress or Silent()
     if not len(faces):
@@ -160,11 +160,11 @@ def uv_mesh(atlas: Atlas, faces: Int32Array) -> tuple[IntArray, Int32Array, Floa
     Returns
     -------
     old : (n,) array
-        Original vertex of each new one.
+        Original vertex of each new vertex.
     faces : (m, 3) array
-        New vertices.
+        Faces as rows of the new vertices.
     uv : (n, 2) array
-        Origin at the lower left.
+        Texture coordinates with the origin at the lower left.
     order : (m,) array
         Original row of each face.
     """
@@ -270,7 +270,8 @@ def _labels(cross: FloatArray, exact: FloatArray, across: Int32Array) -> Int32Ar
 def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
     """Return few directions such that nearly all of the surface faces one of them.
 
-    Greedily: the direction that covers most of the remaining surface, moved to its mean normal.
+    The directions are selected greedily: each is the one that covers most of the remaining surface,
+    moved to the mean normal of this part.
     """
     n = 200
     k = np.arange(n) + 0.5
@@ -301,7 +302,7 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _connected_pieces(faces: Int32Array, labels: Int32Array) -> Int32Array:
-    """Return the connected piece (m,) of faces of one label."""
+    """Return the number (m,) of the connected piece of equally labelled faces of each face."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -351,7 +352,7 @@ def _project(
 
 
 def _smallest_box_angle(points: FloatArray) -> float:
-    """Return the angle of the smallest box around points."""
+    """Return the rotation angle of the smallest box around points."""
     some = points[:: max(1, len(points) // 3000)]
     angles = np.radians(np.arange(0, 90, 5.0))
     x = some @ np.stack([np.cos(angles), -np.sin(angles)])
@@ -360,7 +361,7 @@ def _smallest_box_angle(points: FloatArray) -> float:
 
 
 def _cut(flat: FloatArray, rows: IntArray, longest: float, texel: float) -> list[IntArray]:
-    """Divide a chart into parts that fit a page and fill their boxes, by the middles of faces."""
+    """Divide a chart, by its face centres, into parts that fit a page and fill their boxes."""
     if not len(rows):
         return []
     low = flat[rows].reshape(-1, 2).min(axis=0)
@@ -450,7 +451,7 @@ def _place_charts(
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[list[BoolArray], IntArray] | None:
-    """Return pages of side x side cells, and page, column and row of charts; None if too many."""
+    """Return the pages, and the page, column and row of each chart; None if too many."""
     from vomstudio.photogrammetry.surface._atlas_kernels import place_chart
 
     count = len(shapes)
@@ -485,7 +486,7 @@ def _place_charts(
 
 
 def _page_side(shapes: list[BoolArray], filled: int, options: AtlasOptions) -> int:
-    """Return the side of a page, not larger than all charts need."""
+    """Return the side of a page, which is not larger than all charts need together."""
     widest = max(max(shape.shape) for shape in shapes) * _CELL_TEXELS
     side = math.ceil(math.sqrt(filled / 0.85) * _CELL_TEXELS / 64) * 64
     return int(min(max(side, widest), options.page))

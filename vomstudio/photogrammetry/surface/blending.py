@@ -1,9 +1,10 @@
-"""Blend all photos to one colouring of a mesh: exposure, occluders, seams.
+"""Blending of all photos into one colouring of a mesh: exposure, occluders, seams.
 
-Two bands (Burt and Adelson 1983), separated on the mesh and not in the photos, where a blur would
-mix the rock with its foreground. The low band is the mean of all agreeing photos; the high band is
-that of the best photo of a face. A texel is the best photo's pixel, times the photo's gain, plus
-the offset of the mean from the photo, smoothed over the surface.
+Two bands are blended (Burt and Adelson 1983). They are separated on the mesh and not in the photos,
+where a blur would mix the rock with its foreground. The low band is the mean of all agreeing
+photos, and the high band is that of the best photo of a face. The colour of a texel is the pixel of
+the best photo, times the gain of the photo, plus the offset of the mean from the photo, smoothed
+over the surface.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.topology import edge_keys, neighbours
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 
-# Quality factor of barely visible faces, which are drawn only without another photo.
+# Quality factor of barely visible faces, which are drawn only if there is no better photo.
 _POOR_QUALITY = 1e-3
 _EQUAL_VIEW_GAIN = 0.12
 # Sharpness relative to the median photo above which photos are equally good.
@@ -48,22 +49,22 @@ class Blend:
     Attributes
     ----------
     views : (m,) array
-        Photo from which each face is drawn, -1 if there is none.
+        Photo from which each face is drawn; -1 if there is none.
     seen_by : (m,) array
         Number of photos with a good view of each face.
     draw_face, draw_view, draw_weights, draw_offsets
         One row for each photo of a face: face, view (e,), and at the face's corners weights (e, 3)
         and offsets (e, 3, 3), RGB to add after the gain.
     colors : (n, 3) array
-        Of the vertices, 0..255.
+        Colours of the vertices, 0..255.
     known : (n,) array
-        Whether colours are from photos.
+        Whether the colour of each vertex is from photos.
     gains : (k, 3) array
-        RGB factors.
+        RGB gain of each photo.
     sharpness : (k,) array
-        Relative to the median photo.
+        Sharpness of each photo relative to the median photo.
     occluded : (k,) array
-        Vertices at which each photo shows an occluder.
+        Number of vertices at which each photo shows an occluder.
     """
 
     views: Int32Array
@@ -90,7 +91,7 @@ class _Rows:
 
     @cached_property
     def rows_by_view(self) -> list[IndexArray]:
-        """Return the rows of each view up to the last one that has any."""
+        """Rows of each view up to the last one that has any."""
         order = np.argsort(self.views, kind="stable")
         return np.split(order, np.cumsum(np.bincount(self.views))[:-1])
 
@@ -109,7 +110,7 @@ class _Rows:
         return cls(starts, owner, views, keys[order]), order
 
     def find(self, keys: IntArray) -> IntArray:
-        """Return the rows of keys, -1 for missing ones."""
+        """Return the rows of keys; missing keys have row -1."""
         if not len(self.keys):
             return np.full(keys.shape, -1, np.int64)
         at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
@@ -270,7 +271,7 @@ def _balance(
 def _find_occluded(
     rows: _Rows, colors: Float32Array, links: _Links, count: int, progress: Progress
 ) -> BoolArray:
-    """Return which entries (e,) differ from the agreement of the other photos of their vertex."""
+    """Return which entries (e,) differ from the consensus of other photos of their vertex."""
     from vomstudio.photogrammetry.surface._texture_kernels import median_distances
 
     n = len(rows.starts) - 1
@@ -440,7 +441,7 @@ def _vertex_colors(
     links: _Links,
     count: int,
 ) -> tuple[Float32Array, BoolArray]:
-    """Return the colours (n, 3) of vertices, and whether they are known.
+    """Return the vertex colours (n, 3), and whether they are known.
 
     From the photos of adjacent faces, else from well visible neighbours: at the border of the
     visible surface, colours are mixed with the foreground.

@@ -53,21 +53,22 @@ class MeshingOptions:
     Attributes
     ----------
     faces : int or None
-        Target number of triangles; None for that of Poisson's method.
+        Target number of triangles. If None, the result of Poisson's method is not simplified.
     depth : int or None
-        Of the octree; None to derive it from spacing, extent and target.
+        Depth of the octree. If None, it is derived from the spacing, the extent and the target.
     trim : float
-        Vertices farther from all points, in spacings, are removed.
+        Vertices whose distance from all points is larger, in spacings, are removed.
     largest_hole_m : float or None
-        Maximum width of closed holes; None for 30 spacings.
+        Maximum width of the holes that are closed. If None, 30 spacings.
     smallest_island_faces : int
-        Minimum number of triangles of a piece; for large surfaces a two-thousandth of all.
+        Minimum number of triangles of a piece; on large surfaces, a two-thousandth of all
+        triangles.
     sharpen : bool
-        Move vertices to the points, which keeps steps and edges.
+        Whether to move vertices onto the points, which preserves steps and edges.
     max_points : int
         Larger clouds are thinned evenly, which bounds the memory (about 1 GB per million points).
     threads : int
-        Of Poisson's method; with 1 the result is reproducible.
+        Number of threads of Poisson's method; with 1, the result is reproducible.
     """
 
     faces: int | None = 200_000
@@ -109,7 +110,7 @@ class MeshedSurface:
 
 
 def fitting_points() -> int:
-    """Return the maximum number of points for a surface in free memory."""
+    """Return the maximum number of points whose surface fits into free memory."""
     most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
     return int(min(max(most, _MIN_THINNED_POINTS), MeshingOptions.max_points))
 
@@ -119,7 +120,7 @@ def build_surface(
     options: MeshingOptions | None = None,
     progress: Progress | None = None,
 ) -> MeshedSurface:
-    """Build the surface of a cloud whose normals point out of the rock, as those of `fuse`.
+    """Build the surface of a cloud whose normals point out of the rock, as in `fuse`.
 
     Screened Poisson reconstruction (Kazhdan and Hoppe 2013), trimmed away from points; small holes
     keep the Poisson surface. Coordinates are those of the cloud. Poisson's method and the
@@ -128,7 +129,7 @@ def build_surface(
     Raises
     ------
     GeometryError
-        For a cloud without normals, with too few points or without extent.
+        If the cloud has no normals, too few points, or no extent.
     """
     options, progress = options or MeshingOptions(), progress or Silent()
     points, normals, colors, warnings = _check(cloud, options)
@@ -405,7 +406,7 @@ def _remove_islands(
 def _orient_to_normals(
     vertices: FloatArray, faces: Int32Array, tree: Any, normals: Float32Array
 ) -> Int32Array:
-    """Orient faces counter-clockwise from the air, piece by piece."""
+    """Orient the faces of each piece counter-clockwise, seen from the air."""
     middle = vertices[faces].mean(axis=1)
     nearest = tree.query(middle)[1]
     agree = (cross_products(vertices, faces) * normals[nearest]).sum(axis=1)

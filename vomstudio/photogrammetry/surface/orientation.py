@@ -1,4 +1,4 @@
-"""Orient a surface by the side from which photos show it."""
+"""Orientation of a surface by the side from which photos show it."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def orient_to_photos(
 ) -> tuple[Int32Array, list[PhotoVisibility], int]:
     """Orient faces to the side from which the photos show them.
 
-    A surface of which more than half is in no photo is also tested from its other side, and each
-    connected piece is flipped if that shows more of its area.
+    If more than half of the surface is not visible in any photo, it is also tested from its other
+    side. Each connected piece is flipped if this makes more of its area visible.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def orient_to_photos(
     Raises
     ------
     GeometryError
-        If more than half of the area is in no photo.
+        If more than half of the area is not visible in any photo.
     """
     area = np.linalg.norm(cross_products(vertices, faces), axis=1)
     whole = max(float(area.sum()), 1e-300)

@@ -1,4 +1,4 @@
-"""Texture a mesh from photos: pages and vertex colours."""
+"""Texturing of a mesh from photos: pages and vertex colours."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ class TextureReport:
     Attributes
     ----------
     texel_m, pages, charts
-        Of the atlas; pages are (width, height).
+        Properties of the atlas; pages are (width, height).
     gains : dict
-        RGB factors by photo.
+        RGB gain of each photo.
     sharpness : dict
-        By photo, relative to the median photo.
+        Sharpness of each photo relative to the median photo.
     drawn_share : dict
-        Share of the textured area by photo.
+        Share of the textured area that is drawn from each photo.
     left_out_share : dict
-        Excluded share of its visible area by photo, because of occluders.
+        Share of the visible area of each photo that was excluded because of occluders.
     seen_by_share : dict
         Share of the area by number of photos with a good view.
     unseen_share : float
-        Share of the area without a photo, coloured like its neighbourhood.
+        Share of the area that no photo shows, which is coloured like its surroundings.
     """
 
     texel_m: float
@@ -91,11 +91,12 @@ class Textured:
     Attributes
     ----------
     mesh : Mesh
-        With uv and vertex colours; its materials do not have files yet, see `write`.
+        Mesh with texture coordinates and vertex colours. Its materials do not have files until
+        `write` is called.
     pages : tuple of (h, w, 3) uint8 array
         RGB, one for each material.
     drawn_from : (m,) array
-        Photo of each face of `mesh`, -1 without one.
+        Photo from which each face of `mesh` is drawn; -1 if there is none.
     """
 
     mesh: Mesh
@@ -121,10 +122,10 @@ class Textured:
         ----------
         path : path or iterable of paths
         origin : sequence of float
-            Added to the coordinates, which are then World.
+            Offset that converts the coordinates to the World frame.
         crs : str, optional
         quality : int
-            Of the JPEG pages.
+            Quality of the JPEG pages.
         force : bool
         progress : Progress, optional
             Raises Cancelled.
@@ -132,13 +133,13 @@ class Textured:
         Returns
         -------
         list of Finding
-            About data that a format cannot store.
+            Findings about data that a format cannot store.
 
         Raises
         ------
         TargetError
         UsageError
-            For an unknown extension.
+            If the extension is unknown.
         """
         from vomstudio.io.models.writing import write_model
 
@@ -196,9 +197,9 @@ def make_texture(
     Raises
     ------
     GeometryError
-        For a mesh without faces, or if more than half of it is in no photo.
+        If the mesh has no faces, or if more than half of it is not visible in any photo.
     InputError
-        For a photo with another shape than its camera.
+        If the shape of a photo differs from that of its camera.
     Cancelled
     """
     options, executor, progress = (
@@ -247,7 +248,7 @@ def make_texture(
 
 
 class _ShiftedPhoto:
-    """Photo relative to the middle of the mesh, whose bytes are read on access to save memory."""
+    """Photo relative to the mesh centre, whose bytes are read on access to save memory."""
 
     def __init__(self, photo: MaskedPhoto, shift: FloatArray) -> None:
         self._photo = photo

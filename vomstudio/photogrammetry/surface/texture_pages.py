@@ -1,4 +1,4 @@
-"""Draw the pages of a texture tile by tile, and fill gaps between charts."""
+"""Drawing of the pages of a texture tile by tile, and filling of gaps between charts."""
 
 from __future__ import annotations
 
@@ -255,7 +255,7 @@ class _Tasks:
 def fill_between(page: ByteArray, filled: BoolArray) -> None:
     """Fill free texels with smooth colours of the surrounding charts (pull-push).
 
-    Otherwise JPEG or the smaller copies of a renderer would bring black lines into the charts.
+    Otherwise JPEG compression or the mipmaps of a renderer would draw black lines into the charts.
     """
     if filled.all() or not filled.any():
         return

@@ -1,4 +1,4 @@
-"""Topology of triangle meshes: neighbours, components, repair to a manifold."""
+"""Topology of triangle meshes: neighbours, components, and repair to a manifold."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
 
 
 def compact(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array, IntArray]:
-    """Remove unused vertices; returns also the old rows of the others."""
+    """Remove unused vertices, and return the original rows of the remaining ones."""
     used = np.zeros(len(vertices), bool)
     used[faces] = True
     rows = np.flatnonzero(used)
@@ -81,8 +81,8 @@ def vertex_normals(vertices: FloatArray, faces: Int32Array) -> FloatArray:
 def make_manifold(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array]:
     """Repair a mesh to a manifold.
 
-    Removes degenerate and duplicate faces, keeps the two largest faces of an edge, and duplicates
-    vertices at which sheets only touch.
+    Degenerate and duplicate faces are removed, only the two largest faces of an edge are kept, and
+    vertices at which sheets only touch are duplicated.
     """
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])]
     faces = faces[faces[:, 2] != faces[:, 0]]

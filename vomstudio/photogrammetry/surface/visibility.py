@@ -1,4 +1,4 @@
-"""Visibility of a mesh in one photo: faces, their quality, and colours at vertices."""
+"""Visibility of a mesh in a photo: visible faces, their quality, and vertex colours."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.surface.topology import cross_products
 
-# Maximum number of pixels of depths; larger photos are reduced.
+# Maximum number of pixels of the depth buffer; larger photos are reduced.
 _MAX_DEPTH_PIXELS = 12_000_000
-# Margin in pixels to the foreground and to masks, since shape and poses are not exact.
+# Margin to the foreground and to masks in pixels, since the shape and poses are not exact.
 _MARGIN_PX = 2
 _SLACK = 3.0
-# Minimum cosines between normal and ray of a well visible and of a visible face.
+# Minimum cosine between the normal and the ray for a well visible and for a visible face.
 _MIN_COSINE_WELL, _MIN_COSINE = 0.17, 0.04
-# Minimum visible share of a face's pixels; the others would show the foreground.
+# Minimum visible share of the pixels of a face; other faces would show the foreground.
 _MIN_VISIBLE_SHARE = 0.98
 # Width of the border with decreasing quality, as a share of the photo.
 _BORDER_SHARE = 0.04
@@ -30,7 +30,7 @@ _LEVELS = 6
 
 
 class MaskedPhoto(Protocol):
-    """Encoded photo and mask (white is used), and the view of the encoded photo."""
+    """Protocol of an encoded photo with its mask (white parts are used) and its view."""
 
     @property
     def photo(self) -> bytes: ...
@@ -42,7 +42,7 @@ class MaskedPhoto(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class VisibilityTask:
-    """One photo and the complete mesh, in the photo's frame."""
+    """Input of `compute_visibility`: one photo and the complete mesh, in the photo's frame."""
 
     photo: bytes
     mask: bytes | None
@@ -59,15 +59,16 @@ class PhotoVisibility:
     ----------
     faces : (k,) int32 array
     quality : (k,) float32 array
-        Pixels per unit of length on the rock in the direction of the minimum, less at the border.
+        Minimum number of pixels per unit of length on the rock over all directions; reduced towards
+        the border of the photo.
     well : (k,) array of bool
-        Visible with a margin, and not grazing.
+        Whether each face is visible with a margin and not at a grazing angle.
     vertices : (l,) int32 array
-        Corners of these faces.
+        Rows of the corners of these faces.
     colors : (l, 3) float32 array
-        RGB over about the area of the vertex.
+        RGB averaged over about the area of the vertex.
     detail : (l,) float32 array
-        Logarithm of fine over coarse contrast.
+        Logarithm of the ratio of fine to coarse contrast.
     """
 
     name: str
@@ -114,7 +115,7 @@ def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
 
 
 def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
-    """Compute the visible part of the mesh. Raises InputError as `decode`."""
+    """Compute the visible part of the mesh. Raises InputError as in `decode`."""
     view, faces = task.view, task.faces
     picture = decode(task.photo, view)
     pixels, depths = project(view, task.vertices)
@@ -161,7 +162,7 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
 
 
 def project(view: View, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return pixels (n, 2), NaN if undefined, and depths (n,)."""
+    """Project vertices to pixels (n, 2), NaN if undefined, and depths (n,)."""
     return np.ascontiguousarray(view.project(vertices)), np.ascontiguousarray(view.depths(vertices))
 
 
@@ -207,7 +208,7 @@ def _visible_shares(
 
 
 def _spans(pixels: FloatArray, corners: Int32Array, n: int) -> FloatArray:
-    """Return the mean length (n,) of a vertex's edges in the photo, pixels."""
+    """Return the mean length (n,) of the edges of each vertex in the photo, in pixels."""
     total, count = np.zeros(n), np.zeros(n)
     for k in range(3):
         a, b = corners[:, k], corners[:, (k + 1) % 3]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 # WGS 84.
 _A, _E2 = 6378137.0, 0.00669437999014
-# 95 % of one normal error.
+# 95 % quantile of a normally distributed error (two-sided).
 _Z95 = 1.959964
 HANDHELD_ACCURACY_M = 5.0
 """Default horizontal standard deviation of the receiver of a phone or camera (textbook 3.1.2 and
@@ -26,10 +26,10 @@ DRONE_ACCURACY_M = 3.0
 
 
 def metres_from_gps(photos: Sequence[Photo]) -> FloatArray:
-    """Return east, north, up (n, 3) in metres from the mean position; NaN without GPS.
+    """Return east, north, up (n, 3) in metres from the mean position; NaN if no GPS.
 
-    The height is 0 if unknown. Accurate to a thousandth over some kilometres: for checks, not for
-    registration.
+    The height is 0 if unknown. The result is accurate to a thousandth over a few kilometres, which
+    is sufficient for checks but not for registration.
     """
     coordinates = np.full((len(photos), 3), np.nan)
     for i, photo in enumerate(photos):
@@ -47,7 +47,7 @@ def metres_from_gps(photos: Sequence[Photo]) -> FloatArray:
 
 
 def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
-    """Return the median standard deviation of positions, m, and whether it is stated."""
+    """Return the median standard deviation of the positions (m), and whether it is stated."""
     stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m is not None]
     if stated:
         return float(np.median(stated)), True
@@ -58,11 +58,11 @@ def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
 def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, FloatArray]:
     """Return the 95 % rotation error of a registration by positions.
 
-    The second value is its weakest axis (3,).
+    Returns the error and its weakest axis (3,). The error is 180 if it is undetermined because all
+    positions are collinear or coincide.
 
-    180 if it is undetermined: all positions collinear, or at one place.
-
-    positions : (n, 3); sigma_m : independent error of a coordinate
+    positions : (n, 3)
+    sigma_m : independent error of each coordinate
     """
     values, axes = np.linalg.eigh(rotation_covariance(positions, sigma_m))
     worst = math.degrees(_Z95 * math.sqrt(values[-1]))
@@ -72,7 +72,7 @@ def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, 
 def straightness(positions: FloatArray) -> float:
     """Return the ratio of the width of positions to their length (standard deviations).
 
-    0 for collinear ones.
+    It is 0 if the positions are collinear.
     """
     centred = positions - positions.mean(axis=0)
     s = np.linalg.svd(centred, compute_uv=False)

@@ -1,7 +1,7 @@
-"""Check a set of photos before the alignment (textbook 2.4 and 3.2).
+"""Checks of a set of photos before the alignment (textbook 2.4 and 3.2).
 
-Every rule states its number and its source. Limits are conservative: a wrong finding reduces the
-trust in the right ones.
+Every rule states its limit and its source. The limits are conservative, because a wrong finding
+reduces the trust in correct ones.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> SurveyMeasurements:
     """Decode and compare all photos of a folder once.
 
-    Raises Cancelled. For a photo that cannot be decoded, `error` of its quality states the reason.
+    If a photo cannot be decoded, the `error` of its quality states the reason. Raises Cancelled.
     """
     progress = progress or Silent()
     photos = tuple(folder.photos)
@@ -63,7 +63,8 @@ def check_photos(
 ) -> SurveyReport:
     """Check photos before the alignment.
 
-    distance_m : from camera to rock, if known; drones with views down state their height
+    distance_m : distance from the camera to the rock, if known; drones that look down state their
+    height
     """
     return report(measure_folder(folder, progress), folder, distance_m, limits or Limits())
 
@@ -71,9 +72,9 @@ def check_photos(
 def report(
     measurements: SurveyMeasurements, folder: PhotoFolder, distance_m: float | None, limits: Limits
 ) -> SurveyReport:
-    """Return findings, figures and verdict from earlier measurements.
+    """Return the findings, figures and verdict for existing measurements.
 
-    distance_m : from camera to rock, None if unknown
+    distance_m : distance from the camera to the rock, or None if unknown
     """
     photos = measurements.photos
     gsd = [pixel_size(photo, distance_m) for photo in photos]
@@ -115,10 +116,10 @@ def report(
 
 
 def pixel_size(photo: Photo, distance_m: float | None = None) -> float | None:
-    """Return metres on the rock per pixel by eq. 18.
+    """Return the pixel size on the rock in metres (eq. 18).
 
-    From the given distance, or the height of a drone with views down; None if the distance or the
-    focal length is unknown.
+    It follows from the given distance, or from the height of a drone that looks down. Returns None
+    if the distance or the focal length is unknown.
     """
     if photo.focal_px is None:
         return None
@@ -128,7 +129,7 @@ def pixel_size(photo: Photo, distance_m: float | None = None) -> float | None:
         distance = height / math.sin(math.radians(-pitch))
     if distance is None or distance <= 0:
         return None
-    # In pixels the sensor's width cancels: Sw / f = Iw / f_px.
+    # In pixels, the sensor width cancels: Sw / f = Iw / f_px.
     return ground_sampling_distance(photo.long_side, photo.focal_px, distance, photo.long_side)
 
 
@@ -174,7 +175,7 @@ def _folder_findings(
 
 
 def _camera_findings(folder: PhotoFolder) -> list[Finding]:
-    """Find several cameras or settings, and photos rotated by a program."""
+    """Find sets with several cameras or settings, and photos rotated by a program."""
     settings = folder.cameras()
     if len(settings) < 2:
         return []
@@ -189,7 +190,7 @@ def _camera_findings(folder: PhotoFolder) -> list[Finding]:
 
 
 def _camera_group(group: Sequence[Photo]) -> str:
-    """Return number, camera, size and focal length of photos that share a calibration."""
+    """Describe photos that share a calibration: number, camera, size and focal length."""
     first = group[0]
     camera = first.camera or tr("unknown camera")
     if first.focal_px:

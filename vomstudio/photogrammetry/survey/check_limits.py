@@ -19,31 +19,33 @@ class Limits:
     Attributes
     ----------
     views : float
-        Recommended number of photos of each place (3.2.1: four or five).
+        Recommended number of photos that show each part of the rock (3.2.1: four or five).
     overlap : float
-        Of a photo with its best neighbour; the book's 60 % minus the error of the estimate.
+        Minimum overlap of a photo with its best neighbour: the textbook's 60 % minus the error of
+        the estimate.
     doming_deg : float
-        Spread of view directions below which they are one direction; the book recommends obliques
-        up to 30 degrees from the perpendicular (3.2.1).
+        If the spread of the view directions is smaller, they count as one direction. The textbook
+        recommends oblique photos up to 30 degrees from the perpendicular (3.2.1).
     same_place : float
-        Baseline over distance of one position; turn_deg and zoom distinguish photos there.
+        Maximum ratio of baseline to distance for a single position; turn_deg and zoom distinguish
+        the photos taken there.
     blur_px, blur_times : float
-        Sigma, and its ratio to the median of the set.
+        Blur sigma, and its ratio to the median of the set.
     darkest, burnt : float
-        Mean linear light, and share of saturated pixels.
+        Minimum mean linear light, and maximum share of saturated pixels.
     stops, light_stops : float
-        Differences in brightness of the pictures, and of the metered exposure.
+        Maximum differences in the brightness of the pictures and in the metered exposure.
     gsd_ratio : float
-        An order of magnitude (3.2.1).
+        Maximum ratio of pixel sizes, an order of magnitude (3.2.1).
     rotation_deg : float
-        95 % error of an orientation by GPS that is reported.
+        95 % error of an orientation by GPS above which it is reported.
     registration_deg : float
-        95 % error of a model's rotation that is not small relative to the 5 degrees of a good
-        plane.
+        95 % error of the rotation of a model that is no longer small relative to the 5 degrees of a
+        good plane.
     straight : float
-        Ratio of width to length of collinear camera positions.
+        Ratio of width to length below which camera positions count as collinear.
     resampled, enlarged_px : float
-        See photo_quality.interpolation_period, and the blur that confirms it.
+        Limit of photo_quality.interpolation_period, and the blur that confirms it.
     """
 
     views: float = 4.0
@@ -72,7 +74,7 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class SurveyMeasurements:
-    """Measurements of a folder: of each photo, and between photos."""
+    """Measurements of each photo of a folder, and between photos."""
 
     photos: tuple[Photo, ...]
     quality: tuple[PhotoQuality, ...]

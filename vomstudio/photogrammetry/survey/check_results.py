@@ -1,4 +1,4 @@
-"""Results of a survey check: findings with reasons and numbers, and a verdict in words."""
+"""Results of a survey check: findings with reasons and numbers, and a verdict as text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ORDER = {"error": 0, "warning": 1, "info": 2}
 
 @dataclass(frozen=True)
 class PhotoFigures:
-    """Figures of one photo; None if not known.
+    """Figures of one photo; unknown values are None.
 
     Parameters
     ----------
@@ -27,12 +27,12 @@ class PhotoFigures:
     blur : float
         Sigma of edges, pixels.
     views : float
-        Median number of photos that show a place of it (before the alignment), or mean number that
-        show its tie points (after).
+        Before the alignment, the median number of photos that show a point of this photo; after it,
+        the mean number that show its tie points.
     brightness, overlap : float
     oblique_deg : float
     gsd : float
-        In the unit of the model, if that is not the metre.
+        Pixel size in the unit of the model if this is not the metre.
     """
 
     name: str
@@ -52,7 +52,7 @@ class SurveyReport(Result):
     Parameters
     ----------
     stage : {"before", "after"}
-        Before or after the alignment.
+        Whether the check was made before or after the alignment.
     assessment : tuple of Finding
         Suitability of the photos.
     verdict : str
@@ -60,11 +60,11 @@ class SurveyReport(Result):
     next_time : tuple of str
         Advice for the next survey, the most important first.
     smallest_plane_m : float or None
-        Minimum size of a plane worth measuring: 100 times the resolution.
+        Size of the smallest plane worth measuring: 100 times the resolution.
     plane_error : tuple of PlaneError
-        Expected error of planes against their size; empty if no pixel size is known.
+        Expected errors of planes of several sizes; empty if no pixel size is known.
     gsd, smallest_plane : float or None
-        In the unit of the model, if that is not the metre.
+        Values in the unit of the model if this is not the metre.
     """
 
     stage: str
@@ -85,7 +85,7 @@ class SurveyReport(Result):
 
 
 def sort_by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Sort findings by severity, errors first, otherwise in their order."""
+    """Sort findings by severity, errors first, keeping the order of equal ones."""
     return tuple(sorted(findings, key=lambda finding: _ORDER[finding.severity]))
 
 
@@ -165,11 +165,11 @@ def assess(
     planes: PlaneSizes | None = None,
     hint: Sequence[Finding] = (),
 ) -> tuple[Finding, ...]:
-    """Assess the suitability of the photos, in two or three findings for a geologist.
+    """Assess the suitability of the photos in two or three findings for a geologist.
 
     metric : whether sizes are in metres, not in units of the model
     gsd_m : median pixel size on the rock; if None, `hint` follows
-    planes : sizes of planes by the resolution of the model; by the photos' pixel size if None
+    planes : plane sizes for the resolution of the model; if None, the photos' pixel size is used
     """
     errors = [f for f in findings if f.severity == "error"]
     warnings = [f for f in findings if f.severity == "warning"]

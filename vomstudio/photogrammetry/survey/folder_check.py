@@ -1,4 +1,4 @@
-"""Check of a folder of photos, the output of `vomstudio check`."""
+"""Check of a folder of photos, as printed by `vomstudio check`."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class FolderCheck(PrintableResult, SurveyReport):
     Parameters
     ----------
     folder : str
-        As it was given.
+        Folder as given by the user.
     skipped : tuple of (str, Finding)
-        Names of unused pictures, with the reasons.
+        Names of unused pictures, and the reasons.
     warnings : tuple of Finding
     aligned : SurveyReport or None
-        Check of the model made from them, if one was given.
+        Check of the model made from the photos, if one was given.
     """
 
     folder: str
@@ -47,9 +47,11 @@ class FolderCheck(PrintableResult, SurveyReport):
 def check_folder(
     folder: str | Path, distance_m: float | None = None, progress: Progress | None = None
 ) -> tuple[FolderCheck, PhotoFolder]:
-    """Check a folder; returns the check and the checked photos.
+    """Check a folder, and return the check with the photos.
 
-    distance_m : from camera to rock, if known. Raises InputError, UsageError.
+    Raises InputError, UsageError.
+
+    distance_m : distance from the camera to the rock, if known
     """
     photo_folder = read_photos(folder, progress)
     report = check_photos(photo_folder, distance_m=distance_m, progress=progress)

@@ -1,11 +1,12 @@
-"""Find photos of the same rock by a quick comparison of reduced versions.
+"""Detection of photos of the same rock by a quick comparison of reduced versions.
 
-SIFT on photos reduced to about 800 pixels, matched by ratio and mutually, verified by a fundamental
-matrix. If one homography explains a pair (a rock face is nearly plane), it gives the overlap of the
-two pictures, the ratio of their pixel sizes, and the distance of the cameras: with both
-calibrations known, K2^-1 H K1 scaled to a middle singular value of 1 is R + t n'/d, whose first and
-last singular values differ by at least 0 (one position) and by about the baseline over the distance
-otherwise (Faugeras & Lustman 1988; Malis & Vargas 2007, INRIA RR-6303).
+SIFT features of photos reduced to about 800 pixels are matched mutually with a ratio test, and
+verified by a fundamental matrix. If one homography explains a pair (a rock face is nearly planar),
+it determines the overlap of the two pictures, the ratio of their pixel sizes, and the distance
+between the cameras. If both calibrations are known, K2^-1 H K1, scaled to a middle singular value
+of 1, is R + t n'/d. Its first and last singular values are equal for a single position, and
+otherwise differ by about the ratio of baseline to distance (Faugeras & Lustman 1988; Malis & Vargas
+2007, INRIA RR-6303).
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ LONG_SIDE = 800
 MAX_FEATURES = 1500
 MIN_MATCHES = 16
 _MATCH_RATIO = 0.8
-# In a large set only neighbours are compared.
+# In larger sets, only neighbours are compared.
 _MAX_PHOTOS_ALL_PAIRS = 40
 _NEIGHBOURS = 6
 # Maximum number of pairs between the components of a large set.
@@ -42,11 +43,12 @@ _GRID = 8
 
 @dataclass(frozen=True, eq=False)
 class NormalizedFeatures:
-    """Features of a photo, in pixels of the full photo divided by its long side.
+    """Features of a photo, in coordinates of the full photo divided by its long side.
 
-    points : (n, 2); descriptors : (n, 128) float32 of unit length
-    width, height : 1 along the long side
-    focal : in the same unit, None if unknown
+    points : (n, 2)
+    descriptors : (n, 128) float32 of unit length
+    width, height : size, 1 along the long side
+    focal : focal length in the same unit, or None if unknown
     """
 
     points: FloatArray
@@ -57,7 +59,7 @@ class NormalizedFeatures:
 
     @property
     def matrix(self) -> FloatArray | None:
-        """Return the calibration matrix (3, 3) in these units; None without a focal length."""
+        """Calibration matrix (3, 3) in these units; None if the focal is unknown."""
         if self.focal is None:
             return None
         return np.array(
@@ -72,19 +74,19 @@ class PairOverlap:
     Attributes
     ----------
     matches : int
-        Verified.
+        Number of verified matches.
     plane_share : float
         Share of matches that one homography explains.
     overlap : float
-        Smaller of the visible shares of either photo in the other.
+        Share of either photo that the other one shows, whichever is smaller.
     pixel_ratio : float or None
-        Metres per pixel of the first photo over those of the second.
+        Pixel size on the rock of the first photo divided by that of the second.
     rotation : (3, 3) array or None
-        From the first camera to the second, None if focal lengths are unknown.
+        Rotation from the first camera to the second; None if the focal lengths are unknown.
     baseline_ratio : float or None
-        Lower limit of the distance of the cameras over that to the rock; None if unknown.
+        Lower limit of the ratio of the baseline to the distance from the rock; None if unknown.
     inside, inside_back : (GRID * GRID,) array of bool
-        Places of the first photo on the second, and the opposite.
+        Which grid points of the first photo the second one shows, and vice versa.
     """
 
     first: int
@@ -100,7 +102,7 @@ class PairOverlap:
 
     @property
     def turn_deg(self) -> float | None:
-        """Return the angle between the optical axes."""
+        """Angle between the optical axes."""
         if self.rotation is None:
             return None
         return math.degrees(math.acos(float(np.clip(self.rotation[2, 2], -1.0, 1.0))))
@@ -114,9 +116,9 @@ class SetOverlap:
     ----------
     pairs : tuple of PairOverlap
     views : (n,) array
-        Median number of photos, itself included, that show a place of each photo.
+        Median number of photos that show a point of each photo, including the photo itself.
     views_low : (n,) array
-        Share of places with fewer than three photos.
+        Share of the points of each photo that fewer than three photos show.
     compared : int
         Number of compared pairs.
     """
@@ -145,7 +147,7 @@ class SetOverlap:
 
 
 def features_of(photo: Photo) -> NormalizedFeatures | None:
-    """Return the features of a photo, None if it cannot be decoded. Runs in any process."""
+    """Return the features of a photo, or None if it cannot be decoded; runs in any process."""
     import cv2
 
     from vomstudio.core.errors import InputError
@@ -180,9 +182,9 @@ def features_of(photo: Photo) -> NormalizedFeatures | None:
 
 
 def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[int, int]]:
-    """Select all pairs of a small set, else those that are near in order or position.
+    """Select all pairs of a small set, or pairs near in order or position of a large set.
 
-    positions : (count, 2 or 3), NaN if unknown
+    positions : (count, 2 or 3); NaN if unknown
     """
     if count <= _MAX_PHOTOS_ALL_PAIRS:
         return list(itertools.combinations(range(count), 2))
@@ -214,7 +216,7 @@ def match_pair(a: NormalizedFeatures, b: NormalizedFeatures) -> tuple[FloatArray
 def compare_pair(
     i: int, j: int, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> PairOverlap | None:
-    """Return the overlap of two photos; None if they do not show the same rock."""
+    """Return the overlap of two photos, or None if they do not show the same rock."""
     import cv2
 
     p, q = match_pair(a, b)
@@ -229,7 +231,7 @@ def compare_pair(
     if keep.sum() < MIN_MATCHES or keep.sum() < 0.2 * len(p):
         return None
     p, q = p[keep], q[keep]
-    # A larger tolerance than the epipolar one allows for relief.
+    # The tolerance is larger than the epipolar one, to allow for relief.
     plane, is_on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
     share = 0.0 if is_on_plane is None else float(is_on_plane.mean())
     if plane is None or share < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
@@ -264,7 +266,7 @@ def compare_photos(
     positions: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> SetOverlap:
-    """Compare all useful pairs; a photo without features does not match."""
+    """Compare all useful pairs of photos; photos without features do not match any."""
     progress = progress or Silent()
     count = len(features)
     compared = choose_pairs(count, positions)
@@ -304,9 +306,9 @@ def _compare_pairs(
 def _pairs_between_components(
     count: int, compared: Sequence[tuple[int, int]], pairs: Sequence[PairOverlap]
 ) -> list[tuple[int, int]]:
-    """Return pairs between components.
+    """Return pairs to compare between components.
 
-    Neighbours in order are not always neighbours on the rock.
+    They are needed because neighbours in order are not always neighbours on the rock.
     """
     if count <= _MAX_PHOTOS_ALL_PAIRS:
         return []
@@ -327,7 +329,7 @@ def _pairs_between_components(
 def optical_axes(look: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
     """Return the view directions (count, 3) in the frame of one camera, and which are known.
 
-    Relative rotations are chained along the best matched pairs of the largest component.
+    Relative rotations are chained along the best-matched pairs of the largest component.
     """
     best = sorted((p for p in look.pairs if p.rotation is not None), key=lambda p: -p.matches)
     part = set(look.components(count)[0]) if count else set()
@@ -363,7 +365,7 @@ def _places(f: NormalizedFeatures) -> FloatArray:
 
 
 def _inside(plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures) -> BoolArray:
-    """Return which places of a the homography maps into b."""
+    """Return which grid points of photo `a` the homography maps into photo `b`."""
     at = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
     front = at[:, 2] * np.sign(centre) > 1e-9
@@ -374,7 +376,7 @@ def _inside(plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures) -> 
 
 
 def _inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:
-    """Return which places are between the matches, for scenes that are not planar."""
+    """Return which grid points lie within the hull of the matches, for non-planar scenes."""
     import cv2
 
     hull = cv2.convexHull(points.astype(np.float32))
@@ -396,7 +398,7 @@ def _pixel_ratio(plane: FloatArray, a: NormalizedFeatures) -> float | None:
 def _plane_motion(
     plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> tuple[FloatArray | None, float | None]:
-    """Return the rotation between the cameras, and their distance over that to the rock."""
+    """Return the rotation between the cameras, and the ratio of baseline to distance."""
     k1, k2 = a.matrix, b.matrix
     if k1 is None or k2 is None:
         return None, None
@@ -414,29 +416,30 @@ def _plane_motion(
 def _facing_rotation(h: FloatArray) -> FloatArray | None:
     """Return the most probable motion of a homography.
 
-    Two solutions remain in front of the cameras: the one with the plane facing the first camera
-    most; in the other, camera path and normal are exchanged.
+    Two solutions have the plane in front of the cameras. The one whose plane faces the first camera
+    most is used; in the other, camera path and normal are exchanged.
     """
     import cv2
 
     count, rotations, _, normals = cv2.decomposeHomographyMat(h, np.eye(3))
     if not count:
         return None
-    # Each comes with both signs of the normal and the same rotation.
+    # Each solution occurs with both signs of the normal and the same rotation.
     facing = [abs(float(np.ravel(n)[2])) for n in normals]
     return np.asarray(rotations[int(np.argmax(facing))], np.float64)
 
 
 _MAX_BASELINE_RATIO = 0.02
-"""Baseline over distance of one position.
+"""Maximum ratio of baseline to distance of a single position.
 
-Lens distortion and rounded EXIF focal lengths cause it for a pure rotation."""
+Even for a pure rotation it is not zero, because of lens distortion and rounded EXIF focal
+lengths."""
 
 
 def _rotation_by_essential_matrix(
     p: FloatArray, q: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> FloatArray | None:
-    """Return the rotation by the essential matrix."""
+    """Return the rotation from the essential matrix."""
     import cv2
 
     k1, k2 = a.matrix, b.matrix

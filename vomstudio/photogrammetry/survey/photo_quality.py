@@ -1,10 +1,11 @@
-"""Measure the quality of the pixels of a photo, comparable between photos of a set.
+"""Measurement of the pixel quality of photos, comparable within a set.
 
-Blur is the width of edges, not the amount of detail: a wall of fine gravel and a smooth slab with
-the same lens have the same value. After Zhuo & Sim 2011 (Pattern Recognition 44, 1852): an edge
-blurred by a Gaussian of sigma, blurred again by a known sigma0, loses gradient at its middle by the
-factor R = sqrt(sigma^2 + sigma0^2) / sigma, hence sigma = sigma0 / sqrt(R^2 - 1). It is measured
-across and along the picture, and the larger value is used: motion blurs one direction only.
+Blur is measured as the width of edges and not as the amount of detail, so that a wall of fine
+gravel and a smooth slab have the same value with the same lens. The method follows Zhuo & Sim 2011
+(Pattern Recognition 44, 1852). If an edge with Gaussian blur sigma is blurred again by a known
+sigma0, the gradient at its centre decreases by the factor R = sqrt(sigma^2 + sigma0^2) / sigma,
+hence sigma = sigma0 / sqrt(R^2 - 1). Blur is measured across and along the picture, and the larger
+value is used, because motion blurs only one direction.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 _TILE = 384
 _TILES = 16
 _SIGMA0 = 1.5
-# Sigma above which the second blurring changes too little: measure at half the size.
+# Above this sigma, the second blurring changes too little, so measure at half the size.
 _MAX_BLUR_SIGMA_PX = 2.0
 _EDGE_QUANTILE = 0.5
 _STRONG_QUANTILE = 0.99
@@ -37,16 +38,16 @@ class PhotoQuality:
     Attributes
     ----------
     blur_px : float or None
-        Sigma of the strongest edges, in pixels of the full photo; about 0.5 to 1 is sharp; None
-        without edges.
+        Sigma of the strongest edges in pixels of the full photo. About 0.5 to 1 is sharp. None if
+        there are no edges.
     brightness : float
-        Mean in linear light, 0 to 1.
+        Mean linear light, 0 to 1.
     burnt : float
         Share of saturated pixels.
     resampled : float
-        Ratio of a period of interpolation to the rest of the spectrum.
+        Strength of an interpolation period relative to the rest of the spectrum.
     error : str or None
-        Why the photo cannot be decoded.
+        Reason why the photo cannot be decoded.
     """
 
     blur_px: float | None = None
@@ -57,7 +58,7 @@ class PhotoQuality:
 
 
 def measure_quality(photo: Photo) -> PhotoQuality:
-    """Decode and measure a photo. Does not raise for a damaged one: `error` states why."""
+    """Decode and measure a photo; if it is damaged, `error` states why."""
     from vomstudio.core.errors import InputError
     from vomstudio.io.photos.pixels import grey, read_mask
 
@@ -79,17 +80,18 @@ def measure_quality(photo: Photo) -> PhotoQuality:
 
 
 def linear_light(values: ByteArray) -> Float32Array:
-    """Invert sRGB's transfer curve (IEC 61966-2-1), 0 to 1."""
+    """Convert sRGB values to linear light, 0 to 1 (IEC 61966-2-1)."""
     v = np.asarray(values, np.float32) / 255.0
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
-    """Return the median sigma of strong edges in pixels; None with too few edges.
+    """Return the median sigma of strong edges in pixels, or None if there are too few.
 
-    The larger one of the directions across and along the picture.
+    The larger value of the directions across and along the picture is returned.
 
-    pixels : (h, w) grey; mask : (h, w), True for used pixels
+    pixels : (h, w) grey values
+    mask : (h, w), True for used pixels
     """
     tiles = [tile.astype(np.float32) for tile in _tiles(pixels, mask)]
     for level in range(4):
@@ -99,7 +101,7 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
             return None
         if max(known) <= _MAX_BLUR_SIGMA_PX or level == 3:
             return float(max(known) * 2**level)
-        # Averaging two pixels adds a little blur of its own, which the measured one dwarfs.
+        # Averaging two pixels adds some blur, which is negligible compared with the measured blur.
         tiles = [_halved(tile) for tile in tiles]
     return None
 
@@ -112,7 +114,7 @@ def _halved(tile: Float32Array) -> Float32Array:
 
 
 def _tiles(pixels: ByteArray, mask: BoolArray | None) -> list[ByteArray]:
-    """Return parts at full resolution, spread over the photo, with the most contrast first."""
+    """Return full-resolution tiles spread over the photo, those with most contrast first."""
     height, width = pixels.shape
     size = min(_TILE, height, width)
     rows = np.unique(np.linspace(0, height - size, 6).astype(int))
@@ -132,10 +134,10 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
 
     ratios = []
     for tile in tiles:
-        # Reduce noise; the smoothing is subtracted below.
+        # Reduce noise; the effect of the smoothing is subtracted below.
         tile = np.asarray(cv2.GaussianBlur(tile, (0, 0), _SMOOTH), np.float32)
         softer = cv2.GaussianBlur(tile, (0, 0), _SIGMA0)
-        # Central differences: a wider operator would add its own width.
+        # Use central differences, since a wider operator would add its own width.
         kernel = np.array([[-0.5, 0.0, 0.5]], np.float32)
         kernel = kernel if axis == 1 else kernel.T
         step = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel))
@@ -155,22 +157,23 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
         strong = top & (step >= max(float(np.quantile(values, _STRONG_QUANTILE)), 2.0))
         ratios.append(step[strong] / np.maximum(after[strong], 1e-6))
     ratio = np.concatenate(ratios) if ratios else np.empty(0)
-    # A gradient that increases by blurring is noise or a corner.
+    # A gradient that increases when blurred is noise or a corner.
     ratio = ratio[ratio > 1.005]
     if len(ratio) < 30:
         return None
-    # Variance of the smoothing, and of differences over two pixels: a box of that width.
+    # Variance of the smoothing, and of differences over two pixels, i.e. of a box of this width.
     own_variance = _SMOOTH**2 + 1.0 / 3.0
     variance = _SIGMA0**2 / (ratio**2 - 1.0) - own_variance
     return float(np.sqrt(max(float(np.quantile(variance, _EDGE_QUANTILE)), 0.04)))
 
 
 def interpolation_period(pixels: ByteArray) -> float:
-    """Return how strongly second differences repeat along rows and columns with one period.
+    """Return how strongly second differences are periodic along rows and columns.
 
-    This is the trace of resampling (Gallagher 2005, "Detection of linear and cubic interpolation in
-    JPEG compressed images"): the ratio of the peak to the median of the spectrum, the weaker of
-    both directions; 0 if the periods differ. Multiples of 1/16 are JPEG blocks.
+    Such a period is a trace of resampling (Gallagher 2005, "Detection of linear and cubic
+    interpolation in JPEG compressed images"). The result is the ratio of the peak to the median of
+    the spectrum for the weaker of both directions, or 0 if their periods differ. Multiples of 1/16
+    are due to JPEG blocks and ignored.
     """
     height, width = pixels.shape
     size = 2048

@@ -1,4 +1,4 @@
-"""Check single pictures for blur, enlarged pixels and light (textbook 2.4)."""
+"""Checks of individual pictures for blur, enlarged pixels and light (textbook 2.4)."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
     looks = [look for look in measurements.quality if look.blur_px is not None]
     traced = [look for look in looks if (look.resampled or 0.0) >= limits.resampled]
     middle = float(np.median([look.blur_px or 0.0 for look in looks])) if looks else 0.0
-    # Undistortion or reduction leave a trace too, without harm.
+    # Undistortion and reduction also leave a trace, but do no harm.
     if not enlarged and len(traced) > 0.6 * len(looks) and middle > limits.enlarged_px:
         findings.append(
             Finding(

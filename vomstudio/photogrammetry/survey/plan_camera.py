@@ -1,4 +1,4 @@
-"""Camera of a planned survey: from the table, from a photo, or by its numbers."""
+"""Camera of a planned survey, taken from the table or a photo, or given by numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PlanCamera:
 
     @property
     def pixel_pitch_mm(self) -> float:
-        """Return the distance between the centres of two pixels on the sensor."""
+        """Distance between the centres of two pixels on the sensor."""
         return self.sensor_width_mm / self.width_px
 
 

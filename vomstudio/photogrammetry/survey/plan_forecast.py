@@ -88,19 +88,19 @@ def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -
 
 
 def convert_to_world(places: FloatArray, upright: bool) -> FloatArray:
-    """Convert places in the frame of the outcrop to a frame with z up.
+    """Convert positions in the frame of the outcrop to a frame with z up.
 
     Parameters
     ----------
     places : (n, 3) array
-        Along the outcrop, up it, away from it.
+        Coordinates along, up and away from the outcrop.
     upright : bool
-        The outcrop is a wall, not terrain.
+        Whether the outcrop is a wall and not terrain.
 
     Returns
     -------
     (n, 3) array
-        Along the outcrop, into it, up.
+        Coordinates along the outcrop, into it, and up.
     """
     if not len(places):
         return np.zeros((0, 3))

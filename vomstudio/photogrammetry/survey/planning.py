@@ -1,8 +1,8 @@
-"""Plan a photo survey (textbook 2.4 and 3.2).
+"""Planning of a photo survey (textbook 2.4 and 3.2).
 
-Positions are in the frame of the outcrop: `along` it from its left end, `up` it from its foot (both
-as seen from the camera), `away` from it towards the camera; metres. For flat ground seen from above
-`away` is the height.
+Positions are in the frame of the outcrop, in metres: `along` is measured from its left end and `up`
+from its foot (both as seen from the camera), and `away` is the distance from it towards the camera.
+For flat ground seen from above, `away` is the height.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ class CameraStation(Result):
 
     @property
     def turn_deg(self) -> float:
-        """Return the angle to the right of the perpendicular."""
+        """Angle to the right of the perpendicular."""
         return math.degrees(math.atan2(self.target_along_m - self.along_m, self.away_m))
 
     @property
     def tilt_deg(self) -> float:
-        """Return the angle above the perpendicular."""
+        """Angle above the perpendicular."""
         return math.degrees(
             math.atan2(
                 self.target_up_m - self.up_m,
@@ -106,11 +106,11 @@ class SurveyPlan(PrintableResult):
     Attributes
     ----------
     footprint_m, spacing_m : (float, float)
-        Along and up the outcrop.
+        Footprint of a photo, and spacing of the photos, along and up the outcrop.
     depth_of_field_m : (float, float or None)
-        Nearest and farthest sharp distance, the latter None for infinity.
+        Nearest and farthest sharp distance; None if the latter is infinite.
     views_least, views_median : float
-        Photos that show a place of the outcrop.
+        Minimum and median number of photos that show a point of the outcrop.
     registration : tuple of Forecast
         Expected errors of the registration, if requested.
     """
@@ -135,27 +135,27 @@ class SurveyPlan(PrintableResult):
 
     @property
     def smallest_plane_m(self) -> float:
-        """Return the textbook's limit of a plane worth measuring: 1000 pixels."""
+        """Minimum size of a plane worth measuring, the textbook's 1000 pixels."""
         return self.planes.textbook
 
     @property
     def planes(self) -> PlaneSizes:
-        """Return the expected errors of planes by size, without that of the registration."""
+        """Expected errors of planes by size, without that of the registration."""
         return PlaneSizes.from_pixel_size(self.gsd_m)
 
     @property
     def plane_error(self) -> tuple[PlaneError, ...]:
-        """Return the expected 95 % errors of planes by size, without the registration."""
+        """Expected 95 % errors of planes by size, without the registration."""
         return tuple(self.planes.curve())
 
     @property
     def photos(self) -> int:
-        """Return the number of photos."""
+        """Number of photos."""
         return len(self.positions)
 
     @property
     def target_size_m(self) -> float:
-        """Return the size of a control point's mark: twenty pixels across."""
+        """Size of a control point's mark: twenty pixels across."""
         return _TARGET_PIXELS * self.gsd_m
 
     def select_kind(self, kind: str) -> list[CameraStation]:
@@ -179,9 +179,9 @@ def depth_of_field(
 ) -> tuple[float, float | None]:
     """Return the nearest and farthest sharp distance, m; None for infinity.
 
-    A point is a circle of at most `circle_mm` on the sensor, focused at `distance_m`. The thin
-    lens: hyperfocal distance H = f^2 / (N c) + f; near = D (H - f) / (H + D - 2 f), far = D (H - f)
-    / (H - D).
+    A distance is sharp if a point at it is imaged as a circle of at most `circle_mm` on the sensor
+    when the lens is focused at `distance_m`. For a thin lens with the hyperfocal distance H = f^2 /
+    (N c) + f, the limits are near = D (H - f) / (H + D - 2 f) and far = D (H - f) / (H - D).
     """
     f, d = focal_mm, distance_m * 1000.0
     hyperfocal = f * f / (f_number * circle_mm) + f
@@ -198,14 +198,14 @@ def distance_for(camera: PlanCamera, gsd_m: float) -> float:
 def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     """Compute stations, control points and figures of a survey.
 
-    For the manner "terrain", width and height are those of the ground. A camera without a diaphragm
-    keeps its fixed f-number. If several of distance, pixel size and smallest plane are given, the
-    distance is used, with a warning if it is too far for the finer of the others.
+    For the manner "terrain", the width and height are those of the ground. A camera without a
+    diaphragm keeps its fixed f-number. If more than one of distance, pixel size and smallest plane
+    are given, the distance is used, with a warning if it is too far for the finer of the other two.
 
     Raises
     ------
     UsageError
-        Without a distance, and for a distance at which the lens cannot focus.
+        If no distance is given, or if the lens cannot focus at it.
     """
     width_m, height_m = options.width_m, options.height_m
     overlap, manner = options.overlap, options.manner
@@ -261,9 +261,9 @@ def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[F
 def _distance(
     camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
 ) -> tuple[float, float, list[Finding]]:
-    """Return distance and pixel size on the rock, m, and a warning if the latter is too large.
+    """Return the distance and pixel size on the rock in m, and a warning if it is too large.
 
-    Raises UsageError if none is given, or the lens cannot focus there.
+    Raises UsageError if none of them is given, or if the lens cannot focus at the distance.
     """
     warnings = []
     if plane_m is not None:
@@ -336,8 +336,8 @@ def _obliques(
 ) -> list[tuple[float, float, float, float]]:
     """Return targets (along, up) with turn and tilt in degrees.
 
-    At a cliff on foot from left and right in turns, by drone from above, over flat ground from both
-    ends.
+    A cliff is viewed obliquely from the left and right in turns on foot, and from above by drone.
+    Flat ground is viewed from both ends.
     """
     count = max(1, math.ceil(width / ((1.0 - MIN_OVERLAP) * footprint[0]) - 1e-9))
     targets = []

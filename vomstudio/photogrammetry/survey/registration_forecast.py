@@ -1,4 +1,4 @@
-"""Forecast the registration errors of a planned survey, in degrees.
+"""Forecast of the registration errors of a planned survey, in degrees.
 
 The planned positions of the cameras, or of the control points, are adjusted as in the registration
 (`registration.placing`), with the stated accuracy and without residuals: the covariance is that of
@@ -24,7 +24,7 @@ class Forecast:
     Parameters
     ----------
     by : {"receiver", "control"}
-        Positions of the cameras, or control points.
+        Whether the positions are those of the cameras or of control points.
     points : int
         Number of positions.
     sigma_m : (float, float)
@@ -37,7 +37,7 @@ class Forecast:
     scale_error_95 : float or None
         Relative 95 % error of the scale.
     why_not : str or None
-        Why the positions cannot place a model.
+        Reason why the positions cannot place a model.
     """
 
     by: str
@@ -85,5 +85,5 @@ def forecast(by: str, places: FloatArray, sigma: tuple[float, float]) -> Forecas
 
 
 def _known(error_deg: float | None) -> float | None:
-    """Return an angle, None above 90 degrees."""
+    """Return an angle, or None if it exceeds 90 degrees."""
     return error_deg if error_deg is not None and error_deg < 90.0 else None

@@ -1,4 +1,4 @@
-"""Check camera stations: overlap, view directions, distances, GPS (textbook 3.2)."""
+"""Checks of camera stations: overlap, view directions, distances, GPS (textbook 3.2)."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def direction_findings(
 
 
 def _gimbal_axes(photos: Sequence[Photo]) -> FloatArray | None:
-    """Return view directions (n, 3) east, north, up, if all photos state theirs."""
+    """Return the view directions (n, 3) east, north, up, or None if a photo states none."""
     axes = []
     for photo in photos:
         if photo.yaw_deg is None or photo.pitch_deg is None:

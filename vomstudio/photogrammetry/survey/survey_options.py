@@ -1,4 +1,4 @@
-"""Options of plans and checks of photo surveys, declared once for every door."""
+"""Options of plans and checks of photo surveys, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PlanOptions(Options):
     Raises
     ------
     UsageError
-        For a value outside its bounds.
+        If a value is out of bounds.
     """
 
     width_m: float = option(
@@ -93,7 +93,7 @@ class PlanOptions(Options):
 
 @dataclass(frozen=True)
 class CheckOptions(Options):
-    """Known distance of photos to check. Raises UsageError for a value outside its bounds."""
+    """Known distance of photos to check. Raises UsageError if a value is out of bounds."""
 
     distance_m: float | None = option(
         None,
@@ -106,7 +106,7 @@ class CheckOptions(Options):
 
 @dataclass(frozen=True)
 class CheckScene(Options):
-    """Model of the checked photos, for the command."""
+    """Model made from the checked photos, for the command."""
 
     scene: str | None = option(
         None,
@@ -117,7 +117,7 @@ class CheckScene(Options):
 
 @dataclass(frozen=True)
 class VideoFrameOptions(Options):
-    """Frames to take of a video. Raises UsageError for a value outside its bounds."""
+    """Frames to take from a video. Raises UsageError if a value is out of bounds."""
 
     fps: float = option(
         DEFAULT_FPS,

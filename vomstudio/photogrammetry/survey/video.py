@@ -1,4 +1,4 @@
-"""Extract sharp frames of a video for a reconstruction, and assess it (textbook 3.2.4)."""
+"""Extraction of sharp video frames for a reconstruction, and assessment (textbook 3.2.4)."""
 
 from __future__ import annotations
 
@@ -92,18 +92,18 @@ class FrameReport(Result):
     ----------
     folder : Path
     width, height : int
-        Pixels.
+        Size of the frames in pixels.
     video_fps : float
     seconds : float
         Duration.
     frames : list of VideoFrame
     skipped : dict
-        Reason -> number of moments without a frame.
+        Number of intervals without a frame, by reason.
     gaps_s : list of float
-        Moments at which the picture moved so far that adjacent frames may not overlap enough.
+        Times at which the picture moved so far that adjacent frames may not overlap enough.
     warnings : list of Finding
     reasons : list of Finding
-        Why the video is not suitable.
+        Reasons why the video is not suitable.
     good_enough : bool
     verdict : str
     """
@@ -142,7 +142,7 @@ def take_frames(
     Raises
     ------
     InputError
-        For a file that is not a video.
+        If the file is not a video.
     UsageError, TargetError, Cancelled
     """
     progress = progress or Silent()
@@ -401,7 +401,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
 
 
 def is_ours(folder: Path) -> bool:
-    """Return whether a folder is of an earlier call, without other content."""
+    """Return whether a folder contains only the results of an earlier call."""
     try:
         record = read_json(folder / _RECORD_FILE)
         names = {frame["name"] for frame in record["frames"]} | {_RECORD_FILE}

@@ -1,9 +1,10 @@
-"""Compiled interpolation between scattered points in a plane, without a triangulation.
+"""Compiled interpolation between scattered points without a complete triangulation.
 
-Of all triangles of points that enclose a place, Delaunay's is the one whose plane through the
-points lifted to x^2 + y^2 is lowest there: a linear programme with three unknowns. The simplex
-method solves it for each cell among the points nearby. The result is that of a triangulation of all
-points, because no other point may be inside the circumcircle.
+Of all triangles that enclose a position, the Delaunay triangle is the one for which the plane
+through its corners, lifted to x^2 + y^2, is lowest at this position. Finding it is a linear
+programme with three unknowns, which the simplex method solves for each cell among the nearby
+points. The result is the same as that of a triangulation of all points, because no other point may
+lie inside the circumcircle.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 MAX_EXCHANGES = 1000
 NUDGE = 1e-6
-"""Offset of a cell from its centre, in sides of a bucket.
+"""Offset of the evaluated position from the cell centre, in sides of a bucket.
 
-A place on an edge between points in rows would not be inside any triangle."""
+Without it, a position on an edge between points in rows would not be inside any triangle."""
 ROUNDING = 1e-9
-"""Tolerance of the test for points inside a circle, in squared sides of a bucket."""
+"""Tolerance of the test whether a point is inside a circle, in squared bucket sides."""
 
 
 @part
 def _row(starts, nx, j, low, high, grid_left, side):  # type: ignore[no-untyped-def]
-    """Return first and last (excluded) point of a row of buckets between two places."""
+    """Return the first and last (excluded) point in a row of buckets between two positions."""
     i0 = min(max(math.floor((low - grid_left) / side), 0), nx - 1)
     i1 = min(max(math.floor((high - grid_left) / side), 0), nx - 1)
     return starts[j * nx + i0], starts[j * nx + i1 + 1]
@@ -38,9 +39,9 @@ def _rows(ny, low, high, top, side):  # type: ignore[no-untyped-def]
 
 @part
 def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  # type: ignore[no-untyped-def]
-    """Check whether three points in the square about a place enclose it.
+    """Return whether three points in the square about a position enclose it.
 
-    They are the nearest point, and those with the largest angle to it on either side.
+    These are the nearest point, and the points with the largest angle to it on either side.
     """
     j0, j1 = _rows(ny, y - reach, y + reach, top, side)
     nearest, a = math.inf, -1
@@ -72,7 +73,7 @@ def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  #
 
 @part
 def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
-    """Return the barycentric coordinates of a place; -inf if the points are on a line."""
+    """Return the barycentric coordinates of a position; -inf if the points are collinear."""
     ax, ay = points[a, 0] - x, points[a, 1] - y
     bx, by = points[b, 0] - x, points[b, 1] - y
     cx, cy = points[c, 0] - x, points[c, 1] - y
@@ -85,7 +86,7 @@ def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
 
 @part
 def _lifted(points, tri, x, y):  # type: ignore[no-untyped-def]
-    """Return slopes and height, at a place, of the plane through the three lifted points."""
+    """Return the slopes and the height at a position of the plane through lifted points."""
     ax, ay = points[tri[0], 0] - x, points[tri[0], 1] - y
     bx, by = points[tri[1], 0] - x, points[tri[1], 1] - y
     cx, cy = points[tri[2], 0] - x, points[tri[2], 1] - y
@@ -101,7 +102,7 @@ def _lifted(points, tri, x, y):  # type: ignore[no-untyped-def]
 
 @part
 def _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
-    """Return the point deepest inside the circle of a plane and within a square, -1 for none."""
+    """Return the point in a square that is deepest inside the circle of a plane, or -1."""
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
     low_y, high_y = max(my - radius, -reach), min(my + radius, reach)
@@ -124,7 +125,7 @@ def _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, reach):
 
 @part
 def _enter(points, tri, new, x, y):  # type: ignore[no-untyped-def]
-    """Replace one of three points by a new one, so that they still enclose the place."""
+    """Replace one of three points by a new one so that they still enclose the position."""
     best, leaves = -math.inf, 0
     for k in range(3):
         a = new if k == 0 else tri[0]
@@ -149,9 +150,9 @@ def _too_long(points, tri, limit):  # type: ignore[no-untyped-def]
 
 @part
 def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # type: ignore[no-untyped-def]
-    """Change an enclosing triangle to Delaunay's.
+    """Turn an enclosing triangle into the Delaunay triangle.
 
-    Returns whether its sides are within the limit.
+    Returns whether its sides do not exceed the limit.
     """
     for _ in range(MAX_EXCHANGES):
         f, g, h = _lifted(points, tri, x, y)
@@ -161,7 +162,8 @@ def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # 
         if new < 0:
             if _too_long(points, tri, limit):
                 return False
-            # A point farther away would be a corner, farther than the maximum length of a side.
+            # A point farther away would become a corner that is farther than the maximum side
+            # length.
             far = _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, math.inf)
             return far < 0
         _enter(points, tri, new, x, y)
@@ -172,24 +174,24 @@ def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # 
 def interpolate(  # type: ignore[no-untyped-def]
     points, starts, nx, ny, grid_left, top, side, first_x, first_y, step, limit, tri, depth
 ):
-    """Interpolate heights by Delaunay's triangles; NaN if one has a side over the limit.
+    """Interpolate heights in Delaunay triangles; NaN where a side exceeds the limit.
 
     Parameters
     ----------
     points : (n, 3) array
-        Sorted by buckets, all at different places.
+        Points at distinct positions, sorted by bucket.
     starts : (nx ny + 1,) array
-        First point of each bucket.
+        Index of the first point of each bucket.
     nx, ny, grid_left, top, side
-        Grid of the buckets: ny rows of nx squares.
+        Grid of buckets: ny rows of nx squares.
     first_x, first_y, step
-        Centre of the first cell, and distance of cells.
+        Centre of the first cell, and cell spacing.
     limit : float
         Maximum length of a side.
     tri : (3,) int array
-        Working space.
+        Work array.
     depth : (h, w) array
-        Receives the heights.
+        Output array for the heights.
     """
     h, w = depth.shape
     off_x, off_y = NUDGE * side, 0.618 * NUDGE * side

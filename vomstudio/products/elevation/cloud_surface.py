@@ -1,7 +1,7 @@
-"""Surface of a cloud over a plane: Delaunay triangles between its uppermost points.
+"""Surface of a cloud over a plane: a Delaunay triangulation of its uppermost points.
 
-Coordinates are those of a view against the plane's upward normal: x and y in the plane, z into it,
-so that the uppermost point has the smallest z.
+Coordinates are those of a view against the upward normal of the plane: x and y are in the plane,
+and z points into it, so that the uppermost point has the smallest z.
 """
 
 from __future__ import annotations
@@ -14,32 +14,33 @@ from vomstudio.core.findings import Finding
 from vomstudio.products.ortho.tiles import Grid, Tile
 
 SIDE_SPACINGS = 5.0
-"""Maximum side of a triangle, in typical sides.
+"""Maximum side of a triangle, in typical side lengths.
 
-Between random points the longest are about four; longer sides bridge a hole."""
+Between random points, the longest sides are about four times the typical length; longer ones bridge
+a hole."""
 
 NEIGHBOURS = 16
 GAP_SPREADS = 2.0
-"""Minimum gap between sheets, in spreads of a point's neighbours."""
+"""Minimum gap between sheets, relative to the spread of the neighbours of a point."""
 
 MIN_SEPARATED_SHARE = 0.85
-"""Minimum share of correctly ordered pairs at which a line separates points above from others."""
+"""A line separates the points above from the rest if at least this share is in order."""
 MIN_ABOVE = 3
-"""Minimum number of points above; fewer are outliers."""
+"""Minimum number of points above a point; fewer are considered outliers."""
 MAX_BELOW = 3
 PASSES = 4
-"""Number of passes: remains of a lower sheet are isolated in the next pass."""
+"""Number of passes; remnants of a lower sheet become isolated in the next pass."""
 
 BUCKET_SPACINGS = 1.5
-"""Side of the squares into which points are sorted, in mean distances."""
+"""Side of the squares into which points are sorted, in mean point distances."""
 HULL_POINTS = 200_000
-"""Maximum number of points for the approximate outline of a cloud."""
+"""Maximum number of points used for the approximate outline of a cloud."""
 
 _BLOCK_POINTS = 100_000
 
 
 def default_side_limit(xy: FloatArray) -> float:
-    """Return the default maximum side of a triangle, in the unit of the points.
+    """Return the default maximum triangle side, in the unit of the points.
 
     It is `SIDE_SPACINGS` times the square root of the area per point.
 
@@ -50,7 +51,7 @@ def default_side_limit(xy: FloatArray) -> float:
     Raises
     ------
     InputError
-        For fewer than three different places.
+        If there are fewer than three distinct positions.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -59,7 +60,8 @@ def default_side_limit(xy: FloatArray) -> float:
         hull = ConvexHull(some - some.mean(axis=0))
     except (QhullError, ValueError) as error:
         raise _no_surface() from error
-    # Use the cells that the cloud covers, not its hull: it may have any outline.
+    # Use the area of the cells that the cloud covers instead of its hull, since it may have any
+    # outline.
     low, n = xy.min(axis=0), len(xy)
     side = max(np.sqrt(4.0 * hull.volume / n), 1e-300)
     for _ in range(8):
@@ -67,7 +69,7 @@ def default_side_limit(xy: FloatArray) -> float:
         key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
         occupied = _count_cells(key)
         per_cell = n / occupied
-        # With about four points per cell, few cells within the outline are empty.
+        # At about four points per cell, few cells within the outline are empty.
         if 3.0 <= per_cell <= 8.0:
             break
         side *= np.sqrt(np.clip(4.0 / per_cell, 0.1, 4.0))
@@ -75,7 +77,7 @@ def default_side_limit(xy: FloatArray) -> float:
 
 
 def _count_cells(key: IntArray) -> int:
-    """Count the cells of points, given the cell (n,) of each."""
+    """Count the distinct cells, given the cell (n,) of each point."""
     count = int(key.max()) + 1
     if count > 40 * len(key):
         return len(np.unique(key))
@@ -85,12 +87,12 @@ def _count_cells(key: IntArray) -> int:
 
 
 def extract_top_sheet(points: FloatArray) -> FloatArray:
-    """Remove points (n, 3) that are below another sheet, as under an overhang.
+    """Remove points (n, 3) that lie below another sheet, e.g. under an overhang.
 
-    A point is below another sheet if, among its neighbours in the plane, some are above it, beyond
-    a gap of `GAP_SPREADS` times the extent of the neighbourhood, and these are mixed with the
-    others in the plane; on a slope a line separates them. Of coincident points the uppermost
-    remains.
+    A point is below another sheet if some of its neighbours in the plane lie above it, beyond a gap
+    of `GAP_SPREADS` times the extent of the neighbourhood, and if these are mixed with the other
+    neighbours in the plane. (On a slope, a line separates the two groups.) Of points that coincide
+    in the plane, the uppermost remains.
     """
     order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
     ordered = points[order]
@@ -107,9 +109,9 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
 
 
 def _under_another(points: FloatArray, open_rows: IndexArray) -> tuple[BoolArray, BoolArray]:
-    """Return which points (n,) are below another sheet, and which must be tested again.
+    """Return which points (n,) lie below another sheet, and which must be tested again.
 
-    The latter have a gap above them, or are neighbours of removed points.
+    The latter have a gap above them or are neighbours of removed points.
     """
     from scipy.spatial import cKDTree
 
@@ -134,14 +136,14 @@ def _under_another(points: FloatArray, open_rows: IndexArray) -> tuple[BoolArray
 
 
 def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
-    """Check whether the neighbours above cover a point.
+    """Return whether the neighbours above a point cover it.
 
     Parameters
     ----------
     away : (n, k, 2) array
-        Neighbours relative to the point, itself included.
+        Neighbours relative to the point, including the point itself.
     over : (n, k) bool array
-        Those above.
+        Whether each neighbour is above the point.
 
     Returns
     -------
@@ -151,7 +153,7 @@ def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
     upper, lower = over[:, :, None], ~over[:, :, None]
     middle_up = (away * upper).sum(axis=1) / counts[:, None]
     middle_low = (away * lower).sum(axis=1) / (over.shape[1] - counts)[:, None]
-    # Fisher's linear discriminant is the direction with the best separation.
+    # Fisher's linear discriminant gives the direction of best separation.
     deviations = away - np.where(upper, middle_up[:, None], middle_low[:, None])
     scatter = np.einsum("nki,nkj->nij", deviations, deviations)
     scale = np.maximum(np.trace(scatter, axis1=1, axis2=2), 1e-300)
@@ -161,7 +163,7 @@ def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
     pairs = over[:, :, None] & ~over[:, None, :]
     right = (along[:, :, None] > along[:, None, :]) & pairs
     parted = right.sum(axis=(1, 2)) / pairs.sum(axis=(1, 2))
-    # Near the edge of an upper sheet, the sheet is on one side and the lower points are on the
+    # Near the edge of an upper sheet, the sheet is on one side, and the lower points are on the
     # other.
     outward = np.einsum("nki,ni->nk", away, middle_up) < 0
     inside = (outward & over).any(axis=1) | ~(outward & ~over).any(axis=1)
@@ -176,7 +178,7 @@ def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
 
 
 def average_top_points(points: FloatArray, side: float) -> FloatArray:
-    """Average the uppermost points of each square, within a few sides of the highest."""
+    """Average, in each square, the points within a few square sides of the highest point."""
     cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / side).astype(np.int64)
     key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
     order = np.lexsort((points[:, 2], key))
@@ -190,14 +192,14 @@ def average_top_points(points: FloatArray, side: float) -> FloatArray:
 
 
 def interpolate_tile(points: FloatArray, limit: float, grid: Grid, tile: Tile) -> FloatArray:
-    """Interpolate depths (h, w) at the cell centres of a tile by Delaunay triangles.
+    """Interpolate depths (h, w) at the cell centres of a tile in Delaunay triangles.
 
     Parameters
     ----------
     points : (n, 3) array
-        All at different places.
+        Points at distinct positions.
     limit : float
-        Maximum side of a triangle; cells of larger ones are NaN.
+        Maximum side of a triangle; cells in larger triangles are NaN.
     grid : Grid
     tile : Tile
     """
@@ -206,7 +208,7 @@ def interpolate_tile(points: FloatArray, limit: float, grid: Grid, tile: Tile) -
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     size = np.maximum(high - low, 1e-12)
     side = max(BUCKET_SPACINGS * float(np.sqrt(size.prod() / len(points))), 1e-9)
-    # A cloud that is almost a line has no more buckets than points.
+    # For a cloud that is almost a line, limit the number of buckets to that of the points.
     side = max(side, float(size.max()) / len(points))
     nx, ny = (int(n) + 1 for n in (size / side).tolist())
     cells = np.minimum(np.floor((points[:, :2] - low) / side).astype(np.int64), (nx - 1, ny - 1))

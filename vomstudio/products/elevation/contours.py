@@ -1,4 +1,4 @@
-"""Contour lines of heights, as vector data."""
+"""Contour lines of heights as vector data."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ MAX_LEVELS = 2000
 def contour_lines(
     heights: Float32Array, transform: Affine, spacing: float
 ) -> list[tuple[float, FloatArray]]:
-    """Trace contour lines through cell centres, linear between them.
+    """Trace contour lines by linear interpolation between cell centres.
 
     Parameters
     ----------
     heights : (h, w) array
-        m.
+        Heights in metres.
     transform : Affine
-        From (column, row) to coordinates.
+        Transform from (column, row) to coordinates.
     spacing : float
-        Levels are its multiples, m.
+        Contour interval in metres; levels are multiples of it.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def contour_lines(
     Raises
     ------
     UsageError
-        For too many levels.
+        If there are too many levels.
     """
     known = np.isfinite(heights)
     if not known.any() or min(heights.shape) < 2:
@@ -51,7 +51,7 @@ def contour_lines(
             field="--contours",
         )
     levels = np.arange(math.ceil(low / spacing), math.floor(high / spacing) + 1) * spacing
-    # A level that only touches the lowest or highest cell has no line.
+    # A level that only touches the lowest or highest cell has no contour.
     levels = levels[(levels > low) & (levels < high)]
     if not len(levels):
         return []
@@ -59,7 +59,7 @@ def contour_lines(
 
     a, b, c, d, e, f = transform
     column, row = (np.arange(n) + 0.5 for n in heights.shape[::-1])
-    # Relative to the corner, because map coordinates leave few digits.
+    # Trace relative to the corner, because map coordinates leave few digits for precision.
     drawn = (
         Figure()
         .add_subplot()
@@ -77,7 +77,7 @@ def contour_lines(
 
 
 def write_contours(part: Path, lines: list[tuple[float, FloatArray]], crs: str | None) -> None:
-    """Write a GeoPackage with the layer `contours`: lines with their height.
+    """Write a GeoPackage with the layer `contours`, which contains lines with heights.
 
     Raises
     ------

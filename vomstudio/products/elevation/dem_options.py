@@ -1,4 +1,4 @@
-"""Options of elevation models, declared once for every door."""
+"""Options of elevation models, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class DemOptions(Options):
-    """Grid and plane of an elevation model.
+    """Grid and reference plane of an elevation model.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds.
+        If a value is out of bounds.
     """
 
     gsd_m: float | None = option(
@@ -51,12 +51,12 @@ class DemOptions(Options):
 
 @dataclass(frozen=True)
 class DemFiles(Options):
-    """Files to write beside the heights.
+    """Files to write in addition to the heights.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds.
+        If a value is out of bounds.
     """
 
     hillshade: bool = option(

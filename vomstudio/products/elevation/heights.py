@@ -1,4 +1,4 @@
-"""Heights of the cells of a grid, tile by tile."""
+"""Computation of the heights of grid cells, tile by tile."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.tiles import Drawer, Grid, Members, Tile
 
 TILE_POINTS = 500_000
-"""Number of points in a tile above which they are averaged per cell."""
+"""If a tile contains more points, they are averaged per cell."""
 
 
 def draw_heights(
@@ -36,31 +36,31 @@ def draw_heights(
 ) -> tuple[Float32Array, float | None]:
     """Compute the heights of a grid.
 
-    Each cell has the height of the surface at its centre; of several sheets, that of the farthest
-    along the normal.
+    The height of a cell is that of the surface at its centre. If there are several sheets, it is
+    that of the sheet farthest along the normal.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     plan : HeightPlan
     limit : float, optional
-        Maximum side of a triangle between points of a cloud, m.
+        Maximum side of a triangle between the points of a cloud, m.
     progress : Progress, optional
     threads : int, optional
 
     Returns
     -------
     heights : (h, w) float32 array
-        Along the upward normal of the plane of reference, m; NaN without a surface.
+        Heights along the upward normal of the reference plane, m; NaN where there is no surface.
     limit : float or None
-        Maximum side that was used; None for a mesh.
+        Maximum side used; None for a mesh.
 
     Raises
     ------
     UsageError
-        For a limit with a mesh.
+        If a limit is given for a mesh.
     InputError
-        If a cloud has no surface.
+        If a cloud does not form a surface.
     Cancelled
     """
     if limit is not None and isinstance(data, Mesh):
@@ -84,10 +84,10 @@ def draw_heights(
 
 
 class MeshHeights:
-    """Depths of a mesh, NaN without a surface."""
+    """Source of depths of a mesh; NaN where there is no surface."""
 
     def __init__(self, view: FloatArray, faces: Int32Array, grid: Grid) -> None:
-        """Store the vertices `view` (n, 3), in the axes of the frame."""
+        """Store the vertices `view` (n, 3) in the axes of the frame."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
         self._view = np.ascontiguousarray(view)
@@ -102,7 +102,7 @@ class MeshHeights:
 
 
 class CloudHeights:
-    """Depths of a cloud, NaN without a surface; each tile uses points within the maximum side."""
+    """Source of depths of a cloud; a tile uses all points within the maximum side."""
 
     def __init__(self, view: FloatArray, limit: float, grid: Grid) -> None:
         from vomstudio.products.ortho._splat_kernels import bin_points

@@ -1,4 +1,4 @@
-"""Picture of an elevation model for the screen: coloured by height, shaded."""
+"""Shaded picture of an elevation model for the screen, coloured by height."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.products.elevation.shading import hillshade
 
 MAX_SIDE_PX = 1400
-"""Maximum length of the longer side, pixels."""
+"""Maximum length of the longer side in pixels."""
 _MIN_BRIGHTNESS = 0.25
 
 
@@ -26,15 +26,15 @@ class ElevationPicture:
     Parameters
     ----------
     rgba : (h, w, 4) uint8 array
-        Transparent without a height.
+        Colours; transparent where there is no height.
     heights : (h, w) float32 array
-        m.
+        Heights in metres.
     step : float
-        Side of a pixel, m.
+        Pixel size, m.
     low, high : float
-        Range of the colours, m.
+        Heights of the first and last colour, m.
     table : (256, 3) uint8 array
-        Colours from low to high.
+        Colours from `low` to `high`.
     """
 
     rgba: ByteArray
@@ -46,7 +46,7 @@ class ElevationPicture:
 
 
 def read_picture(raster: Path, most: int = MAX_SIDE_PX) -> ElevationPicture:
-    """Read the raster of `write_elevation`, averaged to at most `most` pixels a side.
+    """Read a raster of `write_elevation`, averaged to at most `most` pixels per side.
 
     Raises
     ------
@@ -80,9 +80,9 @@ def colour_heights(heights: Float32Array, step: float) -> ElevationPicture:
     Parameters
     ----------
     heights : (h, w) array
-        m; NaN without a surface.
+        Heights in metres; NaN where there is no surface.
     step : float
-        Side of a cell, m.
+        Cell size, m.
     """
     from matplotlib import colormaps
 
@@ -92,7 +92,7 @@ def colour_heights(heights: Float32Array, step: float) -> ElevationPicture:
     share = np.where(known, (heights - low) / max(high - low, 1e-12), 0.0)
     rgb = table[np.clip(255 * share, 0, 255).astype(np.uint8)].astype(np.float32)
     shade = hillshade(heights, step).astype(np.float32) / 255
-    # The shading is unknown beside an edge and drawn as on a level surface.
+    # Next to an edge the shading is unknown, so draw it as on a level surface.
     shade[shade == 0] = np.sqrt(0.5)
     rgb *= (_MIN_BRIGHTNESS + (1 - _MIN_BRIGHTNESS) * shade)[:, :, None]
     rgba = np.dstack([rgb.astype(np.uint8), np.where(known, 255, 0).astype(np.uint8)])

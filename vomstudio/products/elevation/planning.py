@@ -1,4 +1,4 @@
-"""Plan of an elevation model: a grid over its plane of reference."""
+"""Planning of an elevation model: a grid over its reference plane."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from vomstudio.products.ortho.tiles import Grid
 
 @dataclass(frozen=True, eq=False)
 class HeightPlan:
-    """Grid over a plane of reference, viewed against its upward normal.
+    """Grid over a reference plane, viewed against its upward normal.
 
     Parameters
     ----------
     plane : Plane
-        Plane of reference.
+        Reference plane.
     frame : ViewFrame
-        Right along its strike (East over the horizontal), down along its dip (South over the
-        horizontal), direction against its upward normal.
+        View frame: right along the strike of the plane (East if horizontal), down along its dip
+        (South if horizontal), and the viewing direction against its upward normal.
     grid : Grid
     reference : (3,) array
-        Centre of the model's bounds, World.
+        Centre of the model's bounds in the World frame.
     points : (n, 3) array
         Vertices of the model in the axes of the frame.
     notes : tuple of Finding
     metric : bool
-        False if the unit of the model is unknown.
+        Whether the model is in metres; False if its unit is unknown.
     """
 
     plane: Plane
@@ -50,7 +50,7 @@ class HeightPlan:
 
     @property
     def is_map(self) -> bool:
-        """Whether the plane is horizontal: heights are Z, and cells have map coordinates."""
+        """Whether the plane is horizontal, so that heights are Z and cells have map coordinates."""
         return self.plane.undefined
 
     @property
@@ -60,10 +60,10 @@ class HeightPlan:
 
     @property
     def transform(self) -> Affine:
-        """Transform from (column, row) to World x, y over the horizontal.
+        """Affine transform from (column, row) to coordinates.
 
-        Over other planes it leads to metres in the plane, right and up its dip from the reference
-        point.
+        The coordinates are World x, y over a horizontal plane. Over other planes, they are metres
+        in the plane, to the right and up-dip from the reference point.
         """
         grid = self.grid
         x, y = grid.left, -grid.top
@@ -73,9 +73,9 @@ class HeightPlan:
 
     @property
     def cell_to_world(self) -> FloatArray:
-        """Transform (4, 4) from (column, row, height, 1) to World.
+        """Matrix (4, 4) from (column, row, height, 1) to the World frame.
 
-        (0, 0) is the outer corner of the top left cell, (0.5, 0.5) its centre.
+        (0, 0) is the outer corner of the top left cell, and (0.5, 0.5) its centre.
         """
         grid = self.grid
         matrix = self.frame.pixel_to_world(grid.gsd, self.reference, grid.left, grid.top)
@@ -86,7 +86,7 @@ class HeightPlan:
 
 
 def reference_plane(text: str | None) -> Plane:
-    """Return the plane of "DD/D", the horizontal for None. Raises UsageError."""
+    """Parse a plane given as "DD/D"; None is the horizontal plane. Raises UsageError."""
     return Plane(0.0, 0.0) if text is None else plane_option(text)
 
 
@@ -104,10 +104,10 @@ def plan_heights(
     ----------
     data : Mesh or PointCloud
     plane : Plane
-        Plane of reference.
+        Reference plane.
     to_world : (4, 4) array_like
     gsd : float, optional
-        Side of a cell, m; default: mean edge of a mesh, or spacing of a cloud.
+        Cell size, m. By default, the mean edge of a mesh or the spacing of a cloud.
     metric : bool
 
     Raises
@@ -125,7 +125,7 @@ def plan_heights(
 
 
 def view_frame(plane: Plane) -> ViewFrame:
-    """Return the frame over a plane: rows run down its dip, or South over the horizontal."""
+    """Return the view frame of a plane, in which rows run down-dip, or South if horizontal."""
     if plane.undefined:
         return ViewFrame.looking(np.array([0.0, 0.0, -1.0]))
     down, direction = plane.dip_vector(), 0.0 - plane.normal()

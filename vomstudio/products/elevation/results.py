@@ -16,25 +16,26 @@ class ElevationFigures(Result):
     Parameters
     ----------
     width, height : int
-        Numbers of cells.
+        Number of columns and rows of cells.
     gsd_m : float
-        Side of a cell.
+        Cell size.
     coverage : float
-        Share of cells with a height.
+        Share of the cells that have a height.
     reference_point : (3,) array
-        Centre of the model's bounds, World. Heights are Z over the horizontal, else above the plane
-        through this point.
+        Centre of the model's bounds in the World frame. Heights are Z over a horizontal plane,
+        otherwise they are measured from the plane through this point.
     dip_direction_deg, dip_deg : float
-        Plane of reference.
+        Orientation of the reference plane.
     right, down, normal : (3,) arrays
-        Unit vectors along columns, rows and heights, World.
+        Unit vectors along rows, columns and heights, in the World frame.
     lowest_m, highest_m : float
+        Minimum and maximum height.
     interpolation_limit_m : float or None
-        Maximum side of triangles between points of a cloud; None for a mesh.
+        Maximum side of the triangles between points of a cloud; None for a mesh.
     cell_to_world : (4, 4) array
-        From (column, row, height, 1) to World.
+        Matrix from (column, row, height, 1) to the World frame.
     crs : str or None
-        CRS of a map; None over other planes, and if unknown.
+        CRS if the model is a map; None over other planes, or if unknown.
     """
 
     width: int
@@ -56,7 +57,7 @@ class ElevationFigures(Result):
 
 @dataclass(frozen=True)
 class WrittenElevation(Result):
-    """Written files of an elevation model (None if not requested), its figures and warnings."""
+    """Files of an elevation model (None if not requested), with its figures and warnings."""
 
     raster: str
     figures: ElevationFigures = field(metadata=FLAT)

@@ -1,7 +1,8 @@
 """Dip, dip direction and shading of heights.
 
-Gradients by Horn's weights over the eight neighbours (B. K. P. Horn 1981, Hill shading and the
-reflectance map, *Proceedings of the IEEE* 69, 14); NaN for a cell without all eight.
+Gradients are computed with Horn's weights from the eight neighbours of a cell (B. K. P. Horn 1981,
+Hill shading and the reflectance map, *Proceedings of the IEEE* 69, 14). They are NaN if any of the
+eight is missing.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ ROWS = 512
 
 
 def compute_gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, FloatArray]:
-    """Compute the rise per metre to the right and down the rows.
+    """Compute the rise per metre to the right and downwards across the rows.
 
     Returns
     -------
     right, down : (h, w) arrays
-        NaN at the border and beside cells without a height.
+        Gradients; NaN at the border and next to cells without a height.
     """
     h, w = heights.shape
     right, down = np.full((h, w), np.nan), np.full((h, w), np.nan)
@@ -46,23 +47,23 @@ def compute_gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, F
 def compute_dips(
     heights: Float32Array, gsd: float, frame: ViewFrame
 ) -> tuple[Float32Array, Float32Array]:
-    """Compute dip and dip direction of a surface over any plane of reference.
+    """Compute the dip and dip direction of a surface over any reference plane.
 
     Parameters
     ----------
     heights : (h, w) array
-        m.
+        Heights in metres.
     gsd : float
-        Side of a cell, m.
+        Cell size, m.
     frame : ViewFrame
-        Of the plane of reference.
+        View frame of the reference plane.
 
     Returns
     -------
     dip : (h, w) array
-        0 to 90 degrees from the horizontal of World.
+        Dip from the World horizontal, 0 to 90 degrees.
     dip_direction : (h, w) array
-        0 to 360 degrees; NaN on a level surface.
+        Dip direction, 0 to 360 degrees; NaN on a level surface.
     """
     dip, azimuth = (np.full(heights.shape, np.nan, np.float32) for _ in range(2))
     for rows, part in _strips(heights):
@@ -80,13 +81,13 @@ def compute_dips(
 
 
 def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
-    """Shade heights, (h, w) uint8: 1 in the dark to 255 facing the light, 0 if unknown.
+    """Shade heights as (h, w) uint8: 1 (dark) to 255 (facing the light), 0 if unknown.
 
     The light comes from the upper left of the raster, 45 degrees above its plane.
     """
     shading = np.zeros(heights.shape, np.uint8)
     azimuth, height = math.radians(LIGHT_FROM_DEG), math.radians(LIGHT_HEIGHT_DEG)
-    # Components to the right, down the rows, and up from the plane.
+    # The components to the right, down the rows, and up from the plane.
     x, y = math.cos(height) * math.sin(azimuth), -math.cos(height) * math.cos(azimuth)
     z = math.sin(height)
     for rows, part in _strips(heights):
@@ -98,7 +99,7 @@ def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
 
 
 def _strips(heights: Float32Array):  # type: ignore[no-untyped-def]
-    """Yield strips of rows, and their rows within a part that has one more row on each side."""
+    """Yield strips of rows, each with its rows in a part that is one row larger on each side."""
     for start in range(0, len(heights), ROWS):
         stop = min(start + ROWS, len(heights))
         low, high = max(start - 1, 0), min(stop + 1, len(heights))

@@ -1,4 +1,4 @@
-"""Files of an elevation model, and their description."""
+"""Output files of an elevation model, and their description."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def elevation_outputs(raster: str | Path, files: DemFiles) -> dict[str, Path]:
     Raises
     ------
     UsageError
-        For an extension other than TIFF.
+        If the extension is not that of a TIFF file.
     """
     path = Path(raster)
     check_extension(path, (".tif", ".tiff"))
@@ -49,7 +49,7 @@ def elevation_outputs(raster: str | Path, files: DemFiles) -> dict[str, Path]:
 
 
 def check_targets(raster: str | Path, files: DemFiles, *, force: bool) -> None:
-    """Check the files to write before the computation.
+    """Check the files to be written before the computation starts.
 
     Raises
     ------
@@ -67,12 +67,12 @@ def figures_of(
     Parameters
     ----------
     heights : (h, w) array
-        m.
+        Heights in metres.
     plan : HeightPlan
     limit : float or None
-        Maximum side of the triangles, m.
+        Maximum side of a triangle, m.
     crs : str or None
-        CRS of World.
+        CRS of the World frame.
 
     Raises
     ------
@@ -119,21 +119,21 @@ def write_elevation(
     warnings: tuple[Finding, ...] = (),
     force: bool = False,
 ) -> WrittenElevation:
-    """Write all files of an elevation model, completely or not at all.
+    """Write all files of an elevation model, or none if one fails.
 
     Parameters
     ----------
     heights : (h, w) array
-        m.
+        Heights in metres.
     plan : HeightPlan
     figures : ElevationFigures
     raster : str or Path
     files : DemFiles
     world : str or None
-        CRS of World, for the sidecar.
+        CRS of the World frame, for the sidecar.
     north_known : bool
     model, content_hash : str or None
-        For the sidecar.
+        Name and content hash of the model, for the sidecar.
     warnings : tuple of Finding
     force : bool
 

@@ -1,4 +1,4 @@
-"""Figure of a map of fracture traces: map, rose, lengths, nodes, intensity by window size."""
+"""Figure of a fracture map: map, rose, lengths, nodes, and intensity by window size."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 SIZE_MM = (170.0, 128.0)
 BIN_DEG = 10.0
 MAX_SHORT_NAME = 12
-"""Maximum length of set names in two columns under the map."""
+"""Maximum length of set names for a two-column legend below the map."""
 _LAWS = {
     "exponential": to_translate("exponential"),
     "lognormal": to_translate("lognormal"),
@@ -46,7 +46,7 @@ def write_fractures(
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> None:
-    """Write the figure as svg, pdf or png; text remains text in svg and pdf."""
+    """Write the figure as SVG, PDF or PNG; text remains editable in SVG and PDF."""
     write_figure(
         target,
         lambda figure: draw_fractures(figure, mapped, style),
@@ -59,7 +59,7 @@ def write_fractures(
 
 
 def draw_fractures(figure: Figure, mapped: MappedNetwork, style: NetStyle = PRINT) -> list[Axes]:
-    """Draw map, rose, nodes, lengths and intensity; return their axes."""
+    """Draw the map, rose, nodes, lengths and intensity, and return their axes."""
     figure.set_facecolor(style.paper)
     places = {
         "a": (0.02, 0.47, 0.33, 0.47),
@@ -182,7 +182,7 @@ def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     title, separator = tr("{count:,} traces", count=network.traces), ", "
     if network.plane is not None and not network.plane.is_horizontal:
         title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
-        # With the plane, the text is wider than the map.
+        # If it includes the plane, the text is wider than the map.
         separator = "\n"
     if network.P21_1_per_m is not None:
         title += separator + tr("P21 = {p21:.3g} 1/m", p21=network.P21_1_per_m)
@@ -190,7 +190,7 @@ def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
 
 
 def _orientation(mapped: MappedNetwork) -> tuple[str, str, str]:
-    """Return the map directions to the left, right and up; "" for the sides of a picture."""
+    """Return the compass directions to the left, right and top of the map, or ""."""
     plane = mapped.found.plane
     is_map = plane is None or plane.is_horizontal
     if mapped.y_axis != "N":
@@ -202,7 +202,7 @@ def _orientation(mapped: MappedNetwork) -> tuple[str, str, str]:
 
 
 def _round_length(length: float) -> float:
-    """Return the largest 1, 2 or 5 times a power of ten that is not above a length."""
+    """Round a length down to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(length))
     return next(power * step for step in (5.0, 2.0, 1.0) if power * step <= length * (1 + 1e-9))
 
@@ -229,7 +229,7 @@ def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     draw_rose(ax, rose, rings, True, _color(1, style), style, up=tr(y_axis))
     counted = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
     ax.set_title(
-        # On one line it would overlap the map.
+        # On a single line, the text would overlap the map.
         tr("pitch on the face,\n{counted}", counted=counted)
         if y_axis == "up"
         else tr("strike, {counted}", counted=counted),
@@ -241,9 +241,9 @@ def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
 
 
 def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
-    """Return the position of shares of I, Y and X nodes in a triangle of side 1.
+    """Return the position of given I, Y and X node shares in a triangle of side 1.
 
-    I is at the top, Y at the left and X at the right.
+    The I corner is at the top, Y at the left and X at the right.
     """
     total = i + y + x
     return (0.5 * i + x) / total, math.sqrt(0.75) * i / total
@@ -298,7 +298,7 @@ def _node_words(nodes: NodeCounts) -> str:
 
 
 def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
-    """Draw lines of equal connections per branch, (3 Y + 4 X) / ((I + 3 Y + 4 X) / 2)."""
+    """Draw a line of equal connections per branch, (3 Y + 4 X) / ((I + 3 Y + 4 X) / 2)."""
     # With I + Y + X = 1: I = (2 - c) / c * (3 Y + 4 X).
     ends = []
     for weight, which in ((3.0, 1), (4.0, 2)):

@@ -1,4 +1,4 @@
-"""Analysis of fracture maps, from files of traces, an area or scanlines."""
+"""Analysis of fracture maps from files of traces and an area or scanlines."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class FractureOrder:
     Parameters
     ----------
     traces : Path or None
-        File of lines.
+        File that contains the traces as lines.
     options : FractureOptions
     frame : FrameOptions
         Frame of the traces.
@@ -76,27 +76,27 @@ def map_fractures(
     sets: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> MappedNetwork:
-    """Compute the figures of a map of traces, or of three-dimensional traces on their plane.
+    """Analyse a map of fracture traces, or three-dimensional traces on their plane.
 
     Parameters
     ----------
     order : FractureOrder
         Files and options.
     lines, area, scanlines : (n,) arrays of shapely geometries or None
-        Geometries in place of the files, metres, with or without heights.
+        Geometries that replace those of the files, in metres, with or without heights.
     crs : str or None
-        CRS of `lines`, if it is stated.
+        CRS of `lines`, if known.
     counted : SamplingRegion or None
-        Area or scanlines in the coordinates in which the traces are analysed.
+        Sampling area or scanlines, in the coordinates in which the traces are analysed.
     sets : (n,) sequence of str or None
-        Set of each trace, in place of an attribute.
+        Set of each trace, which replaces that of an attribute.
     progress : Progress, optional
 
     Raises
     ------
     InputError, UsageError, GeometryError
-        With the file that is to blame; ``lines.no-plane``, ``lines.no-heights`` and
-        ``lines.edge-on`` for three-dimensional traces.
+        The error names the file that caused it. For three-dimensional traces, the codes
+        ``lines.no-plane``, ``lines.no-heights`` and ``lines.edge-on`` are possible.
     """
     options = order.options
     windows = (
@@ -164,7 +164,7 @@ def map_fractures(
 
 
 def _new_findings(messages: Sequence[Finding], known: Sequence[Finding]) -> list[Finding]:
-    """Return messages without findings about the frame that the traces have too."""
+    """Drop findings about the frame that were already reported for the traces."""
     codes = {each.code for each in known if isinstance(each, Finding)}
     return [
         each
@@ -175,9 +175,10 @@ def _new_findings(messages: Sequence[Finding], known: Sequence[Finding]) -> list
 
 @dataclass(frozen=True, eq=False)
 class _Placed:
-    """Traces in the coordinates of their analysis.
+    """Traces in the coordinates in which they are analysed.
 
-    plane : None if those are map coordinates; heights : lowest and highest Z of the traces
+    plane : plane of the traces; None if the coordinates are those of the map
+    heights : minimum and maximum Z of the traces
     """
 
     drawn: DrawnLayer
@@ -185,7 +186,7 @@ class _Placed:
     heights: tuple[float, float]
 
     def window(self, raw: RawLayer, option: Literal["area", "scanline"]) -> RawLayer:
-        """Return areas or scanlines in the coordinates of the traces. Raises GeometryError."""
+        """Convert areas or scanlines to the coordinates of the traces. Raises GeometryError."""
         import shapely
 
         if self.plane is None:
@@ -194,7 +195,7 @@ class _Placed:
         return replace(raw, shapes=shapes)
 
     def circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
-        """Return x, y and radius in the coordinates of the traces. Raises GeometryError."""
+        """Convert a circle to x, y and radius in trace coordinates. Raises GeometryError."""
         if self.plane is None:
             x, y, *_, radius = circle
             return x, y, radius
@@ -202,7 +203,7 @@ class _Placed:
 
 
 def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
-    """Place traces on their plane if they are three-dimensional or one is given."""
+    """Project traces onto a plane if they are three-dimensional or if a plane is given."""
     lines, lacks_heights = vertices_with_heights(raw.shapes)
     plane = find_trace_plane(lines) if attitude is None else None
     if attitude is not None:
@@ -228,7 +229,7 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
 
 
 def _given_plane(attitude: Plane, lines: Sequence[FloatArray], flat: int) -> TracePlane | None:
-    """Return the plane that the user gave, through the traces; None for the map.
+    """Return the plane given by the user, placed through the traces, or None for a map.
 
     flat : number of lines without heights
     """
@@ -250,7 +251,7 @@ def _attributes(options: FractureOptions) -> list[str]:
 
 
 def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
-    """Exclude lines that repeat others, by their attribute `repeat_of`."""
+    """Exclude lines that repeat another line according to their attribute `repeat_of`."""
     name = next((n for n in drawn.columns if n.casefold() == _REPEAT), None)
     if name is None:
         return drawn
@@ -274,9 +275,9 @@ def sets_of(
     strikes: Sequence[tuple[float, float]],
     plane: TracePlane | None = None,
 ) -> list[str] | None:
-    """Return the set of each trace (n,), by an attribute or ranges of strikes.
+    """Assign each trace (n,) to a set by an attribute or by ranges of strike.
 
-    Without both, by the attribute `set` if there is one, else None.
+    If neither is given, the attribute `set` is used if there is one. Otherwise returns None.
     """
     if strikes:
         row = assign_ranges(
@@ -292,7 +293,7 @@ def sets_of(
 
 
 def parse_circle(text: str) -> tuple[float, ...]:
-    """Return X,Y,R or X,Y,Z,R as typed. Raises UsageError."""
+    """Parse a circle given as "X,Y,R" or "X,Y,Z,R". Raises UsageError."""
     try:
         values = tuple(float(word) for word in text.split(","))
     except ValueError:
@@ -303,7 +304,7 @@ def parse_circle(text: str) -> tuple[float, ...]:
 
 
 def parse_strikes(text: str | None) -> tuple[tuple[float, float], ...]:
-    """Parse ranges of strikes such as 340-020,060-100, clockwise. Raises UsageError."""
+    """Parse clockwise ranges of strike such as "340-020,060-100". Raises UsageError."""
     ranges = []
     for part in [] if text is None else text.split(","):
         low, _, high = part.partition("-")

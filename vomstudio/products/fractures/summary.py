@@ -1,4 +1,4 @@
-"""Figures of a fracture map in words."""
+"""Summary of a fracture map as text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.project.tables.number_format import azimuth, figures, number
 
 
 def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
-    """Return pairs of a name and a value with its error and unit."""
+    """Return the name of each figure, and its value with error and unit, as text."""
     values = network.to_dict()
     nodes, length = values["nodes"], values["length"]
     rows = [
@@ -196,7 +196,7 @@ def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
 
 
 def coverage_rows(coverage: FaceCoverage) -> list[str]:
-    """Describe the coverage of a face, line by line."""
+    """Describe the coverage of a face in lines of text."""
     parts = (coverage.done, coverage.empty, coverage.unmeasurable, coverage.not_looked_at)
     names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not looked at"))
     lines = [

@@ -1,4 +1,4 @@
-"""Additions to the sets of a net: circles, marks, and errors of all features."""
+"""Additional elements of a net besides the sets: circles, marks, and feature errors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.products.net.style import layer
 
 
 def draw_additions(page: NetPage) -> None:
-    """Draw circles, errors and further elements of a net."""
+    """Draw the circles, marks and error ellipses of a net."""
     net = page.net
     _draw_circles(page, net.circles_typed)
     _draw_errors(page, net.errors)

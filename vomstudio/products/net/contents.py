@@ -1,4 +1,4 @@
-"""Contents of a net, as plain data."""
+"""Contents of a stereonet as plain data."""
 
 from __future__ import annotations
 
@@ -47,20 +47,22 @@ OKABE_ITO = (
     "#F0E442",
     "#000000",
 )
-"""Colours of Okabe & Ito, distinguishable with colour blindness, the strongest on white first."""
+"""Colour-blind safe palette of Okabe & Ito, the colours most visible on white first."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 TYPED_LINE = "d"
-"""Marker of a typed line, used neither for sets nor for means."""
+"""Marker of lines entered by the user; it is not used for sets or means."""
 
 AUTO_CIRCLES = 40
-"""Maximum number of planes with great circles by default; more would hide the poles."""
+"""Maximum number of planes for which great circles are drawn by default.
+
+More would hide the poles."""
 
 
 @dataclass(frozen=True, eq=False)
 class NetSet:
-    """Set of features, drawn alike.
+    """Set of features that share a symbol.
 
     Parameters
     ----------
@@ -69,14 +71,15 @@ class NetSet:
     azimuth_deg, angle_deg : (n,) arrays
         Dip direction and dip, or trend and plunge.
     ids : tuple of str
-        Ids for selection; empty if features cannot be selected.
+        Ids of the features, for selection; empty if they cannot be selected.
     color, marker : str
     variant : int
-        Distinguishes sets of one type with the same colour: full, open, pale, deep, and again.
+        Number that distinguishes sets of one type with the same colour: filled, open, pale, deep,
+        then again from the start.
     turns : Turns or None
-        Rotations by the registrations of their models; None if unknown.
+        Rotation errors due to the registrations of the models; None if unknown.
     slips : (n, 3) array or None
-        Unit vectors of the movement of hanging walls at striae, NaN if unknown.
+        Unit vectors of the hanging-wall movement at striae; NaN if unknown.
     """
 
     name: str
@@ -92,11 +95,11 @@ class NetSet:
 
     @property
     def registered(self) -> bool:
-        """Whether the error of a registration is known for any feature."""
+        """Whether the registration error is known for any feature."""
         return self.turns is not None and self.turns.known
 
     def vectors(self) -> FloatArray:
-        """Return unit vectors (n, 3): poles of planes, or lines."""
+        """Return the unit vectors (n, 3) of the lines or of the poles of the planes."""
         turn = planes_to_poles if self.kind == "plane" else lines_to_vectors
         return turn(self.azimuth_deg, self.angle_deg).reshape(-1, 3)
 
@@ -106,19 +109,19 @@ class NetSet:
 
 @dataclass(frozen=True)
 class NetMean:
-    """Mean of a set: a marked line with a label.
+    """Mean of a set, drawn as a labelled mark.
 
     Parameters
     ----------
     line : Line
     label, color, marker : str
     orientation : str
-        The line, or the mean plane, in the notation of the net.
+        Mean line or mean plane as text, in the notation of the net.
     total : NetLineEllipse or None
-        95 % ellipse with the registration, if known.
+        95 % ellipse including the registration error, if known.
     is_cluster_mean : bool
-        Whether it is Fisher's mean; else it is the first axis of the tensor, because a girdle or a
-        scattered set has no mean.
+        Whether the line is Fisher's mean. Otherwise it is the first axis of the orientation tensor,
+        because a girdle or a scattered set has no mean.
     """
 
     line: Line
@@ -132,7 +135,7 @@ class NetMean:
 
 @dataclass(frozen=True)
 class NetEllipse:
-    """95 % ellipse of a plane's pole: semi-axes, and rake of the larger one, degrees."""
+    """95 % ellipse of a plane's pole: semi-axes, and rake of the larger one, in degrees."""
 
     plane: Plane
     max_angle_deg: float
@@ -148,18 +151,18 @@ class NetEllipse:
         rake_deg: float,
         total_deg: float,
     ) -> NetEllipse:
-        """Enlarge the ellipse of a fit to its total error (see `enlarged_semi_axes`)."""
+        """Enlarge the ellipse of a fit to the total error (see `enlarged_semi_axes`)."""
         largest, smallest = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
         return cls(plane, float(largest), float(smallest), rake_deg)
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Return the outline as polylines (k, 2) on the net."""
+        """Return the outline as polylines (k, 2) in net coordinates."""
         return nets.pole_ellipse(
             self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg, projection
         )
 
     def pole_ellipse(self) -> NetLineEllipse:
-        """Ellipse of the pole as a line."""
+        """Ellipse of the pole, treated as a line."""
         pole = self.plane.pole()
         sine, cosine = sin_cos_deg(self.rake_deg)
         toward = cosine * self.plane.strike_vector() + sine * self.plane.dip_vector()
@@ -168,7 +171,7 @@ class NetEllipse:
 
 @dataclass(frozen=True, eq=False)
 class NetLineEllipse:
-    """Joint 95 % ellipse of a line: semi-axes, degrees, and direction (3,) of the larger."""
+    """Joint 95 % ellipse of a line: semi-axes in degrees, and direction (3,) of the larger."""
 
     line: Line
     max_angle_deg: float
@@ -177,19 +180,19 @@ class NetLineEllipse:
 
     @classmethod
     def of(cls, vector: FloatArray, region: ConfidenceRegion) -> NetLineEllipse:
-        """Build the ellipse of a region about a unit vector (3,)."""
+        """Build the ellipse of a confidence region about a unit vector (3,)."""
         line = Line.from_vector(vector)
         return cls(line, region.largest_deg, region.smallest_deg, region.axis)
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Return the outline as polylines (k, 2) on the net."""
+        """Return the outline as polylines (k, 2) in net coordinates."""
         return nets.confidence_ellipse(
             self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
         )
 
 
 def fold_ellipse(fold: FoldAxis) -> NetLineEllipse | None:
-    """Return the 95 % ellipse of a fold axis, with the registration if known."""
+    """Return the 95 % ellipse of a fold axis, including the registration error if known."""
     if fold.total is not None and fold.registration_error_deg is not None:
         return NetLineEllipse.of(fold.beta.vector(), fold.total)
     largest, smallest = fold.max_confidence95_deg, fold.min_confidence95_deg
@@ -200,17 +203,17 @@ def fold_ellipse(fold: FoldAxis) -> NetLineEllipse | None:
 
 @dataclass(frozen=True)
 class NetCircle:
-    """Circle about an axis.
+    """Great or small circle about an axis.
 
     Parameters
     ----------
     axis : Line
     half_angle_deg : float
-        90 for a great circle.
+        Half apical angle; 90 for a great circle.
     label : str
-        For the legend.
+        Text in the legend.
     color : str or None
-        Colour of its set; None for a typed circle.
+        Colour of the set to which the circle belongs; None for a circle entered by the user.
     """
 
     axis: Line
@@ -220,11 +223,11 @@ class NetCircle:
 
     @property
     def dash(self) -> str:
-        """Line style: great and small circles differ."""
+        """Line style, which distinguishes great from small circles."""
         return "--" if self.half_angle_deg == 90.0 else ":"
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Return the circle as polylines (k, 2) on the net."""
+        """Return the circle as polylines (k, 2) in net coordinates."""
         axis = self.axis.vector()
         first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         first /= np.linalg.norm(first)
@@ -234,12 +237,12 @@ class NetCircle:
 
 @dataclass(frozen=True, eq=False)
 class NetBand:
-    """Band of poles that a straight trace allows: its two edges (k, 3), of normals."""
+    """Band of poles compatible with a straight trace: normals (k, 3) along its two edges."""
 
     edges: tuple[FloatArray, FloatArray]
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Return the edges as polylines (k, 2) on the net."""
+        """Return the edges as polylines (k, 2) in net coordinates."""
         return [part for edge in self.edges for part in nets.split_at_primitive(edge, projection)]
 
 
@@ -248,16 +251,16 @@ AnyEllipse = NetEllipse | NetLineEllipse | NetBand
 
 @dataclass(frozen=True)
 class NetMark:
-    """Marked direction with a label.
+    """Labelled mark of a direction.
 
     Parameters
     ----------
     line : Line
     label, marker : str
     color : str or None
-        Colour of its set; None for a typed direction.
+        Colour of the set to which the mark belongs; None for a direction entered by the user.
     typed_text : str
-        Text of a typed direction before its line.
+        Text that precedes the line in the label of a direction entered by the user.
     """
 
     line: Line
@@ -269,7 +272,7 @@ class NetMark:
 
 @dataclass(frozen=True)
 class NetLive:
-    """Feature that is being picked: its plane or line, with the 95 % ellipse if known."""
+    """Feature being picked: its plane or line, with the 95 % ellipse if known."""
 
     plane: Plane | None = None
     line: Line | None = None
@@ -277,7 +280,7 @@ class NetLive:
 
     @property
     def place(self) -> Line | None:
-        """The pole or the line."""
+        """Pole of the plane, or the line itself."""
         return self.line if self.plane is None else self.plane.pole()
 
 
@@ -288,12 +291,14 @@ class Contouring:
     Parameters
     ----------
     levels : tuple of float
-        Ascending, in the unit of the method; empty for round levels.
+        Contour levels in ascending order, in the unit of the method; empty for round levels.
     filled : bool or None
-        None: filled for all features together, lines for each set.
+        Whether contours are filled. If None, they are filled for all features together and drawn as
+        lines for each set.
     each_set : bool
+        Whether each set has its own contours.
     sigma : float
-        Kamb's, which enlarges the counting circle; not used by Schmidt's method.
+        Kamb's sigma, which determines the counting circle; Schmidt's method does not use it.
     """
 
     levels: tuple[float, ...] = ()
@@ -308,44 +313,46 @@ class Contouring:
 
 @dataclass(frozen=True, eq=False)
 class NetContents:
-    """Contents of a net.
+    """Contents of a stereonet.
 
     Parameters
     ----------
     sets : tuple of NetSet
     projection : {"area", "angle"}
     circles : bool or None
-        Draw great circles of planes; None: up to `AUTO_CIRCLES`.
+        Whether to draw great circles of planes. If None, they are drawn for up to `AUTO_CIRCLES`
+        planes.
     poles : bool
     means : tuple of NetMean
     fold : FoldAxis or None
     fold_not_good : int or None
-        Number of planes of the fold axis whose verdict is not good; None if unknown.
+        Number of planes used for the fold axis whose verdict is not good; None if unknown.
     selected : frozenset of str
-        Highlighted ids; their great circles are always drawn.
+        Ids of highlighted features; their great circles are always drawn.
     ellipses : tuple
-        Of the selection.
+        95 % ellipses of the selected features.
     contour : str or None
-        One of `density.DENSITY_METHODS`, for all poles and lines.
+        Density method for the contours of all poles and lines, one of `density.DENSITY_METHODS`.
     contouring : Contouring
     circles_typed : tuple of NetCircle
-        Requested great and small circles, and girdles.
+        Great and small circles entered by the user, and girdles.
     marks : tuple of NetMark
-        Requested directions: maxima of density, typed slip lines.
+        Marked directions: density maxima, and slip lines entered by the user.
     errors : tuple
         95 % ellipses of all features with known errors.
     averages : tuple of str
-        Sentences about each set, under the legend.
+        Sentences about each set, shown below the legend.
     live : NetLive or None
     notation, decimals
         Format of orientations.
     title, notes
-        Above the net, and above its caption (frame, north, omissions).
+        Text above the net, and text above its caption (frame, north, omissions).
     compact : bool
-        For the screen: a short legend without the ellipse of the selection, which would move the
-        net at every click.
+        Whether to use the short legend for the screen. It does not mention the ellipse of the
+        selection, which would shift the net at every click.
     north : bool
-        False in a local frame, where azimuths are from its y axis.
+        Whether azimuths are from north; False in a local frame, where they are measured from the y
+        axis.
     """
 
     sets: tuple[NetSet, ...] = ()
@@ -374,7 +381,7 @@ class NetContents:
     def replace_selection(
         self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
     ) -> NetContents:
-        """Return the same net with another selection."""
+        """Return a copy of the net with another selection."""
         return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
 
 
@@ -383,9 +390,9 @@ def make_sets(
     ids: Mapping[str, Sequence[str]] | None = None,
     turns: Mapping[str, Turns] | None = None,
 ) -> tuple[NetSet, ...]:
-    """Build sets from {name: (kind, azimuths, angles)}, with default colours and symbols.
+    """Build sets from {name: (kind, azimuths, angles)} with default colours and symbols.
 
-    Rows that are not numbers are omitted.
+    Rows that contain non-numeric values are omitted.
     """
     sets = []
     for i, (name, (kind, azimuth, angle)) in enumerate(groups.items()):
@@ -405,10 +412,10 @@ def make_sets(
 def compute_means(
     sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
 ) -> tuple[NetMean, ...]:
-    """Compute the mean of every set of at least three features.
+    """Compute the mean of every set with at least three features.
 
-    It is Fisher's mean of a cluster, else the first axis of the tensor if there is one; poles for
-    planes, with the mean plane as text.
+    For a cluster, this is Fisher's mean, otherwise the first axis of the orientation tensor if it
+    is defined. Planes are averaged by their poles, and the mean plane is given as text.
     """
     set_list = list(sets)
     means = []
@@ -426,7 +433,7 @@ def compute_means(
             text = format_plane(line.normal_plane(), notation, decimals)
         else:
             text = format_line(line, decimals)
-        # Colour and symbol identify the set; names would not fit with many sets.
+        # The colour and symbol identify the set. With many sets, names would not fit.
         label = text
         if len(set_list) == 1:
             label = (
@@ -440,7 +447,7 @@ def compute_means(
 
 
 def describe_means(means: Sequence[NetMean]) -> str:
-    """Describe the open symbols of a net."""
+    """Describe the meaning of the open symbols of a net."""
     kinds = {mean.is_cluster_mean for mean in means}
     if kinds == {True}:
         return tr("Open symbol: Fisher mean")
@@ -450,7 +457,7 @@ def describe_means(means: Sequence[NetMean]) -> str:
 
 
 def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:
-    """Return the 95 % ellipse of a mean (3,), with the registration and Fisher's cone."""
+    """Return the 95 % ellipse of a mean (3,), from the registration and Fisher's cone."""
     if s.turns is None or not s.turns.known:
         return None
     vectors = s.vectors()
@@ -464,7 +471,7 @@ def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:
 
 
 def shows_all_circles(net: NetContents) -> bool:
-    """Check whether all great circles are drawn."""
+    """Return whether the great circles of all planes are drawn."""
     if net.circles is not None:
         return net.circles
     return sum(len(s) for s in net.sets if s.kind == "plane") <= AUTO_CIRCLES

@@ -1,4 +1,4 @@
-"""Density contours on a net, and their colour bar."""
+"""Drawing of density contours on a net, with their colour bar."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.products.net.style import NetStyle, layer, mix_colors
 
 
 def draw_contours(page: NetPage, plan: ContourPlan) -> None:
-    """Draw density contours."""
+    """Draw density contours on a page."""
     style, n = page.style, len(plan.levels)
     if not n:
         return
@@ -29,7 +29,7 @@ def draw_contours(page: NetPage, plan: ContourPlan) -> None:
             continue
         colors = contour_colors(part.of, n, plan.filled, style)
         if plan.filled:
-            # Add an upper limit, so that a single level is sufficient.
+            # Add an upper limit, so that a single level suffices.
             filled = page.axes.contourf(
                 part.x,
                 part.y,
@@ -59,7 +59,7 @@ def draw_contours(page: NetPage, plan: ContourPlan) -> None:
 def _line_colors(
     of: NetSet | None, colors: list[object], filled: bool, style: NetStyle
 ) -> list[object]:
-    """Return line colours; around filled contours lines are only separators."""
+    """Return the line colours; between filled contours, lines are only separators."""
     if not filled:
         return colors
     color = style.soft if of is None else style.outline(style.color(of.color))
@@ -115,5 +115,5 @@ def _draw_bar(page: NetPage, plan: ContourPlan) -> None:
 
 
 def _composite_color(color: object, of: NetSet | None, style: NetStyle) -> object:
-    """Return the colour as it appears on the net."""
+    """Return a translucent colour as it appears on the net."""
     return color if of is None else mix_colors(style.net, str(color), OPACITY)

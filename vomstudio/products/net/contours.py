@@ -1,4 +1,4 @@
-"""Plan of density contours: groups, levels and colours."""
+"""Planning of density contours: groups, levels and colours."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ DENSITY_NAMES = {
 }
 
 DASHES = ("-", "--", "-.", ":")
-"""Line styles of sets of one type, which share a colour."""
+"""Line styles that distinguish sets of one type, which share a colour."""
 
 OPACITY = 0.6
 
 
 @dataclass(frozen=True, eq=False)
 class ContourGroup:
-    """Density of one set (`of` None: of all together) on a grid.
+    """Density of one set, or of all features together if `of` is None, on a grid.
 
     x, y (k,) and values (k, k) are as returned by `density_grid`.
     """
@@ -43,7 +43,7 @@ class ContourGroup:
 
 @dataclass(frozen=True, eq=False)
 class ContourPlan:
-    """Groups and levels of contours; nothing is drawn without levels."""
+    """Groups and levels of contours; if there are no levels, nothing is drawn."""
 
     method: str
     sigma: float
@@ -53,7 +53,7 @@ class ContourPlan:
 
     @classmethod
     def of(cls, net: NetContents) -> ContourPlan | None:
-        """Plan the contours of a net; None if not requested, or without features."""
+        """Plan the contours of a net; return None if not requested or without features."""
         groups = contour_groups(net)
         if net.contour is None or not groups:
             return None
@@ -82,7 +82,7 @@ class ContourPlan:
 
 
 def check_contour_sizes(net: NetContents) -> list[Finding]:
-    """Return a finding for each set that is too small for its contours to mean much."""
+    """Return a finding for each set that is too small for meaningful contours."""
     if net.contour is None:
         return []
     findings = []
@@ -101,7 +101,7 @@ def check_contour_sizes(net: NetContents) -> list[Finding]:
 
 
 def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
-    """Return the vectors (n, 3) of each set, or of all together (None)."""
+    """Return the vectors (n, 3) of each set, or of all features together (None)."""
     sets = [s for s in net.sets if len(s)]
     if not sets:
         return []
@@ -111,7 +111,7 @@ def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
 
 
 def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:
-    """Return the requested levels, or round ones, below the highest density."""
+    """Return the requested levels, or round levels, below the highest density."""
     if net.contour is None:
         return ()
     levels = net.contouring.levels or densities.round_levels(top, net.contour)
@@ -119,10 +119,10 @@ def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:
 
 
 def describe_density(net: NetContents) -> dict[str, Any] | None:
-    """Describe the contours of a net as plain values; None without contours.
+    """Describe the contours of a net as plain values, or return None if it has none.
 
-    These are method, unit, sigma and levels, and for each set (or all, None) its size and the
-    direction of its maximum.
+    The values are the method, unit, sigma and levels and, for each set (or all features, None), its
+    size and the direction of its maximum.
     """
     plan = ContourPlan.of(net)
     if net.contour is None or plan is None:
@@ -151,10 +151,10 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
 
 
 def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> list[object]:
-    """Return colours of n levels, ascending.
+    """Return the colours of n ascending levels.
 
-    All features together have greys (on a dark net a perceptual map), a set has shades of its
-    colour.
+    All features together are drawn in greys (in a perceptual colour map on a dark net), and each
+    set in shades of its colour.
     """
     from matplotlib import colormaps
 
@@ -172,19 +172,19 @@ def dash(of: NetSet | None) -> str:
 
 
 def bar_width(plan: ContourPlan, font: float, is_beside: bool) -> float:
-    """Return the total width of the columns of the bar, points."""
+    """Return the total width of the columns of the colour bar in points."""
     k = len(bar_columns(plan))
     max_letters = 8.0 if is_beside else 2.5
     return font if k == 1 else font * min(0.9 * k, max_letters)
 
 
 def bar_height(plan: ContourPlan, font: float, height: float) -> float:
-    """Return the height of the bar beside the net, points."""
+    """Return the height of the colour bar beside the net in points."""
     return min(1.5 * font * len(plan.levels), 0.4 * height)
 
 
 def bar_columns(plan: ContourPlan) -> list[ContourGroup]:
-    """Return the first group of each colour; each has a column of the bar."""
+    """Return the first group of each colour, which has its own column in the colour bar."""
     first: dict[str | None, ContourGroup] = {}
     for part in plan.parts:
         first.setdefault(part.of.color if part.of else None, part)
@@ -192,5 +192,5 @@ def bar_columns(plan: ContourPlan) -> list[ContourGroup]:
 
 
 def bar_space(plan: ContourPlan | None, font: float) -> float:
-    """Return the width required by a bar at the right edge, points."""
+    """Return the width that a colour bar at the right edge requires, in points."""
     return 0.0 if plan is None or not plan.levels else 3.5 * font + bar_width(plan, font, False)

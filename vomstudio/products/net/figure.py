@@ -1,9 +1,9 @@
-"""Net as a figure, for the window's dock and for `vomstudio stereonet`.
+"""Stereonet as a figure, for the dock of the window and for `vomstudio stereonet`.
 
-Everything is drawn in projected coordinates on one plain Axes that covers the figure; one unit is
-the radius of the net. This redraws in milliseconds and makes picking simple arithmetic. An Axes
-with a map projection would transform each vertex at every redraw. Matplotlib is imported on first
-use.
+Everything is drawn in projected coordinates on one plain Axes that covers the figure, where one
+unit is the radius of the net. Such a net is redrawn in milliseconds, and picking is simple
+arithmetic. An Axes with a map projection would transform every vertex at every redraw. Matplotlib
+is imported on first use.
 """
 
 from __future__ import annotations
@@ -39,25 +39,25 @@ if TYPE_CHECKING:
 
 _MAX_HEIGHT_MM, _HEIGHT_STEP_MM = 240.0, 5.0
 _MIN_NET_MM, _MIN_WIDTH_SHARE = 75.0, 0.7
-"""Minimum diameter of a net, in mm or as a share of a narrow page's width, if the page may grow."""
+"""Minimum diameter of a net if the page may grow: in mm, and as a share of a narrow page."""
 
 
 def picture_format(path: str | Path, field: str) -> str:
-    """Return svg, pdf or png from the extension of a path.
+    """Return the format, svg, pdf or png, given by the extension of a path.
 
     Raises
     ------
     UsageError
-        For another extension; `field` is the option.
+        If the extension is not supported; `field` is the name of the option.
     """
     return check_extension(path, [f".{name}" for name in FORMATS], field).removeprefix(".")
 
 
 @dataclass(eq=False)
 class NetArtists:
-    """Drawn net, with the data for the pointer.
+    """Drawn net, with the data needed for picking.
 
-    Pixels are matplotlib's display pixels: from the bottom left corner, y up.
+    Pixels are matplotlib's display pixels, counted from the bottom left corner with y up.
     """
 
     axes: Axes
@@ -66,30 +66,30 @@ class NetArtists:
     radius_px: float
     centre_px: tuple[float, float]
     positions: list[FloatArray]
-    """Per set (n, 2) net positions of poles or lines."""
+    """Net positions (n, 2) of the poles or lines of each set."""
     arcs: list[FloatArray]
-    """Per set (m, k, 2) great circles as drawn (m = 0: none)."""
+    """Great circles (m, k, 2) of each set as drawn; m is 0 if there are none."""
     arc_rows: list[IndexArray]
-    """Per set (m,) rows of the set that the arcs belong to."""
+    """For each set, the rows (m,) of the features to which the arcs belong."""
     poles: list[Line2D]
     emphasis: list[Artist]
     text_boxes: list[tuple[float, float, float, float]]
-    """Pixel boxes (x0, y0, x1, y1) of all text, for tests of overlap."""
+    """Bounding boxes (x0, y0, x1, y1) of all text in pixels, to test for overlap."""
 
     def to_net(self, x_px: float, y_px: float) -> tuple[float, float]:
-        """Return the net position (unit circle) of a pixel."""
+        """Return the net position of a pixel, in the unit circle."""
         cx, cy = self.centre_px
         return (x_px - cx) / self.radius_px, (y_px - cy) / self.radius_px
 
     def line_at(self, x_px: float, y_px: float) -> Line | None:
-        """Return the line under a pixel, None outside the net."""
+        """Return the line under a pixel, or None outside the net."""
         return nets.line_at(*self.to_net(x_px, y_px), self.contents.projection)
 
     def feature_at(self, x_px: float, y_px: float, reach_px: float = 6.0) -> str | None:
-        """Return the id of the nearest pole or line within reach, else of a great circle.
+        """Return the id of the nearest pole or line within reach, or else of a great circle.
 
-        Great circles must be within half of the reach. Of equally near features the one on top,
-        drawn last, is returned.
+        Great circles must be within half the reach. Of equally near features, the topmost one,
+        which was drawn last, is returned.
         """
         point = np.array(self.to_net(x_px, y_px))
         best, id_ = reach_px / self.radius_px, None
@@ -112,7 +112,7 @@ class NetArtists:
         return id_
 
     def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
-        """Return the ids of poles and lines inside a polygon of pixels (a lasso)."""
+        """Return the ids of the poles and lines inside a pixel polygon (a lasso)."""
         from matplotlib.path import Path as Outline
 
         outline = Outline([self.to_net(x, y) for x, y in polygon_px])
@@ -124,9 +124,9 @@ class NetArtists:
         )
 
     def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
-        """Highlight other features; the caller redraws the canvas.
+        """Change the highlighted features; the caller must redraw the canvas.
 
-        The net is drawn again only if the legend's entry of the ellipse changes.
+        The whole net is drawn again only if the legend entry of the ellipse changes.
         """
         before = _named_in_legend(self.contents)
         self.contents = self.contents.replace_selection(selected, ellipses)
@@ -139,7 +139,7 @@ class NetArtists:
         self._emphasise()
 
     def show_live(self, live: NetLive | None) -> None:
-        """Draw the feature that is being picked, on top; the caller redraws the canvas."""
+        """Draw the feature being picked on top; the caller must redraw the canvas."""
         self.contents = replace(self.contents, live=live)
         self._emphasise()
 
@@ -150,10 +150,10 @@ class NetArtists:
 
 
 def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) -> NetArtists:
-    """Draw a net over a whole figure, which is cleared first.
+    """Draw a net over a whole figure, after clearing the figure.
 
-    The layout depends on the size: the legend is beside the net in a wide figure, else below it.
-    Call again after a resize.
+    The layout depends on the size: the legend is beside the net in a wide figure, and below it
+    otherwise. Call this function again after a resize.
     """
     if net.contour is not None and net.contour not in densities.DENSITY_METHODS:
         raise UsageError(
@@ -193,14 +193,14 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
 
 
 def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> float:
-    """Return the default height of a figure, increased if its text requires it."""
+    """Return the default height of a figure, or more if its text requires it."""
     from matplotlib.figure import Figure
 
     min_diameter_pt = min(_MIN_NET_MM, _MIN_WIDTH_SHARE * width_mm) / 25.4 * 72.0
     height, before = SIZE_MM[1], 0.0
     while height < _MAX_HEIGHT_MM:
         page = NetPage(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
-        # The width may be the limit.
+        # The width may be the limiting dimension.
         if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= before):
             break
         before = page.radius
@@ -218,14 +218,14 @@ def write_stereonet(
     height_mm: float | None = None,
     dpi: float = 300.0,
 ) -> None:
-    """Write a net as svg, pdf or png; text remains text in svg and pdf.
+    """Write a net as SVG, PDF or PNG; text remains editable in SVG and PDF.
 
-    Without a height, the figure is as high as its text requires.
+    If no height is given, the figure is as high as its text requires.
 
     Raises
     ------
     UsageError
-        For another format.
+        If the format is not supported.
     """
     width = width_mm or SIZE_MM[0]
 
@@ -244,7 +244,7 @@ def write_stereonet(
 
 
 def _named_in_legend(net: NetContents) -> list[type]:
-    """Return the kinds of the selection's ellipses in the legend."""
+    """Return the kinds of ellipses of the selection that the legend explains."""
     return [type(e) for e in net.ellipses]
 
 

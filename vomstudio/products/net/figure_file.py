@@ -1,4 +1,4 @@
-"""Output of figures: the same contents give the same file."""
+"""Reproducible output of figures: the same contents always give the same file."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 Drawn = TypeVar("Drawn")
 
 FORMATS = ("svg", "pdf", "png")
-"""Formats of figures. Pages with pictures are also written as JPEG."""
+"""Formats of figures; pages with pictures can also be written as JPEG."""
 _SAVE_OPTIONS: Mapping[str, dict[str, Any]] = {
     "svg": {"metadata": {"Date": None}},
     "pdf": {"metadata": {"CreationDate": None}},
     "png": {"metadata": {}},
-    # Prevent chroma subsampling, so that thin coloured lines keep their colour.
+    # Disable chroma subsampling, so that thin coloured lines keep their colour.
     "jpeg": {"pil_kwargs": {"quality": 92, "subsampling": 0}},
 }
 _OTHER_SCRIPTS = (
@@ -46,7 +46,7 @@ _OTHER_SCRIPTS = (
     "Noto Sans Thai",
     "Arial Unicode MS",
 )
-# Settings of matplotlib are global: concurrent writers would change each other's.
+# Matplotlib's settings are global, so concurrent writers would change each other's settings.
 _SETTINGS = threading.Lock()
 
 
@@ -60,28 +60,28 @@ def write_figure(
     dpi: float,
     settings: Mapping[str, Any] | None = None,
 ) -> Drawn:
-    """Write a drawing as svg, pdf, png or jpeg, without date or random names.
+    """Write a drawing as SVG, PDF, PNG or JPEG, without a date or random names.
 
-    Text remains text in svg and pdf.
+    Text remains editable in SVG and PDF.
 
     Parameters
     ----------
     target : str, Path or binary file
     draw : callable
-        Draws on a figure; its result is returned.
+        Function that draws on a figure; its result is returned.
     format : str
     size_mm : (float, float) or callable
-        Width and height, or a function that measures them with the settings.
+        Width and height, or a function that measures them under the settings.
     paper : str
-        Colour.
+        Background colour.
     dpi : float
     settings : mapping, optional
-        Settings of matplotlib for drawing and writing.
+        Matplotlib settings for drawing and writing.
 
     Raises
     ------
     UsageError
-        For another format.
+        If the format is not supported.
     """
     if format not in _SAVE_OPTIONS:
         raise UsageError(Finding("option.not-a-choice", value=format, choices=FORMATS))
@@ -108,7 +108,7 @@ def write_figure(
 
 @cache
 def fonts_of_other_scripts() -> tuple[str, ...]:
-    """Return the installed fonts with characters that matplotlib's own font lacks."""
+    """Return the installed fonts that have characters which matplotlib's own font lacks."""
     from matplotlib.font_manager import fontManager
 
     installed = {font.name for font in fontManager.ttflist}
@@ -116,10 +116,10 @@ def fonts_of_other_scripts() -> tuple[str, ...]:
 
 
 def size_settings(style: NetStyle) -> dict[str, Any]:
-    """Return matplotlib's sizes in a style, for figures with standard axes."""
+    """Return matplotlib's size settings for a style, for figures with standard axes."""
     return {"font.size": style.font_pt, "axes.linewidth": style.line_pt}
 
 
 def font_settings(style: NetStyle) -> dict[str, Any]:
-    """Return matplotlib's font setting of a style."""
+    """Return matplotlib's font settings for a style."""
     return {"font.family": [style.family, "DejaVu Sans"]} if style.family else {}

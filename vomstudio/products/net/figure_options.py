@@ -1,4 +1,4 @@
-"""Options of stereonets and of the look of figures, declared once for every door."""
+"""Options of stereonets and of the appearance of figures, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ LIMITS = {
     "symbol_pt": (1.0, 30.0),
     "line_pt": (0.1, 10.0),
 }
-"""Bounds of the sizes of a figure."""
+"""Bounds of the dimensions of a figure."""
 MAX_LEVELS = 20
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 @dataclass(frozen=True)
 class FigureLook(Options):
-    """Letters, lines and colours of a figure.
+    """Fonts, lines and colours of a figure.
 
     Raises
     ------
     UsageError
-        For a size outside its bounds.
+        If a size is out of bounds.
     """
 
     font: str | None = option(
@@ -59,12 +59,12 @@ class FigureLook(Options):
 
 @dataclass(frozen=True)
 class StereonetFigure(FigureLook):
-    """Size and look of a stereonet.
+    """Size and appearance of a stereonet.
 
     Raises
     ------
     UsageError
-        For a size outside its bounds, and a text that is not a size.
+        If a size is out of bounds, or if a text is not a valid size.
     """
 
     symbol_size_pt: float | None = option(
@@ -98,7 +98,7 @@ class StereonetFigure(FigureLook):
 
     @property
     def width_and_height(self) -> tuple[float | None, float | None]:
-        """Return width and height in millimetres.
+        """Width and height in millimetres.
 
         Raises
         ------
@@ -118,12 +118,12 @@ class StereonetFigure(FigureLook):
 
 @dataclass(frozen=True)
 class RoseFigure(FigureLook):
-    """Size and look of roses.
+    """Size and appearance of rose diagrams.
 
     Raises
     ------
     UsageError
-        For a size outside its bounds.
+        If a size is out of bounds.
     """
 
     width_mm: float | None = option(
@@ -142,7 +142,7 @@ class SetColors(Options):
     Raises
     ------
     UsageError
-        For a text other than SET=#RRGGBB.
+        If a text is not of the form SET=#RRGGBB.
     """
 
     colors: tuple[str, ...] = option(
@@ -158,7 +158,7 @@ class SetColors(Options):
 
     @property
     def colors_by_set(self) -> dict[str, str]:
-        """Map names of sets to their colours."""
+        """Colours by the name of their set."""
         return {name: color for name, _, color in (each.rpartition("=") for each in self.colors)}
 
 
@@ -169,8 +169,8 @@ class StereonetOptions(Options):
     Raises
     ------
     UsageError
-        For values outside their bounds, levels without a method, and a filter of planes without
-        the fold axis.
+        If a value is out of bounds, levels are given without a method, or planes are filtered
+        without a fold axis.
     """
 
     by: str | None = option(
@@ -269,7 +269,7 @@ class StereonetOptions(Options):
 
 
 def parse_levels(text: str | None) -> tuple[float, ...]:
-    """Parse levels of contours, ascending and without repetition.
+    """Parse contour levels, and return them in ascending order without duplicates.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Style of a printed figure: its size, font, symbols, lines and colours."""
+"""Style of a printed figure: size, font, symbols, lines and colours."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from vomstudio.products.net.style import PRINT, NetStyle
 
 @dataclass(frozen=True)
 class FigureStyle:
-    """Style of a printed figure; None for the default of a size.
+    """Style of a printed figure; a size that is None has its default.
 
     Parameters
     ----------
     width_mm, height_mm : float or None
     font : str
-        Empty for the default font.
+        Font name; empty for the default font.
     font_pt, symbol_pt, line_pt : float or None
     grey : bool
     colors : mapping
-        Replacements of colours, #rrggbb -> #rrggbb.
+        Replacement of each colour, #rrggbb -> #rrggbb.
     """
 
     width_mm: float | None = None
@@ -41,7 +41,7 @@ class FigureStyle:
         return self.width_mm or SIZE_MM[0], self.height_mm or SIZE_MM[1]
 
     def options(self) -> StereonetFigure:
-        """Return the options of the command. Raises UsageError for a size outside its bounds."""
+        """Return the options of the command. Raises UsageError if a size is out of bounds."""
         size = None
         if self.height_mm is not None:
             size = "{:g}x{:g}".format(*self.size_mm)
@@ -58,7 +58,7 @@ class FigureStyle:
 
     @classmethod
     def from_options(cls, options: StereonetFigure | RoseFigure) -> FigureStyle:
-        """Return the style of a figure. Raises UsageError for a font that is not installed."""
+        """Return the style for options. Raises UsageError if the font is not installed."""
         if options.font is not None and options.font not in fonts():
             raise UsageError(Finding("figure.no-font", font=options.font), field="--font")
         if isinstance(options, RoseFigure):
@@ -83,13 +83,13 @@ class FigureStyle:
         return replace(PRINT, grey=self.grey, family=self.font, swaps=dict(self.colors), **sizes)
 
     def to_keep(self) -> dict[str, Any]:
-        """Return the values that differ from the defaults, for the settings."""
+        """Return the values that differ from the defaults, to be stored in the settings."""
         usual = asdict(FigureStyle())
         return {name: value for name, value in asdict(self).items() if value != usual[name]}
 
     @classmethod
     def restore(cls, values: Mapping[str, Any]) -> FigureStyle:
-        """Restore a style from `to_keep`; the default if the settings are not valid."""
+        """Restore a style from `to_keep`, or the default style if the values are invalid."""
         names = {f.name for f in fields(cls)}
         try:
             style = cls(**{name: value for name, value in values.items() if name in names})

@@ -1,4 +1,4 @@
-"""Placement of labels beside their marks."""
+"""Placement of labels next to their marks."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.products.net.legend import text_width
 
 Box = tuple[float, float, float, float]
-"""Left, lower, right and upper edge, points from the lower left corner of the figure."""
+"""Left, lower, right and upper edge in points from the lower-left corner of the figure."""
 
 
 class Sheet(Protocol):
-    """Geometry of a figure in points: size, net, font size, and boxes of existing text."""
+    """Geometry of a figure in points: size, net, font size, and boxes of the existing text."""
 
     width: float
     height: float
@@ -28,14 +28,15 @@ class Sheet(Protocol):
 def find_label_place(
     sheet: Sheet, mark: FloatArray, text: str, crowd: FloatArray, marks: Sequence[FloatArray]
 ) -> tuple[float, float] | None:
-    """Find a place for a label near a mark.
+    """Find a position for a label near its mark.
 
-    It overlaps no other text or mark, is inside the figure, and hides the fewest poles.
+    The label overlaps no other text or mark, lies inside the figure, and hides as few poles as
+    possible.
 
     Returns
     -------
     (float, float) or None
-        Left end and middle height; None without space.
+        Left end and middle height of the label; None if there is no space.
     """
     width, half = text_width(text, sheet.font), 0.62 * sheet.font
     best, cost = None, math.inf
@@ -73,7 +74,7 @@ def _meet(a: Box, b: Box) -> bool:
 
 
 def _gap(box: Box, mark: FloatArray) -> float:
-    """Return the distance of a mark from a box."""
+    """Return the distance between a mark and a box."""
     dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
     dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])
     return math.hypot(dx, dy)

@@ -1,4 +1,4 @@
-"""Entries of a net's legend, and the width of text."""
+"""Legend entries of a net, and measurement of text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vomstudio.products.net.style import NetStyle
 
 @dataclass(frozen=True)
 class NetLegendEntry:
-    """Line of the legend: a symbol (marker and/or line) and its text."""
+    """Entry of the legend: a symbol (marker, line or both) and its text."""
 
     text: str
     color: str
@@ -30,7 +30,7 @@ class NetLegendEntry:
     line: str | None = None
     outlined: bool = False
     like: NetSet | None = None
-    """Set whose symbol is drawn as on the net."""
+    """Set whose symbol is drawn in the same way as on the net."""
 
 
 def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
@@ -82,7 +82,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
 
 
 def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
-    """Return the legend texts of beta and of the pi-plane."""
+    """Return the legend texts for beta and for the pi-plane."""
     ellipse = fold_ellipse(fold)
     text = "β"
     if ellipse is not None:
@@ -96,7 +96,7 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
 
 
 def _set_text(s: NetSet, poles: bool) -> str:
-    """Return the full entry of a set."""
+    """Return the full legend text of a set."""
     if s.kind == "line":
         return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
     if poles:
@@ -105,7 +105,7 @@ def _set_text(s: NetSet, poles: bool) -> str:
 
 
 def text_width(text: str, font_pt: float, weight: str = "normal") -> float:
-    """Measure a text in points, in matplotlib's current font, without a canvas."""
+    """Measure the width of a text in points in matplotlib's current font, without a canvas."""
     from matplotlib import rcParams
 
     if not text.strip():
@@ -118,13 +118,14 @@ def _width(text: str, font_pt: float, weight: str, family: tuple[str, ...]) -> f
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    # Outlines of the letters would be slightly narrower, but take twenty times as long.
+    # The outlines of the letters would be slightly narrower, but measuring them takes twenty times
+    # as long.
     font = FontProperties(family=list(family), weight=weight, size=font_pt)
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
 
 def wrap_text(text: str, font_pt: float, width: float) -> list[str]:
-    """Wrap a text to a width; a longer word has its own line, no-break spaces do not break."""
+    """Wrap a text to a width; longer words get their own line, no-break spaces are kept."""
     lines: list[str] = []
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}" if lines else word
@@ -136,10 +137,10 @@ def wrap_text(text: str, font_pt: float, width: float) -> list[str]:
 
 
 def shorten_text(text: str, font_pt: float, width: float, weight: str = "normal") -> str:
-    """Shorten a text to a width, with an ellipsis."""
+    """Shorten a text to a width by means of an ellipsis."""
     if text_width(text, font_pt, weight) <= width:
         return text
-    # Measuring is slow, so the end is found by bisection.
+    # Measuring is slow, so find the end by bisection.
     fits, too_long = 1, len(text)
     while too_long - fits > 1:
         middle = (fits + too_long) // 2

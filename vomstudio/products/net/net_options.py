@@ -1,4 +1,4 @@
-"""Changes of a net before it is drawn: rotation, intersections, typed circles."""
+"""Modifications of a net before drawing: rotation, intersections, user-defined circles."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from vomstudio.products.net.contents import (
 )
 
 MAX_PLANES = 300
-"""Maximum number of planes for intersections; more (45,000 lines) cannot be distinguished."""
+"""Maximum number of planes to intersect; more than 45,000 lines cannot be distinguished."""
 
 
 def parse_plane_circle(text: str, notation: str = "dipdir/dip") -> NetCircle:
-    """Parse the great circle of a plane, "DD/D" or in the notation.
+    """Parse the great circle of a plane given as "DD/D" or in the notation.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def parse_plane_circle(text: str, notation: str = "dipdir/dip") -> NetCircle:
 
 
 def parse_cone(text: str) -> NetCircle:
-    """Parse the small circle of "TREND/PLUNGE/HALF-ANGLE".
+    """Parse a small circle given as "TREND/PLUNGE/HALF-ANGLE".
 
     Raises
     ------
@@ -61,7 +61,7 @@ def parse_cone(text: str) -> NetCircle:
 
 
 def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
-    """Parse "DD/D/RAKE", with the rake from the right-hand-rule strike.
+    """Parse a slip given as "DD/D/RAKE", with the rake from the right-hand-rule strike.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
     rake_text = tr("rake {rake:g}", rake=rake)
     line = line_from_rake(plane, rake)
     if plane.undefined:
-        # The strike of a horizontal plane is the typed one.
+        # A horizontal plane keeps the strike entered by the user.
         line = Line(direction - 90.0 + rake, 0.0)
     return (
         NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text.rpartition("/")[0])),
@@ -90,7 +90,7 @@ def _typed_mark(line: Line, text: str) -> NetMark:
 
 
 def parse_net_plane(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
-    """Parse a plane, "DD/D" or in the notation.
+    """Parse a plane given as "DD/D" or in the notation.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def parse_net_plane(text: str, field: str, notation: str = "dipdir/dip") -> Plan
 
 
 def parse_rotation(text: str) -> tuple[Line, float]:
-    """Parse axis and angle of "TREND/PLUNGE/ANGLE".
+    """Parse a rotation axis and angle given as "TREND/PLUNGE/ANGLE".
 
     Raises
     ------
@@ -138,10 +138,10 @@ def _out_of_range(angle: str, value: float, minimum: int, maximum: int, field: s
 
 @dataclass(frozen=True)
 class Turning:
-    """Rotation of orientations before drawing.
+    """Rotation that is applied to orientations before drawing.
 
-    First the plane is rotated to horizontal about its strike, then all about the axis, by the
-    right-hand rule about its downward end.
+    First, the plane is rotated to horizontal about its strike. Then everything is rotated about the
+    axis, following the right-hand rule about its downward end.
     """
 
     plane: Plane | None = None
@@ -154,7 +154,7 @@ class Turning:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Descriptions of the rotation, for the figure."""
+        """Descriptions of the rotation, shown in the figure."""
         notes = []
         if self.plane is not None:
             notes.append(
@@ -185,7 +185,7 @@ class Turning:
         return v
 
     def rotate_set(self, s: NetSet) -> NetSet:
-        """Rotate a set; the effect of registrations on rotated features is not known."""
+        """Rotate a set; the registration errors of rotated features are not known."""
         v = self.vectors(s.vectors())
         if s.kind == "plane":
             azimuth, angle = normals_to_planes(v)[:2]
@@ -195,7 +195,7 @@ class Turning:
         return replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
 
     def rotate_circle(self, circle: NetCircle, notation: str = "dipdir/dip") -> NetCircle:
-        """Rotate a typed circle; its label states the original and the new attitude."""
+        """Rotate a user-defined circle; its label states the original and the new attitude."""
         axis = Line.from_vector(self.vectors(circle.axis.vector()))
         now = format_line(axis)
         if circle.half_angle_deg == 90.0:
@@ -237,7 +237,7 @@ def add_intersections(net: NetContents) -> NetContents:
     Raises
     ------
     UsageError
-        For fewer than two planes, or too many.
+        If there are fewer than two planes or too many.
     """
     poles = [s.vectors() for s in net.sets if s.kind == "plane"]
     count = sum(map(len, poles))

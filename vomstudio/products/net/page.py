@@ -1,4 +1,4 @@
-"""Page with a net: its layout, and all drawing except the selection."""
+"""Page with a net: its layout, and drawing of everything except the selection."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ PROJECTION_NAMES = {
 }
 
 _MAX_LEGEND_LETTERS = 24.0
-"""Maximum width of a legend beside the net, in letters."""
+"""Maximum width of a legend beside the net, in letter widths."""
 _MIN_CONNECTED_LETTERS = 1.5
-"""Minimum distance, in letters, of a label that is connected to its mark by a line."""
+"""Minimum distance, in letter widths, at which a line connects a label to its mark."""
 _SLIP_HALF_LENGTH = 0.1
-"""Half the length of a slip arrow, which overlaps the symbol of its striae."""
+"""Half the length of a slip arrow, which extends beyond the symbol of its striae."""
 
 
 class NetPage:
-    """Layout of a figure, points from its bottom left corner."""
+    """Layout of a figure, in points from its bottom left corner."""
 
     def __init__(self, figure: Figure, net: NetContents, style: NetStyle) -> None:
         self.net, self.style = net, style
@@ -75,7 +75,7 @@ class NetPage:
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.outlines: list[FloatArray] = []
-        """Points of curves on the net that labels should avoid."""
+        """Points along curves on the net that labels should avoid."""
         self._arrange()
         self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         r = self.radius
@@ -87,9 +87,9 @@ class NetPage:
     # Layout
 
     def _arrange(self) -> None:
-        """Place the net, with legend and colour bar beside or below for the larger net.
+        """Arrange the legend and the colour bar beside or below the net to make it largest.
 
-        `whole` states whether nothing was omitted.
+        The attribute `whole` is set to whether nothing had to be omitted.
         """
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
@@ -128,7 +128,8 @@ class NetPage:
                 self.net.averages, self.font, self.width - 2 * self.pad
             )
             self.whole = self.whole and sum(map(len, rows)) == len(self.entries)
-            # Beside the net the bar has its name above it; at the right edge space is missing.
+            # Beside the net, the name of the bar is above it; at the right edge there is no space
+            # for it.
             if self.bar is not None and not self.net.compact:
                 full = f"{self.bar.name}; {self.bar.unit}"
                 fits = text_width(full, self.font) <= self.width - 2 * self.pad
@@ -141,16 +142,16 @@ class NetPage:
     def _under_net(
         self, foot: list[str], head: float, widest: float
     ) -> tuple[list[list[tuple[float, NetLegendEntry]]], list[str], float]:
-        """Return the legend rows below the net, the wrapped averages, and the height of both.
+        """Return the legend rows below the net, the wrapped averages, and their total height.
 
-        `head` is the height above the net, which is at most `widest`.
+        `head` is the height above the net, and `widest` the maximum diameter of the net.
         """
         rows = self._flow(self.width - 2 * self.pad)
         words = _lines(self.net.averages, self.font, self.width - 2 * self.pad)
         under = len(foot) + (self.bar is not None and not self.net.compact)
         least = min((0.55 if self.net.compact else 0.4) * self.height, widest)
         low = (len(rows) + len(words) + under) * self.row + self.pad
-        # Space is assigned to the net first, then to the legend, then to the averages.
+        # Assign space to the net first, then to the legend, then to the averages.
         while (len(rows) > 1 or words) and self.height - head - low < least:
             if words:
                 words = _cut(words, len(words) - 1)
@@ -160,7 +161,7 @@ class NetPage:
         return rows, words, low
 
     def _column_width(self, words: list[str]) -> float:
-        """Return the width of a legend beside the net; long names are shortened."""
+        """Return the width of a legend beside the net, for which long names are shortened."""
         texts = [*self.foot, *words]
         if self.bar is not None:
             texts += [self.bar.name, self.bar.unit]
@@ -170,7 +171,7 @@ class NetPage:
         return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
 
     def _foot(self) -> float:
-        """Return the height below a legend beside the net: the caption and the colour bar."""
+        """Return the height of the caption and the colour bar below a legend beside the net."""
         under = (self.under + 1.0) * self.row
         if self.bar is None:
             return under
@@ -178,11 +179,11 @@ class NetPage:
 
     @property
     def under(self) -> int:
-        """Number of text rows under the legend."""
+        """Number of text rows below the legend."""
         return len(self.foot) + len(self.words)
 
     def _flow(self, width: float) -> list[list[tuple[float, NetLegendEntry]]]:
-        """Arrange entries side by side in rows: (offset, entry)."""
+        """Arrange legend entries side by side in rows of (offset, entry)."""
         rows: list[list[tuple[float, NetLegendEntry]]] = []
         x = 0.0
         for e in self.entries:
@@ -210,7 +211,7 @@ class NetPage:
         halo: bool = False,
         size: float = 1.0,
     ) -> None:
-        """Draw text at a place in points, y its middle, and store its box."""
+        """Draw text at a position in points, where y is its middle, and store its box."""
         from matplotlib import patheffects
 
         width = text_width(text, self.font * size, weight)
@@ -310,7 +311,7 @@ class NetPage:
         drawn = []
         for s, at in zip(net.sets, positions, strict=True):
             shown = at if net.poles else at[:0]
-            # Directed lines that point upwards are shown hollow at their lower end.
+            # Directed lines that point upwards are shown as hollow symbols at their lower end.
             up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
             up = up[: len(shown)]
             color = style.color(s.color)
@@ -427,13 +428,13 @@ class NetPage:
                 self._join(mark)
 
     def _join(self, mark: FloatArray) -> None:
-        """Connect the last text to its mark if other symbols are nearer to it."""
+        """Connect the last text to its mark by a line if other symbols are nearer to it."""
         x_left, y_low, x_right, y_high = self.text_boxes[-1]
         end = np.clip(mark, [x_left, y_low], [x_right, y_high])
         away = mark - end
         gap = float(np.hypot(*away))
         if gap > _MIN_CONNECTED_LETTERS * self.font:
-            # Keep a distance from both, or the line would look like a minus sign.
+            # Keep a distance from both, since the line would otherwise look like a minus sign.
             away *= 0.4 * self.font / gap
             ends = np.array([end + away, mark - 1.5 * away])
             ends = (ends - [self.cx, self.cy]) / self.radius
@@ -514,7 +515,7 @@ def _lines(texts: Sequence[str], font_pt: float, width: float) -> list[str]:
 
 
 def _cut(words: list[str], max_lines: int) -> list[str]:
-    """Limit the lines of averages; the last one reports omitted lines."""
+    """Limit the number of lines of averages; the last one reports omitted lines."""
     if len(words) <= max_lines:
         return words
     return [*words[: max_lines - 1], tr("…: the averages need more room")] if max_lines > 1 else []

@@ -1,4 +1,4 @@
-"""Plain net on matplotlib axes, for figures of several nets or with other panels."""
+"""Plain net on matplotlib axes, for figures with several nets or with other panels."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ def save_figure(
     size_mm: tuple[float, float],
     dpi: float,
 ) -> None:
-    """Write a drawing as svg, pdf or png; text remains text.
+    """Write a drawing as SVG, PDF or PNG; text remains editable.
 
     Raises
     ------
     UsageError
-        For another format.
+        If the format is not supported.
     """
     write_figure(target, draw, format=format, size_mm=size_mm, paper=PAPER, dpi=dpi)
 
 
 def draw_frame(ax: Axes) -> Any:
-    """Draw the primitive circle of radius 1, with ticks every 10 degrees and north; return it."""
+    """Draw and return the primitive circle of radius 1, with north and 10 degree ticks."""
     from matplotlib.patches import Circle
     from matplotlib.patheffects import withStroke
 
@@ -51,7 +51,7 @@ def draw_frame(ax: Axes) -> Any:
         ends = np.outer([inner, 1.0], [np.sin(angle), np.cos(angle)])
         ax.plot(*ends.T, color=INK, linewidth=0.6, zorder=6)
     north = ax.text(0.0, 1.02, tr("N"), ha="center", va="bottom", fontsize=FONT_PT, color=INK)
-    # Arrows of slip at the rim extend beyond it.
+    # Slip arrows near the rim extend beyond it.
     north.set_zorder(8)
     north.set_path_effects([withStroke(linewidth=2.5, foreground=PAPER)])
     return rim

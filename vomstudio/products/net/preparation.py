@@ -1,4 +1,4 @@
-"""Preparation of the net of a table before it is drawn."""
+"""Preparation of the net of a table for drawing."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ FINDINGS = ("girdles", "maxima", "averages")
 
 @dataclass(frozen=True)
 class NetAdditions:
-    """Requested items of a net besides the sets.
+    """Elements that are requested for a net besides the sets.
 
     Parameters
     ----------
     turning : Turning
-        Rotation of everything.
+        Rotation that is applied to everything.
     circles, marks : tuples
-        Typed circles and directions.
+        Circles and directions entered by the user.
     statistics : frozenset of str
-        Items of `FINDINGS`.
+        Requested statistics, items of `FINDINGS`.
     intersections, errors : bool
-        Intersections of planes, and 95 % ellipses of their errors.
+        Whether to add the intersections of planes, and the 95 % error ellipses of planes.
     fold : FoldFilter or None
-        Planes of the fold axis; None for no axis.
+        Filter that selects the planes of the fold axis; None if no axis is requested.
     """
 
     turning: Turning = field(default_factory=Turning)
@@ -52,9 +52,9 @@ class NetAdditions:
     fold: FoldFilter | None = None
 
     def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
-        """Add the requested items to a net, and rotate it with its planes.
+        """Add the requested elements to a net, and rotate it.
 
-        The findings are those of the rotated net.
+        The statistics are those of the rotated net.
 
         Raises
         ------
@@ -75,19 +75,19 @@ class NetAdditions:
 
 
 def contouring_of(options: StereonetOptions) -> Contouring:
-    """Return the settings of contours."""
+    """Return the contour settings given by options."""
     return Contouring(
         parse_levels(options.levels), options.filled, options.each_set, options.kamb_sigma
     )
 
 
 def read_wishes(options: StereonetOptions) -> NetAdditions:
-    """Return the items drawn besides the sets.
+    """Return the elements that options request besides the sets.
 
     Raises
     ------
     UsageError
-        For angles that are not valid.
+        If an angle is invalid.
     """
     plane = None if options.untilt is None else parse_net_plane(options.untilt, "--untilt")
     slips = [parse_slip(text) for text in options.slip_lines]

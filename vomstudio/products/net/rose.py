@@ -1,4 +1,4 @@
-"""Rose diagrams and histograms of dip as a figure: one per set, all to the same scale."""
+"""Figure of rose diagrams or dip histograms: one per set, all to the same scale."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ TITLES = {
 }
 WIDTH_MM = 170.0
 _PANEL_HALF_WIDTH = 1.25
-"""Half the width of a rose's panel, in radii."""
+"""Half the width of the panel of a rose, in radii."""
 _PANEL_TOP, _PANEL_BOTTOM = 1.3, 1.14
-"""Distance of a panel's upper and lower edge from the centre of the rose, in radii."""
+"""Distance of the upper and lower edges of a panel from the centre of the rose, in radii."""
 _HEAD_LETTERS, _FOOT_LETTERS = 3.9, 3.2
-"""Height above each panel and below all of them, in letters."""
+"""Height above each panel, and height below all panels, in letters."""
 _MAX_PANEL_MM = 105.0
 
 
 def choose_rings(top: float) -> list[float]:
-    """Return two or three round shares, the last one at least the largest petal."""
+    """Return two or three round shares, the last of which is at least the largest petal."""
     for step in (0.01, 0.02, 0.05, 0.1, 0.2, 0.25):
         count = math.ceil(top / step - 1e-9)
         if count <= 3:
@@ -65,12 +65,12 @@ def write_roses(
     width_mm: float = WIDTH_MM,
     dpi: float = 300.0,
 ) -> None:
-    """Write the figure as svg, pdf or png; text remains text in svg and pdf.
+    """Write the figure as SVG, PDF or PNG; text remains editable in SVG and PDF.
 
     Raises
     ------
     UsageError
-        For another format.
+        If the format is not supported.
     """
     width, height = figure_size(contents, style, width_mm)
     write_figure(
@@ -87,7 +87,7 @@ def write_roses(
 def figure_size(
     contents: RoseContents, style: NetStyle = PRINT, width_mm: float = WIDTH_MM
 ) -> tuple[float, float]:
-    """Return width and height, inches, of a figure with all roses."""
+    """Return the width and height of a figure with all roses, in inches."""
     columns = min(len(contents.roses), 3)
     side = min(width_mm / columns, _MAX_PANEL_MM)
     rows = math.ceil(len(contents.roses) / columns)
@@ -97,20 +97,20 @@ def figure_size(
 
 
 def _tall(side: float) -> float:
-    """Return the height of a panel of a given width."""
+    """Return the height of a panel of width `side`."""
     return side * (_PANEL_TOP + _PANEL_BOTTOM) / (2 * _PANEL_HALF_WIDTH)
 
 
 @dataclass(frozen=True)
 class _Grid:
-    """Number of columns, and width of a panel."""
+    """Grid of panels: the number of columns, and the width of a panel."""
 
     columns: int
     side: float
 
     @classmethod
     def of(cls, count: int, width: float, height: float, head: float, foot: float) -> _Grid:
-        """Find the largest panels that fit."""
+        """Find the grid with the largest panels that fit."""
         best = cls(1, 0.0)
         for columns in range(1, count + 1):
             rows = math.ceil(count / columns)
@@ -123,9 +123,9 @@ class _Grid:
 
 @dataclass(eq=False)
 class RoseArtists:
-    """Drawn roses, with the data for the pointer.
+    """Drawn roses, with the data needed for picking.
 
-    Pixels are matplotlib's display pixels: from the bottom left corner, y up.
+    Pixels are matplotlib's display pixels, counted from the bottom left corner with y up.
     """
 
     axes: dict[str, Axes]
@@ -156,7 +156,7 @@ class RoseArtists:
         return ()
 
     def _petal(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
-        """Return the lower edge of the petal at a place, and the period of its angles."""
+        """Return the lower edge of the petal at a position, and the period of the angles."""
         place = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
         reach = petal_radius(rose.shares, self.rings[-1], self.contents.is_area_scaled)[place]
         if math.hypot(x, y) > float(reach):
@@ -172,9 +172,9 @@ class RoseArtists:
 
 
 def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) -> RoseArtists:
-    """Draw all roses as large as the figure allows.
+    """Draw all roses, as large as the figure allows.
 
-    In the axes of a rose, north is up and the outermost ring has the radius 1.
+    In the axes of a rose, north is up and the outermost ring has radius 1.
     """
     width, height = (72.0 * float(v) for v in figure.get_size_inches())
     font = style.font_pt

@@ -1,4 +1,4 @@
-"""Contents of roses and histograms as plain data, from a table or the sets of a net."""
+"""Contents of rose diagrams and histograms, from a table or from the sets of a net."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from vomstudio.products.net.table_net import members_of
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """Features of one rose, for picking.
+    """Features that are counted in one rose, for picking.
 
     Parameters
     ----------
     ids : tuple of str
     angles_deg : (n,) array
-        Counted angles, NaN for none.
+        Counted angles; NaN for features without an angle.
     color : str
         #rrggbb.
     """
@@ -49,26 +49,26 @@ class Counted:
 
 @dataclass(frozen=True, eq=False)
 class RoseContents:
-    """Contents of a figure of roses.
+    """Contents of a figure of rose diagrams.
 
     Parameters
     ----------
     of : str
-        One of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`.
+        Angle that is counted, one of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`.
     roses : mapping of str to Rose or AngleHistogram
-        By the name of their set.
+        Roses or histograms by the name of their set.
     weight : str or None
-        Name of the weights; None for counts.
+        Name of the weights; None if features are counted without weights.
     is_area_scaled : bool
-        Whether the area of a petal is its share; else its length is.
+        Whether the area of a petal is proportional to its share. Otherwise its length is.
     empty : tuple of str
-        Sets without any row with an angle and a weight.
+        Names of sets without any row that has both an angle and a weight.
     counted : mapping of str to Counted
-        By the name of the set, if the features are known.
+        Counted features by the name of their set, if known.
     title, notes
-        Notes are above the caption.
+        Title of the figure, and notes that are shown above the caption.
     colors : mapping of str to str
-        Colours of sets that differ from the defaults.
+        Colours, by set, that differ from the defaults.
     north : bool
         As in `NetContents`.
     """
@@ -98,14 +98,15 @@ def roses_of_table(
     weight: str | None = None,
     is_area_scaled: bool = True,
 ) -> RoseContents:
-    """Count roses of each set of a table that has such angles.
+    """Count a rose for each set of a table that has such angles.
 
     Parameters
     ----------
     table : OrientationRows
     of : str
     by, weight : str or None
-        Name or number of a column; sets by default from `set`, else `kind`, else all rows.
+        Names or numbers of the columns of sets and weights. By default, sets are taken from `set`
+        or, if missing, from `kind`; otherwise all rows form one set.
     bin_deg : float
     is_area_scaled : bool
 
@@ -140,7 +141,7 @@ def roses_of_sets(
     weight: str | None = None,
     is_area_scaled: bool = True,
 ) -> RoseContents:
-    """Count roses of each set of a net that has such angles.
+    """Count a rose for each set of a net that has such angles.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def roses_of_sets(
     of : str
     bin_deg : float
     weights : mapping, optional
-        Weight by id, None for none.
+        Weight of each feature by id; None if it has no weight.
     weight : str, optional
         Name of the weights.
     is_area_scaled : bool
@@ -186,7 +187,7 @@ def check_roses(contents: RoseContents, path: Path | None) -> None:
     Raises
     ------
     GeometryError
-        If no row has an angle and a weight.
+        If no row has both an angle and a weight.
     """
     if contents.roses:
         return

@@ -1,4 +1,4 @@
-"""Drawing of a rose or histogram in its panel."""
+"""Drawing of a rose diagram or histogram in its panel."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 BOTTOM, TOP = -0.92, 1.12
 LEFT, RIGHT = -0.82, 1.1
-"""Limits of a histogram in its panel."""
+"""Left and right limits of a histogram in its panel."""
 
 
 def petal_radius(share: FloatArray, outermost: float, is_area_scaled: bool) -> FloatArray:
-    """Return the radii of shares (k,); the outermost ring has the radius 1."""
+    """Return the radii (k,) that represent shares; the outermost ring has radius 1."""
     return np.sqrt(share / outermost) if is_area_scaled else np.asarray(share / outermost)
 
 
@@ -33,7 +33,7 @@ def draw_rose(
     style: NetStyle,
     up: str = "N",
 ) -> None:
-    """Draw a rose with radius 1 at its outermost ring; `up` is the letter at its top."""
+    """Draw a rose whose outermost ring has radius 1; `up` is the letter at its top."""
     from matplotlib.patches import Circle, Polygon
 
     radii = petal_radius(np.array(rings), rings[-1], is_area_scaled)
@@ -105,7 +105,7 @@ def draw_rose(
 
 
 def _clearest(rose: Rose) -> float:
-    """Return the azimuth near north or south with the shortest petals, for labels."""
+    """Return the azimuth for ring labels, near north or south where petals are shortest."""
     candidates = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
     span = np.arange(-15.0, 16.0, 1.0)
     bins = ((candidates[:, None] + span) % 360.0 // rose.bin_deg).astype(np.intp)
@@ -116,7 +116,7 @@ def _clearest(rose: Rose) -> float:
 def draw_histogram(
     ax: Axes, histogram: AngleHistogram, rings: list[float], color: str, style: NetStyle
 ) -> None:
-    """Draw bars from 0 to 90 degrees, with the highest tick at the last of `rings`."""
+    """Draw bars from 0 to 90 degrees; the highest tick is at the last value of `rings`."""
     from matplotlib.patches import Rectangle
 
     top, tall, across = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0

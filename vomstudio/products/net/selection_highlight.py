@@ -1,4 +1,4 @@
-"""Highlight of selected features on a drawn net."""
+"""Highlighting of selected features on a drawn net."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 
 LIVE_COLOR = "#D55E00"
-"""Colour of the feature that is being picked."""
+"""Colour of the feature being picked."""
 
 
 def draw_emphasis(
     ax: Axes, net: NetContents, style: NetStyle, positions: list[FloatArray]
 ) -> list[Artist]:
-    """Draw selected features larger, with rings, and their great circles with an outline.
+    """Draw selected features larger and with rings, and outline their great circles.
 
-    The emphasis decreases with their number.
+    The emphasis decreases with the number of selected features.
     """
     from matplotlib.collections import LineCollection
 
@@ -46,7 +46,7 @@ def draw_emphasis(
         len(rows) for s, rows in zip(net.sets, selected_rows, strict=True) if s.kind == "plane"
     )
     circles = planes <= AUTO_CIRCLES or not net.poles
-    # Strong rings around thousands of poles would merge to one black area.
+    # Bold rings around thousands of poles would merge into one black area.
     crowdedness = float(
         np.interp(math.log10(1 + sum(map(len, selected_rows))), [1.5, 3.0], [0.0, 1.0])
     )
@@ -86,7 +86,7 @@ def draw_emphasis(
 
 
 def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
-    """Draw the feature being picked: ring with a cross, great circle and cone."""
+    """Draw the feature being picked: a ring with a cross, the great circle, and the cone."""
     live = net.live
     place = None if live is None else live.place
     if live is None or place is None:

@@ -1,4 +1,4 @@
-"""Statistics of sets drawn on a net: girdles, maxima, averages."""
+"""Statistics of sets that are drawn on a net: girdles, maxima and averages."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from vomstudio.products.net.contents import NetCircle, NetContents, NetMark, Net
 from vomstudio.products.net.contours import contour_groups
 
 _MIN_FEATURES = 3
-"""Minimum number of features for a girdle or a mean."""
+"""Minimum number of features of a set for a girdle or a mean."""
 
 
 def add_statistics(net: NetContents, requested: Collection[str]) -> NetContents:
-    """Add the requested statistics: "girdles", "maxima", "averages"."""
+    """Add the requested statistics, "girdles", "maxima" or "averages", to a net."""
     if "girdles" in requested:
         girdles, others = fit_girdles(net.sets, net.notation, net.decimals)
         note = tr("No girdle (K above 1): {sets}", sets=", ".join(others))
@@ -43,16 +43,16 @@ def add_statistics(net: NetContents, requested: Collection[str]) -> NetContents:
 def fit_girdles(
     sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
 ) -> tuple[tuple[NetCircle, ...], tuple[str, ...]]:
-    """Fit a girdle to each set, across the third axis of its orientation tensor.
+    """Fit a girdle to each set, perpendicular to the third axis of its orientation tensor.
 
-    Sets with Woodcock's K above 1 are clusters (1977, Geological Society of America Bulletin 88,
-    1231-1236).
+    Sets for which Woodcock's K exceeds 1 are clusters (Woodcock 1977, Geological Society of America
+    Bulletin 88, 1231-1236).
 
     Returns
     -------
     girdles : tuple of NetCircle
     others : tuple of str
-        Names of sets that are not girdles.
+        Names of the sets that are not girdles.
     """
     girdles, others = [], []
     for s in sets:
@@ -75,9 +75,9 @@ def fit_girdles(
 
 
 def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
-    """Find the maximum of density of each set, or of all together if contoured so.
+    """Find the density maximum of each set, or of all features if contoured together.
 
-    The method is that of the contours, else Kamb's with an exponential kernel.
+    The method is that of the contours or, if there are none, Kamb's with an exponential kernel.
     """
     method = net.contour or "exponential_kamb"
     look = net.contouring
@@ -103,9 +103,10 @@ def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
 def describe_sets(
     sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
 ) -> tuple[str, ...]:
-    """Describe each set in a sentence: n, the mean with its method, kappa and alpha95.
+    """Describe each set in a sentence with n, the mean and its method, kappa and alpha95.
 
-    For sets that are not clusters: the axes of the tensor, and why there is no mean.
+    For sets that are not clusters, the sentence contains the axes of the orientation tensor and the
+    reason why there is no mean.
     """
     return tuple(_average(s, notation, decimals) for s in sets if len(s))
 
@@ -125,7 +126,7 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
         fisher_mean = fisher(vectors, directed)
         figures = []
         if fisher_mean.kappa is not None:
-            # With nearly identical planes, further digits of kappa are random.
+            # If planes are nearly identical, further digits of kappa are random.
             kappa = (
                 f"{fisher_mean.kappa:.1f}"
                 if fisher_mean.kappa < 100.0

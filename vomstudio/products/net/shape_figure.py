@@ -1,10 +1,11 @@
-"""Figure of the shapes of clouds to which planes were fitted.
+"""Figure of the shapes of point clouds to which planes were fitted.
 
-It shows coplanarity by collinearity.
+It plots coplanarity against collinearity.
 
-Coplanarity is 1 / l3 and collinearity l1 / l2 of the eigenvalues normalised by their sum (Tavani et
-al., eqs. 20 and 21, fig. 27). A ball of points is at (1, 3), a rod along the border l2 = l3 where
-the collinearity is the coplanarity minus two, a sheet high above collinearity 1.
+Coplanarity is 1 / l3 and collinearity is l1 / l2, where the eigenvalues l1 to l3 are normalised by
+their sum (Tavani et al., eqs. 20 and 21, fig. 27). A spherical cloud plots at (1, 3). A rod plots
+along the border l2 = l3, where the collinearity is the coplanarity minus two, and a sheet plots
+high above collinearity 1.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _LOOKS = {
 }
 _MAX_NAMES = 30
 _SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
-"""Positions of a name beside its symbol, right and up, the best first."""
+"""Positions (right, up) of a name relative to its symbol, the best first."""
 _ACROSS = {1: "left", 0: "center", -1: "right"}
 _ALONG = {1: "bottom", 0: "center", -1: "top"}
 
@@ -47,14 +48,14 @@ def write_shapes(
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> int:
-    """Write the figure of rows of the orientation table.
+    """Write the figure for rows of the orientation table.
 
-    Returns the number of planes with a shape.
+    Returns the number of planes that have a shape.
 
     Raises
     ------
     UsageError
-        For a format other than svg, pdf or png.
+        If the format is not svg, pdf or png.
     """
 
     def draw(figure: Figure) -> int:
@@ -72,7 +73,7 @@ def write_shapes(
 
 
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
-    """Draw symbols by verdict, with names of those that are not good; return their number."""
+    """Draw symbols by verdict, name those that are not good, and return the symbol count."""
     known = [row for row in rows if _finite(row["coplanarity"]) and _finite(row["collinearity"])]
     largest = max((float(row["coplanarity"]) for row in known), default=100.0)
     top = 10.0 ** math.ceil(math.log10(max(largest * 1.5, 100.0)))
@@ -101,7 +102,7 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
 
 
 def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
-    """Label the symbols that are not good, if the name overlaps no other text or symbol."""
+    """Label the symbols that are not good if the name overlaps no other text or symbol."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.transforms import Bbox
 
@@ -119,7 +120,7 @@ def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> No
     if (legend := axes.get_legend()) is not None:
         occupied.append(legend.get_window_extent(renderer))
     inside = axes.get_window_extent(renderer)
-    # Keep a distance from the symbol itself, too.
+    # Also keep a distance from the symbol itself.
     away = 0.5 * style.marker_pt + 1.5
     for row in [row for row in known if row.get("quality") != "good"][:_MAX_NAMES]:
         for right, up in _SIDES:

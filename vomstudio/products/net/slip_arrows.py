@@ -1,6 +1,7 @@
-"""Arrows of fault slip at striae: movement of the hanging wall, seen from above.
+"""Fault slip arrows at striae: movement of the hanging wall, seen from above.
 
-Outward is normal, inward reverse, as in Angelier (1979, Tectonophysics 56, T17-T26).
+Outward arrows are normal and inward arrows reverse, as in Angelier (1979, Tectonophysics 56,
+T17-T26).
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ def draw_slip_arrows(
     zorder: float,
     half: float = 0.07,
 ) -> BoolArray:
-    """Draw arrows at net positions.
+    """Draw slip arrows at net positions.
 
     Parameters
     ----------
     ax : Axes
     at : (n, 2) array
     slips : (n, 3) array
-        Movements, NaN for none.
+        Slip vectors of the hanging wall; NaN if there is none.
     color, width_pt, zorder
     half : float
         Half the length of an arrow, in radii of the net.
@@ -43,7 +44,7 @@ def draw_slip_arrows(
     Returns
     -------
     (n,) bool array
-        Which have an arrow: vertical slip has no direction on the net.
+        Whether each slip has an arrow; vertical slip has no direction on the net.
     """
     from matplotlib.collections import LineCollection, PolyCollection
 

@@ -1,8 +1,9 @@
-"""Figure of fault slips: faults with arrows, P and T axes, and kinematic axes.
+"""Figure of fault slip: faults with arrows, P and T axes, and kinematic axes.
 
-Left: great circles of the faults, with the movement of the hanging wall at the striae (outward:
-normal, inward: reverse), after Angelier (1979). Right: P and T axes over the share of faults that
-each direction is compressed by (right dihedra), with the kinematic axes.
+The left net shows the great circles of the faults, with the movement of the hanging wall at the
+striae (outward: normal, inward: reverse), after Angelier (1979). The right net shows the P and T
+axes and the kinematic axes. Its shading is the share of faults for which a direction lies in the
+compressional dihedra (right dihedra method).
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ if TYPE_CHECKING:
 
 SIZE_MM = (170.0, 112.0)
 MAX_FAULTS = 300
-"""Maximum number of great circles and arrows; more are thinned evenly."""
+"""Maximum number of great circles and arrows; larger sets are thinned evenly."""
 _FAULT, _ARROW, _P, _T = "#8a8f98", "#c1440e", "#0072B2", "#D55E00"
 _GRID, _FINE_GRID, _FEW_FAULTS = 241, 721, 60
-"""Sides of the grid of the dihedra, and number of faults below which the finer one is used."""
+"""Coarse and fine grid sizes for the dihedra; below this number of faults, fine is used."""
 _LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _SHADES = ("#ffffff", "#eef2f6", "#d7e2ec", "#b9cfe0", "#94b7d1")
 
@@ -45,18 +46,18 @@ def write_slip_figure(
     size_mm: tuple[float, float] = SIZE_MM,
     dpi: float = 300.0,
 ) -> None:
-    """Write the figure as svg, pdf or png.
+    """Write the figure as SVG, PDF or PNG.
 
     Raises
     ------
     UsageError
-        For another format.
+        If the format is not supported.
     """
     save_figure(target, lambda figure: draw_slip(figure, table, slip), format, size_mm, dpi)
 
 
 def draw_slip(figure: Figure, table: SlipRows, slip: TableSlip) -> tuple[Axes, Axes]:
-    """Draw two nets over the whole figure, which is cleared first."""
+    """Draw both nets over the whole figure, after clearing it."""
     figure.clear()
     normals, slips = fault_movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
     left_axes = figure.add_axes((0.01, 0.12, 0.48, 0.86))

@@ -1,7 +1,7 @@
-"""Figure of a kinematic slope analysis: one net per failure mode with its critical zone.
+"""Figure of a kinematic slope analysis: a net with the critical zone per failure mode.
 
-Each net is equal-area, lower hemisphere: poles of planes for planar sliding and flexural toppling,
-intersections for wedges and direct toppling.
+The nets are equal-area, lower hemisphere. They show the poles of planes for planar sliding and
+flexural toppling, and the intersections for wedges and direct toppling.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 SIZE_MM = (170.0, 206.0)
 MAX_INTERSECTIONS = 3000
-"""Maximum number of intersections drawn; more are thinned evenly."""
+"""Maximum number of intersections drawn; larger sets are thinned evenly."""
 
 _ZONE, _CRITICAL, _CALM, _FACE = "#f3c6a8", "#c1440e", "#8a8f98", "#1a1a1a"
 _GRID = 401
@@ -38,9 +38,9 @@ _GRID = 401
 
 @dataclass(frozen=True, eq=False)
 class _Panel:
-    """Panel of a mode: title, kind of features, their vectors (n, 3) and critical zone.
+    """Panel of a failure mode: title, kind of features, vectors (n, 3), and critical zone.
 
-    Vectors point down, in the frame of the face.
+    The vectors point downwards, in the frame of the face.
     """
 
     title: str
@@ -50,7 +50,7 @@ class _Panel:
     zones: Zones
     margins: Callable[[FloatArray], Margins]
     limits: tuple[FloatArray, ...]
-    """Construction lines, as curves (k, 3) in the frame of the face."""
+    """Construction lines as curves (k, 3) in the frame of the face."""
 
 
 def write_slope_figure(
@@ -63,12 +63,12 @@ def write_slope_figure(
     size_mm: tuple[float, float] = SIZE_MM,
     dpi: float = 300.0,
 ) -> None:
-    """Write the figure as svg, pdf or png.
+    """Write the figure as SVG, PDF or PNG.
 
     Raises
     ------
     UsageError
-        For another format.
+        If the format is not supported.
     """
     save_figure(target, lambda figure: draw_slope(figure, table, face, slope), format, size_mm, dpi)
 
@@ -76,7 +76,7 @@ def write_slope_figure(
 def draw_slope(
     figure: Figure, table: OrientationRows, face: SlopeFace, slope: TableSlope
 ) -> list[Axes]:
-    """Draw four nets over the whole figure, which is cleared first."""
+    """Draw the four nets over the whole figure, after clearing it."""
     figure.clear()
     figure.set_facecolor(PAPER)
     panels = _panels(table, face, slope)
@@ -159,9 +159,9 @@ def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[
 
 
 def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArray:
-    """Return intersections (m, 3), downward unit vectors, of an even sample of pairs.
+    """Return the intersections (m, 3) of an even sample of pairs, as downward unit vectors.
 
-    Pairs of one set are excluded.
+    Pairs within one set are excluded.
     """
     n = len(normals)
     pairs = n * (n - 1) // 2
@@ -170,7 +170,7 @@ def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArra
     )
     if not pairs:
         return np.zeros((0, 3))
-    # Row of the triangle of pairs, from the number of preceding pairs.
+    # Determine the row in the triangle of pairs from the number of preceding pairs.
     starts = np.concatenate([[0], np.cumsum(np.arange(n - 1, 0, -1))])
     first = np.searchsorted(starts, pair_ids, side="right") - 1
     second = pair_ids - starts[first] + first + 1
@@ -221,11 +221,11 @@ def _count_text(panel: _Panel) -> str:
 
 
 def _shade(ax: Axes, face: SlopeFace, panel: _Panel, rim: Any) -> None:
-    """Shade the critical zone: positive margins on a fine grid of the net."""
+    """Shade the critical zone, where the margin is positive, on a fine grid of the net."""
     side = np.linspace(-1.0, 1.0, _GRID)
     x, y = np.meshgrid(side, side)
     radius = np.maximum(np.hypot(x, y), 1.0)
-    # Values at the rim continue beyond it, so that zones extend to it.
+    # Continue the values at the rim beyond it, so that zones extend to the rim.
     points = np.stack([x / radius, y / radius], axis=-1).reshape(-1, 2)
     vectors = nets.unproject(points * (1.0 - 1e-9)) @ face.axes().T
     margins = panel.margins(vectors)
@@ -274,24 +274,24 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
 
 
 def _cone(angle_deg: float) -> FloatArray:
-    """Return the small circle about vertical, pointing down."""
+    """Return the downward small circle about the vertical."""
     t = np.linspace(0.0, 2.0 * np.pi, 181)
     sine, cosine = np.sin(np.radians(angle_deg)), np.cos(np.radians(angle_deg))
     return np.stack([sine * np.cos(t), sine * np.sin(t), np.full_like(t, -cosine)], axis=1)
 
 
 def _great_circle(dip_deg: float) -> FloatArray:
-    """Return the great circle of a plane that dips like the face, with another angle."""
+    """Return the great circle of a plane with the face's dip direction and another dip."""
     t = np.linspace(-np.pi / 2, np.pi / 2, 91)
     dip = np.radians(dip_deg)
     return np.stack([np.cos(t) * np.cos(dip), np.sin(t), -np.cos(t) * np.sin(dip)], axis=1)
 
 
 def _daylight_envelope(dip_deg: float) -> FloatArray:
-    """Return the poles of planes whose line of dip lies in the face.
+    """Return the poles of the planes whose line of dip lies in the face.
 
-    tan p = tan d cos a, with the plunge p and the azimuth a relative to the face's. Samples are
-    even in both angles: for a steep face p decreases only near a right angle.
+    The plunge p and the azimuth a relative to the face satisfy tan p = tan d cos a. Both angles are
+    sampled evenly, because p of a steep face decreases only near a right angle.
     """
     dip = np.radians(min(dip_deg, 90.0 - 1e-9))
     azimuth = np.linspace(0.0, 0.5 * np.pi, 91)[:-1]
@@ -308,7 +308,7 @@ def _daylight_envelope(dip_deg: float) -> FloatArray:
 
 
 def _lateral_lines(face: SlopeFace) -> tuple[FloatArray, ...]:
-    """Return both lateral limits across the net: small circles about the strike, or planes."""
+    """Return both lateral limits on the net: small circles about the strike, or planes."""
     if face.options.lateral_deg >= 90.0:
         return ()
     t = np.linspace(0.0, np.pi, 91)

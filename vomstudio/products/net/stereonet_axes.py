@@ -1,4 +1,4 @@
-"""Net on axes of mplstereonet, for scripts that continue drawing on it."""
+"""Net on mplstereonet axes, for scripts that continue to draw on them."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ from vomstudio.products.net.style import NetStyle
 
 _GRID = 101
 _LINE = 0.15
-"""Height of a line of text, inches."""
+"""Height of a line of text in inches."""
 _SIZE = (8.0, 5.0)
-"""Size of a new figure, inches."""
+"""Size of a new figure in inches."""
 
 
 def _library() -> Any:
     with warnings.catch_warnings():
-        # The library was written for an older matplotlib.
+        # The library was written for an older version of matplotlib.
         warnings.simplefilter("ignore")
         import mplstereonet
 
@@ -48,7 +48,7 @@ def _library() -> Any:
 
 
 def new_axes(projection: str, size_mm: tuple[float, float] | None = None, lines: int = 0) -> Any:
-    """Create axes in a new figure of pyplot, with space for lines of text below."""
+    """Create axes in a new pyplot figure, with space for lines of text below."""
     import matplotlib.pyplot as plt
 
     _library()
@@ -70,9 +70,10 @@ def is_stereonet_axes(ax: Any) -> bool:
 
 
 def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> None:
-    """Draw density, great circles, poles, lines, means and additions, with a legend.
+    """Draw the contents of a net on the axes, with a legend.
 
-    The size of `style` is not used: it is that of the axes' figure.
+    The contents are density, great circles, poles, lines, means and additions. The size in `style`
+    is ignored in favour of that of the axes' figure.
     """
     figure_style = style or FigureStyle()
     paper = figure_style.net_style()
@@ -81,7 +82,7 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
         _draw_density(ax, net, net.contour, paper)
     for s in net.sets:
         if s.kind == "plane" and shows_all_circles(net):
-            # Copies, because the library writes into its arguments.
+            # Pass copies, because the library modifies its arguments.
             ax.plane(
                 _strikes(s),
                 s.angle_deg.copy(),
@@ -193,8 +194,9 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
 
 
 def _to_axes(part: FloatArray, projection: str) -> tuple[FloatArray, FloatArray]:
-    """Convert positions (k, 2) on our net to longitude and latitude of the library's axes."""
-    # Slightly inward: on the primitive circle a point would be shown by its other end.
+    """Convert net positions (k, 2) to longitude and latitude in the library's axes."""
+    # Move points slightly inward: on the primitive circle, a point would be drawn at its opposite
+    # end.
     vectors = nets.unproject(part * (1.0 - 1e-7), projection)
     trend, plunge = vectors_to_lines(vectors)[:2]
     longitude, latitude = _library().line(plunge, trend)
@@ -202,7 +204,7 @@ def _to_axes(part: FloatArray, projection: str) -> tuple[FloatArray, FloatArray]
 
 
 def _plot_lines(ax: Any, trend_deg: Any, plunge_deg: Any, **style: Any) -> None:
-    """Plot lines as one artist with one legend entry; the library's `line` makes one per line."""
+    """Plot lines as one artist with one legend entry, unlike the library's `line`."""
     ax.plot(*_library().line(plunge_deg.copy(), trend_deg.copy()), linestyle="None", **style)
 
 
@@ -217,7 +219,7 @@ def _label(s: NetSet) -> str:
 
 
 def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> None:
-    """Draw density by our own kernels at the places of the library's axes, with a bar."""
+    """Draw the density of our own kernels on the library's axes, with a colour bar."""
     across = np.linspace(-np.pi / 2, np.pi / 2, _GRID)
     longitude, latitude = np.meshgrid(across, across)
     plunge, bearing = _library().geographic2plunge_bearing(longitude.ravel(), latitude.ravel())
@@ -233,7 +235,7 @@ def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> No
             continue
         colors = contour_colors(of, len(levels), look.is_filled, paper)
         if look.is_filled:
-            # Add an upper limit, so that a single level is sufficient.
+            # Add an upper limit, so that a single level suffices.
             drawn.append(
                 ax.contourf(
                     longitude,
@@ -263,7 +265,7 @@ def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> No
 
 
 def _draw_bar(ax: Any, drawn: Any, levels: tuple[float, ...], unit: str) -> None:
-    """Draw the bar under the legend, in the shades of the first set."""
+    """Draw the colour bar below the legend, in the shades of the first set."""
     inset = ax.inset_axes((1.13, 0.02, 0.04, min(0.06 * len(levels), 0.42)), projection=None)
     bar = ax.figure.colorbar(drawn, cax=inset, spacing="uniform", ticks=list(levels))
     bar.ax.tick_params(labelsize="small", length=0)

@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.products.net.contents import NetSet
 
 SYMBOL_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
-"""Factors by which symbols are enlarged, because equal sizes look different."""
+"""Factors by which symbols are enlarged, because symbols of equal size look different."""
 
 LAYERS = (
     "ground",
@@ -31,7 +31,7 @@ LAYERS = (
     "legend",
     "words",
 )
-"""Drawing order on a net, from below."""
+"""Layers of a net in drawing order, from bottom to top."""
 
 
 @dataclass(frozen=True)
@@ -41,16 +41,16 @@ class NetStyle:
     Parameters
     ----------
     ink, soft, paper, net : str
-        Colours of text, of secondary lines, of the page and of the net.
+        Colours of text, secondary lines, the page and the net.
     font_pt, marker_pt, line_pt : float
-        Points (1/72 inch of the figure).
+        Sizes in points (1/72 inch of the figure).
     swaps : mapping of str to str
-        Replacements of colours.
+        Replacement of each colour.
     contour_map : {"light", "dark"}
     grey : bool
-        Draw without colours.
+        Whether to draw without colours.
     family : str
-        Font; empty for DejaVu Sans.
+        Font family; empty for DejaVu Sans.
     """
 
     ink: str = "#1a1a1a"
@@ -67,7 +67,7 @@ class NetStyle:
 
     @classmethod
     def dock(cls, dark: bool = False, dpi: float = 100.0, font_px: float = 11.0) -> NetStyle:
-        """Return a style with sizes in pixels of a screen, light or dark."""
+        """Return a light or dark style for a screen, with sizes in screen pixels."""
         px = 72.0 / dpi
         sizes = {"font_pt": font_px * px, "marker_pt": 6.0 * px, "line_pt": 1.1 * px}
         return replace(cls.dark() if dark else cls(), **sizes)  # type: ignore[arg-type]
@@ -93,14 +93,14 @@ class NetStyle:
             # Light greys would be invisible on paper.
             level = min(_lightness(color) ** (1.0 / 2.2), 0.65)
             return f"#{round(255 * level):02x}" + f"{round(255 * level):02x}" * 2
-        # Colours of types are made for photographs: deep ones are lightened on a dark net.
+        # Feature type colours are designed for photographs, so lighten deep ones on a dark net.
         if _lightness(self.net) < 0.2:
             while _contrast(color, self.net) < 3.0:
                 color = mix_colors(color, self.ink, 0.15)
         return color
 
     def symbol(self, s: NetSet) -> tuple[str, str, float]:
-        """Return face and edge colour of a set's symbols, and the width of the edge, points."""
+        """Return the face colour, edge colour and edge width (points) of a set's symbols."""
         color = self.color(s.color)
         if s.variant % 4 == 1:
             return self.net, self.outline(color), 1.5 * self.line_pt
@@ -113,17 +113,17 @@ class NetStyle:
         return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
 
     def outline(self, color: str) -> str:
-        """Return a colour for thin lines: yellow would be invisible on white paper."""
+        """Return a colour for thin lines that is visible on the paper, unlike yellow on white."""
         return mix_colors(color, self.ink) if _contrast(color, self.net) < 1.8 else color
 
 
 def layer(name: str) -> int:
-    """Return matplotlib's zorder of one of `LAYERS`."""
+    """Return the matplotlib zorder of one of `LAYERS`."""
     return LAYERS.index(name)
 
 
 def mix_colors(color: str, other: str, share: float = 0.5) -> str:
-    """Return a colour with a share, 0 to 1, of another, as hex."""
+    """Mix a colour with a share, 0 to 1, of another colour, and return it as hex."""
     from matplotlib.colors import to_hex, to_rgb
 
     pairs = zip(to_rgb(color), to_rgb(other), strict=True)
@@ -147,7 +147,7 @@ def _contrast(a: str, b: str) -> float:
 
 
 def symbol_scale(n: int) -> float:
-    """Return the factor by which symbols shrink with their number."""
+    """Return the factor by which symbols are reduced if there are n of them."""
     return float(np.interp(math.log10(max(n, 1)), [2.0, 3.0, 4.0], [1.0, 0.7, 0.4]))
 
 

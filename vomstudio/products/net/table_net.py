@@ -1,4 +1,4 @@
-"""Net of the orientations of a table."""
+"""Stereonet of the orientations in a table."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ def net_of_table(
     ----------
     table : OrientationRows
     by : str or None
-        Name or number of the column of sets; default `set`, else `kind`.
+        Name or number of the column that contains the sets. By default, `set` or, if missing,
+        `kind`.
     projection, contour, contouring
         As in `NetContents`.
 
@@ -66,7 +67,7 @@ def net_of_table(
             if table.turns is not None:
                 turns[label] = table.turns.of(rows)
     sets = make_sets(groups, turns=turns)
-    # The mean of a girdle or a scattered set has no meaning and is not marked.
+    # The mean of a girdle or a scattered set is meaningless and therefore not marked.
     clustered = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
     return NetContents(
         sets=sets,
@@ -79,11 +80,11 @@ def net_of_table(
 
 
 def replace_colors(net: NetContents, colors: Mapping[str, str]) -> NetContents:
-    """Replace the colours (#rrggbb) of sets by name, and of their means."""
+    """Replace the colours (#rrggbb) of named sets and of their means."""
     if not colors:
         return net
     sets = tuple(replace(s, color=colors.get(s.name, s.color)) for s in net.sets)
-    # With more sets than colours two may share one; means follow their sets.
+    # If there are more sets than colours, two sets may share a colour. Means follow their sets.
     new_colors = {(s.color, s.marker): new.color for s, new in zip(net.sets, sets, strict=True)}
     means = tuple(replace(m, color=new_colors.get((m.color, m.marker), m.color)) for m in net.means)
     return replace(net, sets=sets, means=means)
@@ -93,12 +94,12 @@ _ERROR_COLUMNS = ("max_confidence95_deg", "min_confidence95_deg", "error_rake_de
 
 
 def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
-    """Return the 95 % ellipse of each plane with an error in the table.
+    """Return the 95 % ellipse of each plane that has an error in the table.
 
     Raises
     ------
     UsageError
-        If the table has no errors.
+        If the table contains no errors.
     """
     try:
         cells = [table.column(name) for name in _ERROR_COLUMNS]
@@ -133,7 +134,7 @@ def _number(word: str) -> float:
 
 
 def members_of(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
-    """Group rows by the requested column, else by set, else by kind, else all together."""
+    """Group rows by the requested column or, by default, by set, by kind, or all together."""
     if column is not None:
         names = table.column(column)
     elif table.sets is not None and any(table.sets):

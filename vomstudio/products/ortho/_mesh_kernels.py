@@ -7,15 +7,16 @@ import math
 from vomstudio.geometry.kernels.jit import kernel
 
 EDGE_PIXELS = 3.0
-"""Minimum step of an edge: deviation of the depth from both neighbouring planes, in pixels."""
+"""Minimum depth step at an edge, measured from both neighbouring planes, in pixels."""
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
 def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
     """Assign faces to tiles (columns x rows, each `side` metres wide).
 
-    Called twice: with `members` empty, starts[t + 1] counts the faces of tile t. With starts
-    summed up, `members` is filled and starts[t] moves to the end of tile t.
+    The function is called twice. If `members` is empty, the faces of tile t are counted in starts[t
+    + 1]. In the second call, with cumulative starts, `members` is filled and starts[t] moves to the
+    end of tile t.
     """
     fill = len(members) > 0
     for f in range(len(faces)):
@@ -40,10 +41,10 @@ def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, membe
 
 @kernel("void(f8[:,::1], i4[:,::1], i4[:,::1], f8[:,::1], f8, b1[:,::1])")
 def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-def]
-    """Mark pixels beside a jump in depth, or beside empty pixels.
+    """Mark pixels beside a jump in depth or beside empty pixels.
 
-    A slope is not an edge: the deviation of a pixel from the planes of its neighbour's triangle
-    and its own counts.
+    The deviation from the planes of both the pixel's own triangle and that of its neighbour counts,
+    so that a slope is not an edge.
     """
     h, w = face.shape
     for j in range(h):
@@ -70,7 +71,7 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
                                 slope = (ez * fy - ey * fz) / det
                             else:
                                 slope = (ex * fz - ez * fx) / det
-                            # A face seen almost edge-on explains any step.
+                            # A face seen almost edge-on can explain any step.
                             if abs(slope) < 20.0:
                                 least = min(least, abs(step - slope * gsd))
                     jump = min(least, abs(step)) > EDGE_PIXELS * gsd
@@ -81,9 +82,9 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
 
 @kernel("void(i8[::1], i4[::1], f8[:,::1], i4[:,::1], u1[:,::1], u1[:,::1])")
 def blend_corners(rows, face, weights, faces, colors, rgb):  # type: ignore[no-untyped-def]
-    """Interpolate the colours of the pixels `rows` between those of the corners.
+    """Interpolate the colours of the pixels `rows` between those of the face corners.
 
-    `colors` are (n, 3).
+    `colors` are the vertex colours (n, 3).
     """
     for at in range(len(rows)):
         k = rows[at]

@@ -1,4 +1,4 @@
-"""Compiled splatting of points."""
+"""Compiled loops that splat points."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import math
 from vomstudio.geometry.kernels.jit import kernel
 
 NEAR_SPACINGS = 3.0
-"""Maximum depth, in radii, of a point behind the nearest one on the same surface."""
+"""Maximum depth of a point behind the nearest point of the same surface, in radii."""
 
 MAX_SLOPE = 12.0
-"""Maximum slope (85 degrees), depth by width; steeper surfaces are treated like this slope."""
+"""Maximum slope, depth per width (85 degrees); steeper surfaces are treated like it."""
 
 
 @kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
 def bin_points(view, radius, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
-    """Assign points to tiles, as `bin_faces`, with the radius of each point and a margin, m."""
+    """Assign points to tiles as in `bin_faces`, with a radius per point and a margin, m."""
     fill = len(members) > 0
     for p in range(len(view)):
         r = radius[p] + margin
@@ -40,15 +40,15 @@ def bin_points(view, radius, left, top, side, margin, columns, rows, starts, mem
 def splat(  # type: ignore[no-untyped-def]
     members, view, reach, colors, left, top, gsd, nearest, limit, color, weight, depth
 ):
-    """Draw discs that face the viewer, in two passes.
+    """Draw points as discs that face the viewer, in two passes.
 
-    First the depth of the surface in each pixel is found, then the mean of the points at that
-    depth, weighted by their distance from the pixel's centre. Drawing only the nearest disc would
-    shift a slope towards its near side; a weighted mean of all points of the surface does not. On
-    a steep surface these are deeper behind the nearest one. The slope follows from the nearest
-    points of the pixels around, by the smaller difference to both sides, because the edge of a
-    surface is not a slope. `nearest` must be infinite, and limit, color, weight and depth zero on
-    entry.
+    The first pass determines the depth of the surface in each pixel. The second pass averages the
+    points at this depth, weighted by their distance from the pixel centre. Drawing only the nearest
+    disc would shift a slope towards its near side, whereas a weighted mean of all points of the
+    surface does not. On a steep surface, these points extend deeper behind the nearest one. The
+    slope is computed from the nearest points of the surrounding pixels; the smaller of the
+    differences to both sides is used, because the edge of a surface is not a slope. On entry,
+    `nearest` must be infinite, and limit, color, weight and depth must be zero.
     """
     h, w = nearest.shape
     for turn in range(2):

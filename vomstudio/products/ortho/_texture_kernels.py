@@ -1,4 +1,4 @@
-"""Compiled filtering of textures."""
+"""Compiled loops that filter textures."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from vomstudio.geometry.kernels.jit import kernel, step
 MAX_SAMPLES = 16
 
 _ROUNDING = 1e-3
-"""Length over width, minus one, of a footprint that counts as a square."""
+"""A footprint whose ratio of length to width minus one is smaller counts as a square."""
 
 _OUTSIDE_TEXELS = 2.0
-"""Tolerance of texture coordinates outside the picture, for rounding by the writer."""
+"""Tolerance for texture coordinates outside the picture, due to rounding by the writer."""
 
 
 @step
 def _footprint(f, view, faces, uv, width, height, gsd):  # type: ignore[no-untyped-def]
-    """Return the constants of a triangle, in texels of the finest level, y down.
+    """Return the constants of a triangle in texels of the finest level, with y down.
 
-    These are its first corner on the texture (x0, y0), the sides (ax, ay) and (bx, by), lengths of
-    the long and the short side of a pixel's footprint, and the direction of the long one.
+    These are the first corner on the texture (x0, y0), the sides (ax, ay) and (bx, by), the lengths
+    of the long and the short side of a pixel's footprint, and the direction of the long side.
     """
     p0, p1, p2 = faces[f, 0], faces[f, 1], faces[f, 2]
     x0, y0 = uv[p0, 0] * width, (1.0 - uv[p0, 1]) * height
@@ -58,29 +58,30 @@ def _footprint(f, view, faces, uv, width, height, gsd):  # type: ignore[no-untyp
 def sample_texture(  # type: ignore[no-untyped-def]
     texels, offsets, sizes, width, height, rows, face, weights, view, faces, uv, gsd, rgb
 ):
-    """Average the texels that each pixel covers.
+    """Average the texels covered by each pixel.
 
-    The footprint of a pixel on the texture is a parallelogram, the same within a triangle. Its
-    short side selects two levels of the pyramid, between which is interpolated. Up to MAX_SAMPLES
-    samples along its long side are averaged, so that steep faces remain sharp across their slope.
+    The footprint of a pixel on the texture is a parallelogram, which is the same throughout a
+    triangle. Its short side selects the two pyramid levels between which the texture is
+    interpolated. Up to MAX_SAMPLES samples along its long side are averaged, so that steep faces
+    remain sharp across their slope.
 
     Parameters
     ----------
     texels, offsets, sizes
-        Pyramid, row by row, RGB; level k has sizes[k] = (w, h) texels of 2**k by 2**k of the
-        finest.
+        Pyramid, stored row by row as RGB. Level k has sizes[k] = (w, h) texels, each covering 2**k
+        by 2**k texels of the finest level.
     width, height
         Size of the finest level.
     rows, face, weights
         Pixels with their triangles and barycentric weights.
     view : (n, 3) array
-        Vertices, x right, y down, m.
+        Vertices with x right and y down, m.
     faces : (m, 3) array
     uv : (n, 2) array
-        Origin at the lower left.
+        Texture coordinates with the origin at the lower left.
     gsd : float
     rgb : array
-        Receives the colours.
+        Output array for the colours.
     """
     levels = len(offsets)
     before = -1
@@ -91,7 +92,7 @@ def sample_texture(  # type: ignore[no-untyped-def]
         k = rows[at]
         f = face[k]
         if f != before:
-            # Adjacent pixels usually have the same triangle.
+            # Adjacent pixels usually belong to the same triangle.
             before = f
             x0, y0, ax, ay, bx, by, major, minor, sx, sy = _footprint(
                 f, view, faces, uv, width, height, gsd
@@ -101,7 +102,7 @@ def sample_texture(  # type: ignore[no-untyped-def]
             level = min(math.log2(max(minor, major / n, 1.0)), levels - 1.0)
             fine = int(level)
             blend = level - fine
-            # A triangle that extends beyond the picture repeats it.
+            # If a triangle extends beyond the picture, the picture repeats.
             repeat = False
             for corner in range(3):
                 for axis in range(2):
@@ -117,7 +118,7 @@ def sample_texture(  # type: ignore[no-untyped-def]
                 continue
             o = fine + coarser
             w, h, start = sizes[o, 0], sizes[o, 1], offsets[o]
-            # Exact: a power of 2.
+            # This is exact, since it is a power of 2.
             smaller = 1.0 / (1 << o)
             for i in range(n):
                 along = ((i + 0.5) / n - 0.5) * major
@@ -125,7 +126,7 @@ def sample_texture(  # type: ignore[no-untyped-def]
                 if repeat:
                     tx -= width * math.floor(tx / width)
                     ty -= height * math.floor(ty / height)
-                # Texels of this level; (0, 0) is the outer corner.
+                # Texel coordinates at this level; (0, 0) is the outer corner.
                 tx = min(max(tx * smaller - 0.5, 0.0), w - 1.0)
                 ty = min(max(ty * smaller - 0.5, 0.0), h - 1.0)
                 left, top = int(tx), int(ty)

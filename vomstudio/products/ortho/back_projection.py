@@ -1,4 +1,4 @@
-"""Back-projection of lines, drawn on an orthophoto in another program, onto the surface."""
+"""Back-projection of lines drawn on an orthophoto in another program onto the surface."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from vomstudio.products.ortho.drawn_features import picture_comment, picture_id
 from vomstudio.products.ortho.visible_depth import visible_depths
 
 ASPECT_TOLERANCE = 0.01
-"""Tolerance of the aspect ratio of a page or picture that is the orthophoto."""
+"""Tolerance of the aspect ratio at which a page or picture is taken for the orthophoto."""
 MIN_INSIDE_SHARE = 0.5
-"""Minimum share of a drawing's vertices inside its picture."""
+"""Minimum share of the vertices of a drawing that must lie inside its picture."""
 OWN_LAYERS = ("traces", "patches", "planes", "lines", "frame")
-"""Layers of our own drawings over a picture; layers of interpretations have other names."""
+"""Layers of drawings written by this program; layers of interpretations are named differently."""
 PLACE_TOLERANCE = 1e-3
-"""Maximum distance of identical pictures, relative to their size."""
+"""Maximum distance between identical pictures, relative to their size."""
 _MAX_PIXELS = 1 << 31
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
 
@@ -51,12 +51,13 @@ class Sidecar:
     path : Path
     width, height : int
     matrix : (4, 4) array
-        From (column, row, depth, 1) to World.
+        Matrix from (column, row, depth, 1) to the World frame.
     transform : (3, 3) array
-        From pixels to the coordinates of the GeoTIFF.
+        Matrix from pixels to the coordinates of the GeoTIFF.
     crs : str or None
-        CRS of these; None on an oblique plane.
+        CRS of the GeoTIFF; None if the picture is on an oblique plane.
     oblique : bool
+        Whether the picture is on an oblique plane.
     id : str
     content_hash : str or None
     image : str
@@ -76,20 +77,20 @@ class Sidecar:
 
 @dataclass(frozen=True, eq=False)
 class BackLine:
-    """Line on the surface.
+    """Line back-projected onto the surface.
 
     Parameters
     ----------
     name : str
     layer : str
-        Layer on which it was drawn.
+        Layer on which the line was drawn.
     words : FeatureAttributes
     pixels : (m, 2) float64
-        Column and row of its vertices on the picture.
+        Column and row of the vertices on the picture.
     is_met : (m,) bool
-        Whether a vertex meets the surface.
+        Whether the ray of each vertex intersects the surface.
     points : (n, 3) float64
-        Those that do, in World.
+        Intersections of the rays with the surface, in the World frame.
     """
 
     name: str
@@ -102,7 +103,7 @@ class BackLine:
 
 @dataclass(frozen=True, eq=False)
 class ProjectedLines:
-    """Lines of a drawing on the surface; `skipped` have fewer than two points on it."""
+    """Lines of a drawing on the surface; lines with fewer than two points are `skipped`."""
 
     lines: tuple[BackLine, ...]
     skipped: tuple[BackLine, ...]
@@ -114,7 +115,7 @@ class ProjectedLines:
 
     @property
     def off_surface(self) -> int:
-        """Number of points that meet no surface."""
+        """Number of points that do not hit the surface."""
         return sum(int((~line.is_met).sum()) for line in (*self.lines, *self.skipped))
 
     @property
@@ -124,7 +125,7 @@ class ProjectedLines:
 
 
 def off_surface_findings(points: int, lines: int) -> tuple[Finding, ...]:
-    """Return findings about points that meet no surface, and lines with fewer than two others."""
+    """Return findings about points off the surface, and lines with fewer than two others."""
     findings: tuple[Finding, ...] = ()
     if points:
         findings = (Finding("drawing.points-off-surface", count=points),)
@@ -180,12 +181,12 @@ def read_sidecar(path: str | Path) -> Sidecar:
 def read_drawing(
     path: str | Path, sidecar: Sidecar, progress: Progress | None = None
 ) -> tuple[tuple[ReadLine, ...], tuple[Finding, ...]]:
-    """Read the lines of a drawing in pixels (column, row) of the picture, with warnings.
+    """Read the lines of a drawing in picture pixels (column, row), with warnings.
 
     Raises
     ------
     InputError
-        If the file cannot be read, has no line, or belongs to another picture.
+        If the file cannot be read, contains no lines, or belongs to another picture.
     """
     path = Path(path)
     warnings: list[Finding] = []
@@ -198,7 +199,7 @@ def read_drawing(
         lines, findings = _gis_lines(path, sidecar, progress)
         warnings += findings
         if path.suffix.lower() == ".dxf":
-            # Lines have no names in CAD; the layer is used instead.
+            # Lines in CAD files have no names, so use the layer instead.
             lines = [replace(line, name=line.name or _layer_name(line.layer)) for line in lines]
     if not lines:
         raise InputError(Finding("drawing.no-traces"), file=path)
@@ -210,9 +211,9 @@ def read_drawing(
 
 
 def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]:
-    """Find the pictures in the folder of a drawing on which it may have been drawn.
+    """Find the pictures in a drawing's folder on which it may have been drawn.
 
-    If the drawing's name begins with that of one of these, only this one is returned.
+    If the name of the drawing begins with that of one of these pictures, only this one is returned.
     """
     progress = progress or Silent()
     matches = []
@@ -230,9 +231,9 @@ def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]
 
 
 def transform_sidecar(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> Sidecar:
-    """Transform a sidecar to the frame of a model's file, given its matrix to World.
+    """Transform a sidecar to the frame of a model file, given the model's matrix to World.
 
-    The model then need not be transformed.
+    The model itself then does not have to be transformed.
     """
     to_file = np.asarray(np.linalg.inv(np.array(to_world, np.float64).reshape(4, 4)), np.float64)
     matrix = to_file @ sidecar.matrix
@@ -243,16 +244,16 @@ def transform_sidecar(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> 
 def project_lines(
     lines: Sequence[ReadLine], sidecar: Sidecar, data: Mesh | PointCloud, step: float | None = None
 ) -> ProjectedLines:
-    """Project the vertices of lines (pixels) onto the surface that the picture shows.
+    """Project the vertices of lines (pixels) onto the surface shown by the picture.
 
     Parameters
     ----------
     lines : sequence of ReadLine
     sidecar : Sidecar
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     step : float, optional
-        Maximum distance of additional points between the vertices, m.
+        Maximum distance between points; if given, points are inserted between the vertices, m.
 
     Returns
     -------
@@ -280,8 +281,9 @@ def project_lines(
 def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatArray:
     """Return the matrix (3, 3) from the drawing's units to pixels.
 
-    It follows from the picture with the orthophoto's name, else from one of its shape, else,
-    without any picture, from the page.
+    It is derived from the embedded picture with the name of the orthophoto or, if there is none,
+    from a picture of the same shape. If the drawing contains no pictures, it is derived from the
+    page.
     """
     ratio = sidecar.width / sidecar.height
     stem = Path(sidecar.image).stem.casefold()
@@ -311,7 +313,7 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
 
 
 def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
-    """Check whether a picture or page (4, 2) has the shape of the orthophoto."""
+    """Return whether a picture or page (4, 2) has the shape of the orthophoto."""
     across, down = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
     limit = ASPECT_TOLERANCE + 1 / min(sidecar.width, sidecar.height)
     ratio = sidecar.width / sidecar.height
@@ -341,7 +343,7 @@ def _gis_lines(
 
 
 def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
-    """Return the share of vertices within the picture."""
+    """Return the share of vertices that lie within the picture."""
     pixels = np.concatenate([line.points for line in lines])
     size = np.array([sidecar.width, sidecar.height])
     return float(((pixels >= -1) & (pixels <= size + 1)).all(axis=1).mean())
@@ -350,7 +352,7 @@ def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
 def _transform_layers(
     read: ReadLines, sidecar: Sidecar, path: Path
 ) -> tuple[list[ReadLine], list[Finding]]:
-    """Transform lines to the coordinates of the GeoTIFF; report omitted layers.
+    """Transform lines to the coordinates of the GeoTIFF, and report omitted layers.
 
     Raises
     ------
@@ -398,7 +400,8 @@ def _transform_layer(
         return lines
     if not (theirs.is_projected or theirs.is_geographic):
         return lines
-    # GeoJSON without a CRS is in degrees by its standard; in a plane of its own it is in metres.
+    # GeoJSON without a CRS is in degrees according to the standard, but in metres if the picture is
+    # in its own plane.
     unnamed = geojson and theirs.is_geographic
     if sidecar.oblique or ours is None:
         if unnamed:
@@ -427,7 +430,7 @@ def _text(value: object) -> str | None:
 
 
 def _head_of(path: Path) -> str:
-    """Return the beginning of a DXF, whose comment names its picture; GDAL ignores it."""
+    """Return the start of a DXF file, where a comment that GDAL ignores names the picture."""
     if path.suffix.lower() != ".dxf":
         return ""
     with open_regular(path) as file:
@@ -440,7 +443,7 @@ def _through(line: ReadLine, matrix: FloatArray) -> ReadLine:
 
 
 def _denser(points: FloatArray, step: float) -> FloatArray:
-    """Insert points so that the distance is at most `step`."""
+    """Insert points so that neighbouring points are at most `step` apart."""
     lengths = np.hypot(*np.diff(points, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
     parts = [
@@ -456,7 +459,7 @@ def _layer_name(layer: str) -> str:
 
 
 def _unique(names: Sequence[str]) -> list[str]:
-    """Make names unique; the number of the line replaces a missing name."""
+    """Make names unique; a missing name is replaced by the number of the line."""
     used: set[str] = set()
     labels = []
     for k, name in enumerate(names):

@@ -1,4 +1,4 @@
-"""Picture of a point cloud, as parallel rays would see the scanned surface."""
+"""Picture of a point cloud as the scanned surface would appear in parallel projection."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty_picture
 
 HOLE_SPACINGS = 4.0
-"""Maximum width of holes that are closed, in spacings of the cloud."""
+"""Maximum width of the holes to be closed, in spacings of the cloud."""
 
 MIN_REACH_PIXELS = 0.8
-"""Minimum radius of discs in pixels; smaller discs could miss all pixel centres."""
+"""Minimum disc radius in pixels; smaller discs could miss all pixel centres."""
 
 _MIN_GAP_CHANGES = 2.0
-"""Minimum depth behind a hole, in changes of the surface around it."""
+"""Minimum depth behind a hole, as a multiple of the depth change around it."""
 
 _CELL_SPACINGS = 6.0
 
@@ -28,13 +28,14 @@ _MAX_TREE_POINTS = 2_000_000
 
 
 class CloudSource:
-    """Tiles of a cloud: discs of the local spacing, with holes closed up to `hole_m`.
+    """Source of tiles of a cloud, drawn as discs, with holes up to `hole_m` closed.
 
-    Colours are those of the points, else their intensity, else their depth as grey.
+    The discs have the size of the local spacing. Points without colours are shown by their
+    intensity or, if that is missing, by their depth in grey.
     """
 
     def __init__(self, cloud: PointCloud, view: FloatArray, grid: Grid, spacing: float) -> None:
-        """Store the points `view` (n, 3) of `ViewFrame.to_view`, and their mean spacing, m."""
+        """Store the points `view` (n, 3) from `ViewFrame.to_view`, and their mean spacing, m."""
         from vomstudio.products.ortho._splat_kernels import bin_points
 
         self._view = np.ascontiguousarray(view)
@@ -44,7 +45,7 @@ class CloudSource:
         self._reach = np.maximum(local_spacing(self._view, spacing), MIN_REACH_PIXELS * g)
         self.hole_m = max(HOLE_SPACINGS * spacing, 2 * g)
         self._close = max(1, math.ceil(self.hole_m / g / 2))
-        # Distance of pixels that close a hole, plus that of pixels that keep it open.
+        # The distance of pixels that close a hole, plus the distance of pixels that keep it open.
         self._halo = 2 * self._close
         self._members = Members.of(bin_points, self._view, self._reach, grid, self._halo * g)
 
@@ -95,11 +96,11 @@ class CloudSource:
         return []
 
     def _seen_through(self, is_visible: BoolArray, z: Float32Array) -> BoolArray:
-        """Find pixels that show a surface behind another one, through a hole to be closed.
+        """Find pixels that show a deeper surface through a hole that will be closed.
 
-        Morphological opening of the depth removes what is deeper and not wider than such a hole.
-        Removed pixels must be deeper by more than the hole's width, and by more than the change of
-        the surface around it: an oblique slope has no holes.
+        A morphological opening of the depth removes pixels that are deeper and not wider than such
+        a hole. Removed pixels must be deeper by more than the width of the hole and by more than
+        the depth change of the surface around it, since an oblique slope has no holes.
         """
         from scipy.ndimage import maximum_filter, minimum_filter
 
@@ -116,9 +117,9 @@ class CloudSource:
             return np.asarray(is_visible & (gap > self.hole_m) & (gap > _MIN_GAP_CHANGES * change))
 
     def _close_holes(self, is_visible: BoolArray, rgb: ByteArray, z: Float32Array) -> BoolArray:
-        """Fill pixels in holes with colour and depth of the nearest visible one; return which.
+        """Fill holes with the colour and depth of the nearest visible pixel; return a mask.
 
-        Morphological closing: pixels enclosed within `_close` pixels.
+        A morphological closing finds the pixels that are enclosed within `_close` pixels.
         """
         from scipy.ndimage import distance_transform_edt
 
@@ -126,7 +127,7 @@ class CloudSource:
             return np.zeros_like(is_visible)
         distance, nearest = distance_transform_edt(~is_visible, return_indices=True)
         grown = distance <= self._close
-        # Pixels beyond the border are not known to be empty.
+        # Pixels beyond the border are not necessarily empty.
         closed = grown if grown.all() else distance_transform_edt(grown) > self._close
         filled: BoolArray = closed & ~is_visible
         source_row, source_column = nearest[0][filled], nearest[1][filled]
@@ -136,9 +137,10 @@ class CloudSource:
 
 
 def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
-    """Return the side (n,) of the square per point, from the number of points in its cell.
+    """Return the local spacing (n,) of each point from the number of points in its cell.
 
-    Cells are about 6 x 6 spacings; values are within half and twice the typical one.
+    Cells are about 6 x 6 spacings in size. The values are limited to between half and twice the
+    typical spacing.
     """
     side = _CELL_SPACINGS * spacing
     low = points.min(axis=0)
@@ -168,18 +170,19 @@ def share_facing_away(
     ----------
     cloud : PointCloud
     view : (n, 3) array
-        Points in the view's axes, visible along +z.
+        Points in the axes of the view, seen along +z.
     normals : (n, 3) array or None
-        In the view's axes. Without normals, planes through neighbours are used, assumed to face
-        `up`.
+        Normals in the axes of the view. If None, planes are fitted to neighbours and assumed to
+        face `up`.
     up : (3,) array
-        World's up in the view's axes.
+        Up direction of the World frame in the axes of the view.
     samples : int
 
     Returns
     -------
     share : float
     is_guessed : bool
+        Whether the orientation of the normals was assumed.
     """
     low, high = view.min(axis=0), view.max(axis=0)
     cell = max(float((high - low)[:2].max()), 1e-12) / 256

@@ -1,4 +1,4 @@
-"""Axis of each domain of an interpretation, for projection and viewing."""
+"""Axes of the domains of an interpretation, for projection and viewing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.view_directions import cost_of_deviation
 
 BEDS, FAULTS = "bedding", "fault"
-"""Types of features whose planes define the axes."""
+"""Feature types whose planes define the axes."""
 _MIN_DEVIATION_DEG = 1.0
 
 
@@ -29,17 +29,17 @@ def domains_of(items: Iterable[Item]) -> list[str]:
 
 
 def no_domains_error(field: str) -> UsageError:
-    """Return the error of items without domains."""
+    """Return the error for items without domains."""
     return UsageError(Finding("domain.none"), field=field)
 
 
 def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAxis]:
-    """Compute the axes from the planes of bedding of each domain, and of all faults.
+    """Compute the axis of each domain from its bedding planes and from all faults.
 
     Raises
     ------
     UsageError
-        If no feature is in a domain; `field` is the option.
+        If no feature belongs to a domain; `field` is the name of the option.
     """
     planes = [item for item in items if item.normal is not None and item.dip_deg is not None]
     beds: dict[str, list[Item]] = {name: [] for name in domains_of(planes)}
@@ -68,7 +68,7 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
 
 
 def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
-    """Return the planes for the fold axis, and the number of those that are not good."""
+    """Return the planes for the fold axis, and how many of them are not good."""
     selection = select_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
     return [item for item, use in zip(items, selection.use, strict=True) if use], selection.not_good
 
@@ -76,7 +76,7 @@ def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
 def off_axis_findings(
     items: Iterable[Item], name: str, plan: OrthophotoPlan
 ) -> tuple[Finding, ...]:
-    """Return findings if a view is off a domain's axis by more than its error and a degree."""
+    """Return a finding if a view deviates from a domain's axis by more than its error + 1°."""
     try:
         axis = axes_of_domains(items, "")[name]
     except (UsageError, KeyError):

@@ -1,9 +1,9 @@
-"""Mask of a picture that shows one domain, with the rest in grey (textbook 4.2, fig. 31c).
+"""Mask that shows one domain of a picture and fades the rest (textbook 4.2, fig. 31c).
 
-If each domain has its own axis, a picture along one direction is valid for one domain only. The
-extent of a domain follows from its features: a fault separates two domains if all features of one
-are on one side and all of the other on the other side. Without such a fault, the nearest feature
-decides.
+If each domain has its own axis, a picture along one direction is valid for only one domain. The
+extent of a domain is derived from its features. A fault separates two domains if all features of
+one domain are on one side of it, and all features of the other domain on the other side. If there
+is no such fault, the nearest feature decides.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.tiles import Tile, TilePicture, TileSource
 
 _MIN_SIDE_SHARE = 0.98
-"""Minimum share of a domain's points on its side of a fault.
+"""Minimum share of the points of a domain that must lie on its side of a fault.
 
 Traces of beds dragged along the fault extend slightly beyond its mean plane."""
 _CELL_PX = 8
-"""Side of the cells for which the nearest feature is searched, pixels."""
+"""Side of the cells for which the nearest feature is determined, in pixels."""
 _MAX_POINTS = 20_000
 _LUMA_WEIGHTS = np.array([0.299, 0.587, 0.114], np.float32)
 _FADED_LEVEL, _FADED_CONTRAST = 205.0, 0.25
-"""Grey level of the rest, and the share of its contrast that remains."""
+"""Grey level of the faded part, and the share of its contrast that remains."""
 
 
 @dataclass(frozen=True, eq=False)
 class Wall:
-    """Plane x . normal = offset; the domain is where x . normal is larger."""
+    """Plane x . normal = offset; the domain lies where x . normal is larger."""
 
     name: str
     normal: FloatArray
@@ -58,11 +58,11 @@ class Territory:
     ----------
     name : str
     walls : tuple of Wall
-        Faults that separate it from others.
+        Faults that separate the domain from others.
     points : (n, 3) array
-        Points of features that decide where no wall does; empty if walls are sufficient.
+        Points of features that decide where walls do not; empty if the walls are sufficient.
     is_member : (n,) bool array
-        Which of these belong to the domain.
+        Whether each of these points belongs to the domain.
     notes : tuple of Finding
     """
 
@@ -73,16 +73,16 @@ class Territory:
     notes: tuple[Finding, ...]
 
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
-        """Return the features of the domain and of none; angles of others are distorted."""
+        """Return features of this domain or without one; angles of others are distorted."""
         return tuple(item for item in items if item.domain in ("", self.name))
 
     def seen_in(self, items: Sequence[Item], plan: OrthophotoPlan) -> Territory:
-        """Return the territory with findings if the view is not along the domain's axis."""
+        """Return the territory, with findings if the view is not along the domain's axis."""
         return replace(self, notes=(*self.notes, *off_axis_findings(items, self.name, plan)))
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Facts for the sidecar of its picture."""
+        """Facts for the sidecar of the picture."""
         return {"name": self.name, "ends_at": [wall.name for wall in self.walls]}
 
     @cached_property
@@ -99,7 +99,7 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
     Raises
     ------
     UsageError
-        If no feature is in the domain.
+        If no feature belongs to the domain.
     """
     known = domains_of(items)
     if not known:
@@ -142,12 +142,12 @@ def _points(items: Sequence[Item], name: str) -> FloatArray:
 
 
 def _share(points: FloatArray, wall: Wall) -> float:
-    """Return the share of points on the domain's side."""
+    """Return the share of points on the domain's side of a wall."""
     return float((points @ wall.normal > wall.offset).mean())
 
 
 def _faults(items: Sequence[Item]) -> list[Wall]:
-    """Return a plane for each set of faults (their mean), and for each other fault."""
+    """Return the mean plane of each set of faults, and the plane of each other fault."""
     sets: dict[str, list[Item]] = {}
     for item in items:
         if item.normal is not None and item.kind.casefold() == FAULTS:
@@ -165,7 +165,7 @@ def _faults(items: Sequence[Item]) -> list[Wall]:
 
 @dataclass(frozen=True, eq=False)
 class OneDomain:
-    """Source of tiles with all but one domain in grey."""
+    """Source of tiles in which all domains but one are greyed out."""
 
     source: TileSource
     plan: OrthophotoPlan
@@ -192,7 +192,7 @@ class OneDomain:
         return replace(picture, rgba=rgba)
 
     def _domain_pixels(self, tile: Tile, depth: Float32Array) -> BoolArray:
-        """Return which pixels (h, w) show the domain; arbitrary for empty pixels."""
+        """Return a mask (h, w) of pixels that show the domain; empty pixels are arbitrary."""
         is_domain = np.ones(depth.shape, np.bool_)
         right = np.arange(tile.width) + tile.column + 0.5
         down = np.arange(tile.height)[:, None] + tile.row + 0.5
@@ -205,7 +205,7 @@ class OneDomain:
         return is_domain
 
     def _nearest(self, tile: Tile, depth: Float32Array, matrix: FloatArray) -> BoolArray:
-        """Check for cells of some pixels whether the nearest feature is of the domain."""
+        """Return, for cells of several pixels, whether the nearest feature is in the domain."""
         rows, columns = (np.arange(0, size, _CELL_PX) for size in depth.shape)
         tall, wide = -(-depth.shape[0] // _CELL_PX), -(-depth.shape[1] // _CELL_PX)
         padded = np.full((tall * _CELL_PX, wide * _CELL_PX), np.nan, np.float32)

@@ -1,6 +1,6 @@
 """Features of a project as vector data over an orthophoto: GeoPackage, SVG and DXF.
 
-Coordinates are those of the GeoTIFF.
+The coordinates are those of the GeoTIFF.
 """
 
 from __future__ import annotations
@@ -32,29 +32,29 @@ SURFACE = "outcrop"
 
 
 def drawing_targets(image: str | Path) -> dict[str, Path]:
-    """Return the drawings of NAME.tif: NAME_drawing.gpkg, .svg and .dxf."""
+    """Return the paths of the drawings of NAME.tif: NAME_drawing.gpkg, .svg and .dxf."""
     path = Path(image)
     return {form: path.with_name(f"{path.stem}_drawing.{form}") for form in FORMATS}
 
 
 def picture_id(facts: Mapping[str, Any]) -> str:
-    """Return an id of a picture: 16 letters of the sha256 of its size and geometry."""
+    """Return the id of a picture: 16 characters of the SHA-256 of its size and geometry."""
     content = json.dumps([facts["width"], facts["height"], facts["pixel_to_world"]])
     return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
 def picture_comment(picture: str) -> str:
-    """Return the comment of layers and drawings that identifies their picture."""
+    """Return the comment that identifies the picture in layers and drawings."""
     return f"VOM Studio picture {picture}"
 
 
 def draw_features(
     items: tuple[Item, ...], plan: OrthophotoPlan, picture: ByteArray | None
 ) -> tuple[Drawing, int]:
-    """Draw the features within a picture; also return the number of those outside.
+    """Draw the features within a picture, and return the number of features outside it.
 
-    Coordinates are World's x and y in a vertical view down, else metres right and up of the
-    reference point.
+    In a vertical downward view, the coordinates are World x and y. Otherwise they are metres to the
+    right of and above the reference point.
     """
     frame, grid = plan.frame, plan.grid
     up = 0.0 - frame.down
@@ -90,7 +90,7 @@ def draw_features(
 
 
 def is_straight_down(plan: OrthophotoPlan) -> bool:
-    """Check for a vertical view down; only there right and up are East and North."""
+    """Return whether the view is vertically down, so that right is East and up is North."""
     return plan.frame.is_vertical and bool(plan.frame.direction[2] < 0)
 
 
@@ -113,7 +113,7 @@ def write_drawings(
     picture : str
         Id of the picture.
     turn : (3, 3) array, optional
-        As from `raster_turn`, for files over the GeoTIFF.
+        Matrix from `raster_turn`, for files that overlay the GeoTIFF.
 
     Raises
     ------
@@ -128,9 +128,9 @@ def write_drawings(
 
 
 def raster_turn(plan: OrthophotoPlan) -> FloatArray | None:
-    """Return the matrix (3, 3) from `draw_features` to the GeoTIFF; None if identical.
+    """Return the matrix (3, 3) from `draw_features` to the GeoTIFF, or None if the identity.
 
-    A picture vertically upwards is mirrored on the map.
+    A picture that looks vertically upwards is mirrored on the map.
     """
     frame = plan.frame
     if not frame.is_vertical or is_straight_down(plan):

@@ -1,4 +1,4 @@
-"""Picture drawn into memory, with the geometry of its pixels."""
+"""Picture that is drawn in memory, with the geometry of its pixels."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from vomstudio.products.ortho.tiles import Tile, TilePicture
 
 @dataclass(frozen=True, eq=False)
 class DrawnPicture:
-    """Drawn picture, and the source of its own tiles for writing without redrawing.
+    """Drawn picture, which also serves as a source of tiles to write it without redrawing.
 
     Parameters
     ----------
     rgba : (h, w, 4) uint8 array
     depth : (h, w) float32 array
-        NaN for empty pixels.
+        Depth of each pixel; NaN if the pixel is empty.
     filled : int
-        Number of filled pixels in holes.
+        Number of pixels in holes that were filled.
     hole_m : float or None
-        Maximum width of holes of a cloud that were closed; None for a mesh.
+        Maximum width of the holes that were closed in a cloud; None for a mesh.
     findings : tuple of Finding
     """
 
@@ -43,7 +43,7 @@ class DrawnPicture:
 
     def draw(self, tile: Tile) -> TilePicture:
         part = np.s_[tile.row : tile.row + tile.height, tile.column : tile.column + tile.width]
-        # Filled pixels are counted once, for the whole picture.
+        # Count filled pixels only once, for the whole picture.
         filled = self.filled if tile.number == 0 else 0
         return TilePicture(self.rgba[part], self.depth[part], filled)
 
@@ -77,7 +77,7 @@ def draw_picture(
 
 
 def drawn_figures(drawn: DrawnPicture, plan: OrthophotoPlan, crs: str | None) -> OrthophotoFigures:
-    """Return the figures of a drawn picture; `crs` is that of World, "EPSG:n" or WKT."""
+    """Return the figures of a drawn picture; `crs` is the World CRS, "EPSG:n" or WKT."""
     facts = picture_facts(plan, crs if plan.frame.is_vertical else None)
     facts |= {
         "coverage": float(np.isfinite(drawn.depth).mean()),

@@ -1,4 +1,4 @@
-"""Drawing of tiles by several threads."""
+"""Drawing of tiles in several threads."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ Drawn = TypeVar("Drawn")
 def draw_tiles(
     source: Drawer[Drawn], grid: Grid, progress: Progress, threads: int | None
 ) -> Iterator[tuple[Tile, Drawn]]:
-    """Yield (tile, drawing) as soon as they are ready.
+    """Yield each tile with its drawing as soon as it is ready.
 
-    Few are drawn at a time, so that memory is bounded.
+    Only a few tiles are drawn at a time, so that memory is bounded.
     """
     tiles = grid.tiles()
     progress.stage(tr("Casting rays"), len(tiles))

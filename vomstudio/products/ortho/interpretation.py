@@ -1,4 +1,4 @@
-"""Features of a project projected onto a plane: their lines, and apparent dips of planes."""
+"""Projection of project features onto a plane: lines, and apparent dips of planes."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ Form = Literal["point", "line", "ring"]
 
 LEGEND = "legend"
 PARTS = ("traces", "patches", "symbols", LEGEND)
-"""Parts of an interpretation: lines, areas, places, and the legend of a sheet."""
+"""Parts of an interpretation: lines, areas, point symbols, and the legend of a sheet."""
 _PART: dict[Form, str] = {"line": "traces", "ring": "patches", "point": "symbols"}
 
 NO_COLOR = "#404040"
 EDGE_ON_DEG = 1.0
-"""Maximum angle between a plane and the picture at which its trace is undefined.
+"""A plane has no defined trace if its angle to the picture is smaller than this.
 
-The direction of the trace would depend only on the plane's error."""
+The direction of its trace would depend only on the error of the plane."""
 MAP_DEG = 10.0
-"""Maximum angle between the view and the vertical for a map, which shows strike and dip.
+"""Maximum angle between the view and the vertical at which a picture counts as a map.
 
-The trace of a plane on a map is close to its strike, whatever its dip."""
+A map shows strike and dip, since the trace of a plane is close to its strike whatever its dip."""
 
 
 @dataclass(frozen=True, eq=False)
 class Item:
-    """Feature in World.
+    """Feature in the World frame.
 
     Parameters
     ----------
@@ -58,15 +58,15 @@ class Item:
         Upward normal of a plane.
     dip_direction_deg, dip_deg : float or None
     symbol_label : str
-        Label in place of the name.
+        Label that replaces the name.
     filled : bool
-        The colour is that of the area.
+        Whether the colour fills the area.
     overturned : bool
-        The younger side of a bed is below.
+        Whether the bed is overturned, with its younger side below.
     domain : str
-        Part of the structure, "" for none.
+        Domain of the structure to which the feature belongs; "" if none.
     quality : str
-        Verdict on a plane, "" for none.
+        Verdict on the plane; "" if there is none.
     """
 
     layer: str
@@ -89,20 +89,21 @@ class Item:
 
 @dataclass(frozen=True, eq=False)
 class ProjectedItem:
-    """Item on a plane.
+    """Item projected onto a plane.
 
     Parameters
     ----------
     item : Item
     points : (n, 2) array
-        Right and up, m.
+        Coordinates to the right and up, m.
     away : (n,) array
         Distance from the plane towards the viewer, m.
     apparent_dip_deg : float or None
-        Of a plane, -90 to 90 from the horizontal of the picture, positive down to the right; None
-        if it is parallel to the picture, and on a map.
+        Apparent dip of a plane from the horizontal of the picture, -90 to 90, positive down to the
+        right. None if the plane is parallel to the picture, and on maps.
     symbol : tuple of (k, 2) arrays
-        Map symbol of a plane, right and up of its place; 1 is half the length of the bar.
+        Map symbol of a plane as polylines (right, up) relative to its position, in units of half
+        the length of the bar.
     """
 
     item: Item
@@ -113,7 +114,7 @@ class ProjectedItem:
 
 
 def parse_parts(text: str) -> tuple[str, ...]:
-    """Parse "traces,legend".
+    """Parse a list of parts such as "traces,legend".
 
     Raises
     ------
@@ -130,17 +131,17 @@ def parse_parts(text: str) -> tuple[str, ...]:
 
 
 def select_items(items: tuple[Item, ...], parts: Collection[str]) -> tuple[Item, ...]:
-    """Return the items that belong to one of the parts."""
+    """Return the items that belong to any of the parts."""
     return tuple(item for item in items if _PART[item.form] in parts)
 
 
 def read_items(folder: Path) -> tuple[Item, ...]:
-    """Read the features of a project that have a place; the project may be open in a window.
+    """Read the features of a project that have a position.
 
     Raises
     ------
     InputError
-        If it is not a project, or has no features.
+        If the folder is not a project, or if the project has no features.
     """
     replay = read_replay(folder)
     refuse_empty(replay.records, folder)
@@ -192,7 +193,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
 
 
 def count_features(items: Iterable[Item]) -> int:
-    """Count features; line and plane of a trace count once, items without id separately."""
+    """Count features; the line and plane of a trace count once, items without id each."""
     counters: dict[str, Counter[str]] = {}
     for item in items:
         counters.setdefault(item.layer, Counter())[item.id] += 1
@@ -208,10 +209,10 @@ def items_of_table(places: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tup
     Parameters
     ----------
     places : (n, 3) float64
-        World, metres.
+        Positions in the World frame, m.
     rows : sequence of mapping
-        `id`, `dip_direction_deg`, `dip_deg`, and where known `name`, `kind`, `set`, `domain`,
-        `overturned`.
+        Mappings with `id`, `dip_direction_deg`, `dip_deg` and, if known, `name`, `kind`, `set`,
+        `domain` and `overturned`.
     """
     colors = {each.name.casefold(): each.color for each in DEFAULT_TYPES}
     return tuple(
@@ -238,8 +239,9 @@ def items_of_table(places: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tup
 def apparent_dip_deg(normal: FloatArray, right: FloatArray, up: FloatArray) -> float | None:
     """Return the apparent dip of a plane on a picture.
 
-    It is the angle of the intersection from `right`, -90 to 90, positive down to the right. On a
-    vertical picture it is tan a = tan d sin b, with b between the strikes of plane and picture.
+    This is the angle between `right` and the intersection, -90 to 90, positive down to the right.
+    On a vertical picture, the apparent dip a is given by tan a = tan d sin b, where d is the dip of
+    the plane and b the angle between the strikes of the plane and the picture.
 
     Parameters
     ----------
@@ -248,9 +250,9 @@ def apparent_dip_deg(normal: FloatArray, right: FloatArray, up: FloatArray) -> f
     Returns
     -------
     float or None
-        None if the plane is parallel to the picture.
+        Apparent dip in degrees, or None if the plane is parallel to the picture.
     """
-    # The components right and up of the intersection are perpendicular to the normal's.
+    # In the picture, the intersection is perpendicular to the projected normal.
     x, y = float(normal @ up), -float(normal @ right)
     if math.hypot(x, y) < math.sin(math.radians(EDGE_ON_DEG)):
         return None
@@ -266,9 +268,10 @@ def project_item(
     up: FloatArray,
     along: FloatArray | None = None,
 ) -> ProjectedItem | None:
-    """Project an item onto the plane through `origin` spanned by right and up.
+    """Project an item onto the plane through `origin` that is spanned by `right` and `up`.
 
-    The projection is at right angles, or along a direction (3,); None if this lies in the plane.
+    The projection is perpendicular to the plane, or along the direction `along` (3,). Returns None
+    if this direction lies in the plane.
     """
     toward = np.cross(right, up)
     away = (item.points - origin) @ toward
@@ -290,5 +293,5 @@ def project_item(
 
 
 def is_map(toward: FloatArray) -> bool:
-    """Check whether a picture with this normal (3,) is close enough to vertical to be a map."""
+    """Return whether the normal (3,) of a picture is close enough to vertical for a map."""
     return abs(float(toward[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12

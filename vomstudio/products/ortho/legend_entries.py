@@ -1,4 +1,4 @@
-"""Entries of the legend of a drawing: types with their colours and symbols."""
+"""Legend entries of a drawing: feature types with their colours and symbols."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from vomstudio.geology.map_symbols import strike_and_dip
 
 MAX_LETTERS = 40
 TICK_DEG = 35.0
-"""Dip of the example plane in the legend."""
+"""Dip of the example plane that the legend shows."""
 
 
 class LegendShape(Protocol):
-    """The part of a drawn shape (`vector_drawing.DrawingShape`) that a legend needs."""
+    """Properties of a shape (`vector_drawing.DrawingShape`) that a legend needs."""
 
     @property
     def layer(self) -> str: ...
@@ -41,21 +41,21 @@ class LegendShape(Protocol):
 
 @dataclass
 class LegendEntry:
-    """One line of a legend.
+    """Entry of a legend.
 
     Parameters
     ----------
     name : str
-        Name of a type, rock or layer.
+        Name of a feature type, lithology or layer.
     color : str
     line, area, place : bool
-        How features of it are drawn.
+        Whether its features are drawn as lines, areas or point symbols.
     filled : bool
-        The areas are filled.
+        Whether the areas are filled.
     dips : bool
-        Places have the tick of a plane.
+        Whether the point symbols have the tick of a plane.
     mapped, overturned : bool
-        Places have the symbol of a map, and that of overturned beds.
+        Whether the point symbols are map symbols, and map symbols of overturned beds.
     """
 
     name: str
@@ -75,7 +75,7 @@ class LegendEntry:
         return name if len(name) <= MAX_LETTERS else name[: MAX_LETTERS - 1].rstrip() + "…"
 
     def marks(self) -> list[FloatArray]:
-        """Return the polylines (k, 2) of a place about it, right and up, within -1 to 1."""
+        """Return the polylines (k, 2) of the point symbol, right and up within -1 to 1."""
         if self.mapped:
             symbol = strike_and_dip(np.zeros(3), 180.0, 45.0, 2.0)
             return [line[:, :2] for line in symbol]
@@ -87,7 +87,7 @@ class LegendEntry:
 
 
 def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
-    """Return an entry for each type and colour, in the order of the shapes."""
+    """Return one entry per feature type and colour, in the order of the shapes."""
     entries: dict[tuple[str, str], LegendEntry] = {}
     for shape in shapes:
         name = str(shape.values.get("kind") or shape.layer.replace("_", " "))
@@ -106,7 +106,7 @@ def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
 
 
 def explain_symbols(entries: Sequence[LegendEntry]) -> str:
-    """Return the explanation of ticks and symbols; empty without any."""
+    """Explain the ticks and symbols of the entries; empty if there are none."""
     if any(entry.overturned for entry in entries):
         return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")
     if any(entry.mapped for entry in entries):

@@ -1,4 +1,4 @@
-"""Picture of a mesh by parallel rays: one ray per pixel, four more at jumps in depth."""
+"""Picture of a mesh by parallel rays, one per pixel and four more at jumps in depth."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from vomstudio.products.ortho.textures import TextureStore, picture_size
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty_picture
 
 _MAX_LEVELS = 24
-"""Number of levels that exceeds any picture."""
+"""Number of pyramid levels, more than any picture has."""
 PLAIN = (200.0, 200.0, 200.0)
-"""Colour of a surface without colours."""
+"""Colour of surfaces that have no colours."""
 
 
 class MeshSource:
     """Source of tiles of a mesh.
 
-    Textured faces show their texture, averaged over the footprint of each pixel. Others show the
-    colours of their vertices, else the colour of their material or grey, darker the more they face
-    away from the viewer, to make their shape visible.
+    Textured faces show their texture, averaged over the footprint of each pixel. Other faces show
+    the colours of their vertices. Faces without any colours show the colour of their material, or
+    grey. They are darker the more they face away from the viewer, so that their shape is visible.
     """
 
     def __init__(self, mesh: Mesh, view: FloatArray, grid: Grid) -> None:
-        """Store the vertices `view` (n, 3) of `ViewFrame.to_view`."""
+        """Store the vertices `view` (n, 3) from `ViewFrame.to_view`."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
         self._mesh = mesh
@@ -47,7 +47,7 @@ class MeshSource:
         self._grid = grid
         g = grid.gsd
         self._members = Members.of(bin_faces, self._view, self._faces, grid, 2 * g)
-        # Materials count from 1; 0 is for faces before the first one.
+        # Materials are counted from 1; 0 is for faces before the first material.
         every = np.arange(len(self._faces))
         materials = np.searchsorted(mesh.material_offsets, every, side="right")
         self._material_of = materials.astype(np.int32)
@@ -69,7 +69,7 @@ class MeshSource:
         view, faces = self._view, self._faces
         x_left = self._grid.left + tile.column * g
         y_top = self._grid.top + tile.row * g
-        # One more pixel on each side, for edges between tiles.
+        # Add a pixel on each side to detect edges between tiles.
         h, w = tile.height + 2, tile.width + 2
         hits = cast_grid(
             view, faces, members, left=x_left - g, top=y_top - g, step=g, width=w, height=h
@@ -100,9 +100,10 @@ class MeshSource:
         rgba: ByteArray,
         depth: Float32Array,
     ) -> None:
-        """Average colour and opacity of the edge pixels `at` from four rays each.
+        """Average the colour and opacity of the edge pixels `at` from four rays each.
 
-        The depth remains that of the centre, or is the nearest of the four if the centre is empty.
+        The depth remains that of the pixel centre, or the nearest of the four if the centre is
+        empty.
         """
         colors = self._shade(hits.face.ravel(), hits.weights.reshape(-1, 2), 0.5).reshape(-1, 4, 3)
         met = hits.face >= 0
@@ -159,7 +160,7 @@ class MeshSource:
         return rgb
 
     def _group_by_material(self, face: Int32Array) -> Iterator[tuple[int | None, IntArray]]:
-        """Yield rows of `face` with hits, by the material of the face."""
+        """Yield the rows of `face` that have hits, grouped by the material of the face."""
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
         wears = self._material_of[face[pixels]]
@@ -167,7 +168,7 @@ class MeshSource:
             yield number - 1 if 1 <= number <= count else None, pixels[wears == number]
 
     def _coarser(self) -> dict[Path, int]:
-        """Return the number of finest levels of each texture that no pixel requires."""
+        """Return, for each texture, the number of finest levels that no pixel requires."""
         return {
             path: min(_MAX_LEVELS, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))
             for path, (low, _, _) in texel_sizes(self._mesh, self._view).items()
@@ -175,9 +176,10 @@ class MeshSource:
 
 
 def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, float, float]]:
-    """Return texel sizes and area per texture, in the unit of the vertices.
+    """Return the texel sizes and the area of each texture, in the unit of the vertices.
 
-    The sizes are the smallest one on the surface (except 1 % of the area), and the median by area.
+    The sizes are the smallest one on the surface (except for 1 % of the area) and the area-weighted
+    median.
     """
     statistics: dict[Path, tuple[float, float, float]] = {}
     if mesh.uv is None:
@@ -212,7 +214,7 @@ def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, flo
 def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> float:
     """Return the share of first hits along +z that face away from the viewer.
 
-    Corners are counter-clockwise from outside. NaN without hits.
+    Corners must be counter-clockwise seen from outside. The result is NaN if there are no hits.
     """
     low, high = view.min(axis=0), view.max(axis=0)
     step = max(float((high - low)[:2].max()), 1e-12) / rays
@@ -237,7 +239,7 @@ def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> f
 
 
 def _facing(corners: FloatArray) -> FloatArray:
-    """Return brightness from 1 (facing the viewer) to 0.35 (edge-on)."""
+    """Return the brightness of faces, from 1 (facing the viewer) to 0.35 (edge-on)."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
     return 0.35 + 0.65 * np.abs(normal[:, 2]) / np.where(length > 0, length, 1.0)

@@ -1,4 +1,4 @@
-"""Options of orthophotos, declared once for every door."""
+"""Options of orthophotos, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class OrthoOptions(Options):
     Raises
     ------
     UsageError
-        For a value outside its bounds, for more than one direction, and for half of one.
+        If a value is out of bounds, or if more than one direction or an incomplete one is given.
     """
 
     trend_deg: float | None = option(
@@ -66,11 +66,11 @@ class OrthoOptions(Options):
 
     @property
     def has_direction(self) -> bool:
-        """Whether a direction of view is given."""
+        """Whether a viewing direction is given."""
         return any(each is not None for each in (self.trend_deg, self.plane, self.fold))
 
     def check_direction(self) -> None:
-        """Require a direction of view.
+        """Require a viewing direction.
 
         Raises
         ------
@@ -81,12 +81,12 @@ class OrthoOptions(Options):
 
 @dataclass(frozen=True)
 class OrthoDrawing(Options):
-    """Sheet, part and interpretation of an orthophoto, for the command and the window.
+    """Sheet, region and interpretation of an orthophoto, for the command and the window.
 
     Raises
     ------
     UsageError
-        For parts or a domain of the interpretation without a project.
+        If parts or a domain of the interpretation are given without a project.
     """
 
     sheet: str | None = option(

@@ -1,10 +1,10 @@
-"""Scale-true pictures of a model along any direction, with the geometry of each pixel.
+"""True-to-scale pictures of a model along any direction, with the geometry of each pixel.
 
-The geometry is that of `geometry.view_frame`. The files are a GeoTIFF (RGBA), a depth raster
-(float32, NaN if empty), a JSON sidecar with the matrix from (column, row, depth) to World, the CRS
-of World and its north, and a world file. A picture on an oblique plane is not a map: its GeoTIFF
-(with an engineering CRS) and world file are in metres of its own plane, right and up of the
-reference point.
+The geometry is defined in `geometry.view_frame`. The files are a GeoTIFF (RGBA), a depth raster
+(float32, NaN if empty), a world file, and a JSON sidecar with the matrix from (column, row, depth)
+to the World frame, and the CRS and north of the World frame. A picture on an oblique plane is not a
+map: its GeoTIFF (with an engineering CRS) and its world file are in metres in its own plane, to the
+right of and above the reference point.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ from vomstudio.products.ortho.vector_drawing import Drawing
 
 @dataclass(frozen=True, eq=False)
 class OrthophotoFiles:
-    """Written files; `coverage` is the share of the pixels that show the model."""
+    """Files of an orthophoto; `coverage` is the share of the pixels that show the model."""
 
     image: Path
     sidecar: Path
@@ -70,7 +70,7 @@ class OrthophotoFiles:
 
 
 def orthophoto_outputs(image: str | Path) -> tuple[Path, Path, Path]:
-    """Return depth raster, sidecar and world file of an image NAME.tif."""
+    """Return the paths of the depth raster, sidecar and world file of an image NAME.tif."""
     path = Path(image)
     check_extension(path, (".tif", ".tiff"))
     return (
@@ -97,7 +97,7 @@ def write_orthophoto(
     legend: bool = True,
     only: Territory | None = None,
 ) -> OrthophotoFiles:
-    """Draw a picture and write all files, completely or not at all.
+    """Draw a picture and write all of its files, or none if one fails.
 
     Parameters
     ----------
@@ -105,22 +105,22 @@ def write_orthophoto(
     plan : OrthophotoPlan
     image : str or Path
     crs : str or None
-        CRS of World, "EPSG:n" or WKT.
+        CRS of the World frame, "EPSG:n" or WKT.
     model, content_hash : str or None
-        For the sidecar.
+        Name and content hash of the model, for the sidecar.
     sheet : str or Path, optional
-        Page to scale (PNG, JPG or PDF), with the features.
+        File of a scaled page (PNG, JPG or PDF) with the features.
     force : bool
     progress : Progress, optional
     threads : int, optional
     drawn : TileSource, optional
-        The picture, if already drawn by this plan.
+        The picture, if it has already been drawn for this plan.
     features : tuple of Item, optional
-        World; written as vector data.
+        Features in the World frame, which are written as vector data.
     legend : bool
-        Draw a legend of the features on the sheet.
+        Whether to draw a legend of the features on the sheet.
     only : Territory, optional
-        Domain that is shown; the rest is grey.
+        Domain to show; the rest of the picture is grey.
 
     Returns
     -------
@@ -215,16 +215,16 @@ def _refuse_empty(covered: int, plan: OrthophotoPlan) -> None:
 
 
 def _feature_findings(drawing: Drawing, n_outside: int) -> list[Finding]:
-    """Report features outside of the view."""
+    """Report features outside the view."""
     if not drawing.shapes:
         return [Finding("interpretation.not-in-view")]
     return [Finding("interpretation.partly-in-view", count=n_outside)] if n_outside else []
 
 
 def _place_facts(plan: OrthophotoPlan, crs: str | None, facts: dict[str, Any]) -> dict[str, Any]:
-    """Return the facts about the picture's place in World.
+    """Return the facts about the position of the picture in the World frame.
 
-    crs : of World, whatever the CRS of the picture
+    crs : CRS of the World frame, regardless of that of the picture
     """
     north = "y of World"
     if not plan.view.north_known:
@@ -235,7 +235,7 @@ def _place_facts(plan: OrthophotoPlan, crs: str | None, facts: dict[str, Any]) -
 
 
 def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -> None:
-    """Check targets; `ours` are those named after the picture.
+    """Check the target files; `ours` are those named after the picture.
 
     Raises
     ------
@@ -248,7 +248,7 @@ def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -
 
 
 def _transform(plan: OrthophotoPlan) -> Affine:
-    """Return the transform of a map from pixels to World; of others to metres in their plane."""
+    """Return the transform from pixels to World (map) or to metres in the plane (others)."""
     grid, matrix = plan.grid, plan.pixel_to_world
     if plan.frame.is_vertical:
         a, b, c = matrix[0, [0, 1, 3]].tolist()
@@ -273,7 +273,7 @@ def _draw(
     depth_file: Any,
     small: _Reduced | None,
 ) -> tuple[int, int]:
-    """Write tiles to both rasters; return the numbers of covered pixels and of filled ones."""
+    """Write tiles to both rasters; return the numbers of covered and of filled pixels."""
     covered = filled = 0
     for tile, picture in drawn:
         write_tile(picture_file, tile.column, tile.row, picture.rgba)
@@ -286,7 +286,7 @@ def _draw(
 
 
 class _Reduced:
-    """Reduced picture for the sheet, box-averaged from the tiles."""
+    """Reduced picture for the sheet, box-filtered from the tiles."""
 
     LONGEST = 2400
 
@@ -311,7 +311,7 @@ class _Reduced:
         at[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 
     def within(self) -> ByteArray:
-        """Return the picture resized to exactly the covered pixels."""
+        """Return the picture, resized to exactly the covered pixels."""
         from PIL import Image
 
         h, w = self.out.shape[:2]
@@ -320,7 +320,7 @@ class _Reduced:
 
 
 def create_source(data: Mesh | PointCloud, plan: OrthophotoPlan) -> TileSource:
-    """Return the source of the tiles of a plan."""
+    """Create the source of tiles for a plan."""
     if isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import MeshSource
 
@@ -335,7 +335,7 @@ def create_source(data: Mesh | PointCloud, plan: OrthophotoPlan) -> TileSource:
 
 
 def picture_facts(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
-    """Return the facts of a planned picture for the sidecar; `crs` of a map, else None."""
+    """Return the sidecar facts of a planned picture; `crs` is None unless it is a map."""
     transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view
     unit = "metres" if view.metric else "units"

@@ -1,4 +1,4 @@
-"""Plan of an orthophoto, before it is drawn: its grid over the plane of the view."""
+"""Planning of an orthophoto before it is drawn: its grid in the view plane."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vomstudio.products.ortho.world_points import transform_to_world
 
 MAX_PIXELS = 300_000_000
 EDGE_ON_SHARE = 0.02
-"""Share of its width at which a flat model is seen within a degree of edge-on."""
+"""Relative width at which a flat model is viewed within about a degree of edge-on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +36,11 @@ class OrthophotoPlan:
     frame : ViewFrame
     grid : Grid
     reference : (3,) array
-        World, the centre of the model's bounds, where depth is 0.
+        Centre of the model's bounds in the World frame, at which the depth is 0.
     points : (n, 3) array
-        Vertices of the model in the axes of the frame.
+        Vertices of the model in the axes of `frame`.
     notes : tuple of Finding
-        Default choices and warnings.
+        Findings about default choices, and warnings.
     """
 
     view: ViewDirection
@@ -52,7 +52,7 @@ class OrthophotoPlan:
 
     @property
     def pixel_to_world(self) -> FloatArray:
-        """Matrix (4, 4) from (column, row, depth, 1) to World."""
+        """Matrix (4, 4) from (column, row, depth, 1) to the World frame."""
         return self.frame.pixel_to_world(
             self.grid.gsd, self.reference, self.grid.left, self.grid.top
         )
@@ -60,7 +60,7 @@ class OrthophotoPlan:
 
 @dataclass(frozen=True)
 class ViewRegion:
-    """Part of the view plane: width and height, m, about a World point."""
+    """Part of the view plane, given by its width and height in metres about a World point."""
 
     centre: tuple[float, float, float]
     width: float
@@ -83,7 +83,7 @@ def plan(
     view : ViewDirection
     to_world : (4, 4) array_like
     gsd : float, optional
-        Metres per pixel; default: the resolution of texture or cloud.
+        Metres per pixel. By default, the resolution of the texture or cloud.
     region : ViewRegion, optional
         Part of the model to draw.
 
@@ -94,9 +94,9 @@ def plan(
     Raises
     ------
     UsageError
-        If the picture would be too large, with the smallest possible gsd.
+        If the picture would be too large; the error states the smallest possible gsd.
     InputError
-        If the model is empty, or not in the region.
+        If the model is empty or lies outside the region.
     """
     frame = view.frame
     layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, metric=view.metric)
@@ -105,7 +105,7 @@ def plan(
 
 @dataclass(frozen=True, eq=False)
 class GridLayout:
-    """Grid over a model. The other fields are those of `OrthophotoPlan`."""
+    """Grid over a model; the other fields are those of `OrthophotoPlan`."""
 
     grid: Grid
     reference: FloatArray
@@ -125,8 +125,8 @@ def lay_grid(
 ) -> GridLayout:
     """Place a grid over a model, as in `plan`.
 
-    Without a gsd, `textured` uses the resolution of the texture if there is one; `metric` states
-    that lengths are metres.
+    If no gsd is given and `textured` is True, the resolution of the texture is used if there is
+    one. `metric` states whether lengths are in metres.
 
     Raises
     ------
@@ -192,21 +192,22 @@ def lay_grid(
 def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
     """Return a finding if a flat model is viewed edge-on.
 
-    The width of its points about a line is compared in the picture and in space. The view is
-    edge-on if it is a fiftieth of that in space, or under two pixels if that in space exceeds ten.
+    The width of the points about a line is compared between the picture and space. The view is
+    edge-on if the width in the picture is less than a fiftieth of that in space, or less than two
+    pixels if that in space exceeds ten pixels.
 
     Parameters
     ----------
     points : (n, 3) array
-        In the axes of the frame.
+        Points in the axes of the frame.
     frame : ViewFrame
     gsd : float
-        Side of a pixel.
+        Side of a pixel, m.
     """
     few = points[:: max(1, len(points) // 100_000)]
     few = few - few.mean(axis=0)
     values, axes = np.linalg.eigh(few.T @ few)
-    # Width of an even distribution with the same variance.
+    # The width of a uniform distribution with the same variance.
     wide = math.sqrt(12.0 * max(float(values[1]), 0.0) / len(few))
     flat = few[:, :2].T @ few[:, :2]
     visible_width = math.sqrt(12.0 * max(float(np.linalg.eigvalsh(flat)[0]), 0.0) / len(few))
@@ -223,7 +224,7 @@ def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding
 def default_gsd(
     data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float, textured: bool = True
 ) -> tuple[float, str]:
-    """Return the resolution of a model, rounded to two digits, and the code of its finding."""
+    """Return the resolution of a model to two digits, and the code of its finding."""
     from vomstudio.geometry.transform import matrix, scale_of
     from vomstudio.io.models.opening import point_spacing
 
@@ -246,7 +247,7 @@ def default_gsd(
 
 
 def _min_gsd(extent: FloatArray) -> float:
-    """Return the smallest gsd, with two digits, of a picture of at most MAX_PIXELS."""
+    """Return the smallest gsd, to two digits, at which a picture has at most MAX_PIXELS."""
     width, height = (float(v) for v in extent)
     gsd = max(math.sqrt(width * height / MAX_PIXELS), max(width, height) / MAX_PIXELS, 1e-12)
     step = 10.0 ** (math.floor(math.log10(gsd)) - 1)

@@ -1,4 +1,4 @@
-"""Requests and results of orthophotos, as in `vomstudio ortho`."""
+"""Requests for and results of orthophotos, as in `vomstudio ortho`."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from vomstudio.products.ortho.view_directions import (
 
 @dataclass(frozen=True)
 class Direction:
-    """Direction of view: along a line, against a plane, or along the axis of a fold or domain."""
+    """Viewing direction along a line, against a plane, or along a fold or domain axis."""
 
     view: ViewDirection | None
     fold: TableFold | None = None
@@ -49,9 +49,9 @@ class Direction:
 
 @dataclass(frozen=True)
 class FoldView:
-    """Fold axis along which a picture looks. The figures are those of `TableFold`.
+    """Fold axis along which a picture is viewed; the figures are those of `TableFold`.
 
-    cost : effect of an error of the direction; also a warning if it is not negligible (`is_costly`)
+    cost : effect of an error in the direction; it is also a warning unless negligible (`is_costly`)
     """
 
     beta: BetaFigures
@@ -66,7 +66,7 @@ class FoldView:
 
 @dataclass(frozen=True, eq=False)
 class PlannedPicture:
-    """Planned picture, with its fold axis and warnings."""
+    """Planned picture with its fold axis and warnings."""
 
     plan: OrthophotoPlan
     fold: FoldView | None
@@ -74,7 +74,7 @@ class PlannedPicture:
 
 
 def parse_region(text: str) -> ViewRegion:
-    """Parse the part of a view, "x,y,z,width,height".
+    """Parse the region of a view given as "x,y,z,width,height".
 
     Raises
     ------
@@ -95,7 +95,7 @@ def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
     Raises
     ------
     UsageError
-        If it has none.
+        If the domain has no axis.
     """
     axis = axes_of_domains(items, "--domain").get(name)
     if axis is None or axis.line is None:
@@ -105,7 +105,7 @@ def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
 
 
 def direction_of(options: OrthoOptions, fold: TableFold | None) -> Direction:
-    """Return the direction of view; `fold` is that of `options.fold`.
+    """Return the viewing direction; `fold` belongs to `options.fold`.
 
     Raises
     ------
@@ -141,14 +141,14 @@ def request_picture(
     direction : Direction
     to_world : (4, 4) array_like
     path : Path
-        Of the model, for errors.
+        File of the model, for error messages.
     gsd_m : float, optional
     flip : bool
-        View from the other side.
+        Whether to view the model from the opposite side.
     placed, metric : bool
-        Whether north and the unit are known.
+        Whether north and the unit of length are known.
     region : ViewRegion, optional
-        Part to draw.
+        Part of the view plane to draw.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def _validity_findings(valid: str | None, verdict: str) -> list[Finding]:
 
 
 def _size_of(planned: OrthophotoPlan) -> tuple[float, float]:
-    """Return the depth of the view, and the longer side of the picture."""
+    """Return the depth of the view and the longer side of the picture."""
     grid = planned.grid
     return float(np.ptp(planned.points[:, 2])), max(grid.width, grid.height) * grid.gsd
 
@@ -222,27 +222,27 @@ class OrthophotoFigures(Result):
     Parameters
     ----------
     width, height : int
-        Pixels.
+        Size in pixels.
     gsd_m : float
         Side of a pixel.
     trend_deg, plunge_deg : float
         Viewing direction.
     right, down, direction : (3,) arrays
-        Unit vectors of the picture in World.
+        Unit vectors of the picture in the World frame.
     sense : str
-        Which of the two opposite views it is.
+        Sense of the view, i.e. which of the two opposite views it is.
     sense_reason : Finding
     coverage : float
         Share of the pixels that show the model.
     reference_point : (3,) array
-        World, where depth is 0.
+        Point in the World frame at which the depth is 0.
     pixel_to_world : (4, 4) array
-        From (column, row, depth, 1) to World.
+        Matrix from (column, row, depth, 1) to the World frame.
     crs : str or None
-        CRS of a map; None for any other picture.
+        CRS of the picture if it is a map; otherwise None.
     holes_filled_px : int
     holes_filled_up_to_m : float or None
-        Maximum width of filled holes of a cloud.
+        Maximum width of the holes that were filled in a cloud.
     """
 
     width: int
@@ -265,17 +265,17 @@ class OrthophotoFigures(Result):
 
 @dataclass(frozen=True)
 class WrittenOrthophoto(Result):
-    """Orthophoto and the files written with it.
+    """Orthophoto and the files that were written with it.
 
     Parameters
     ----------
     image, sidecar, depth, world_file : str
     sheet : str or None
     drawing : dict or None
-        Format -> file.
+        Drawing files by format.
     figures : OrthophotoFigures
     fold : FoldView or None
-        Fold axis along which the picture looks.
+        Fold axis along which the picture is viewed.
     warnings : tuple of Finding
     """
 
@@ -297,7 +297,7 @@ def collect_result(
     sheet: str | None,
     warnings: Sequence[Finding] = (),
 ) -> WrittenOrthophoto:
-    """Return the result of a drawn picture; `warnings` about the model precede the others."""
+    """Return the result of a drawn picture; `warnings` on the model precede all others."""
     return WrittenOrthophoto(
         image,
         str(files.sidecar),
@@ -312,7 +312,7 @@ def collect_result(
 
 
 def figures_of(facts: Mapping[str, Any]) -> OrthophotoFigures:
-    """Extract the figures from the facts of a picture's sidecar."""
+    """Extract the figures from the facts in the sidecar of a picture."""
     return OrthophotoFigures(
         facts["width"],
         facts["height"],

@@ -1,8 +1,8 @@
-"""Sheet of an orthophoto, to scale on paper.
+"""Printable sheet of an orthophoto, true to scale on paper.
 
-It has ticks at its frame, a scale bar, directions, and the interpretation over the picture. In
-PDF, text and lines are vectors; PNG and JPEG are the same page in pixels, at the resolution of the
-scale.
+It has a frame with ticks, a scale bar, directions, and the interpretation over the picture. In PDF,
+text and lines are vectors. PNG and JPEG contain the same page in pixels, at the resolution that the
+scale requires.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ _MIN_WIDTH_MM = 130.0
 _FONT_PT, _LABEL_PT, _LINE_PT = 8.0, 7.0, 0.9
 _ROW_MM = 4.6
 _BAR_MM, _WORDS_MM = 14.5, 20.5
-"""Positions below the picture: scale bar, and first row of text."""
+"""Positions of the scale bar and of the first row of text below the picture."""
 
 
 def format_of(path: str | Path) -> str:
-    """Return the format of an extension, a value of FORMATS.
+    """Return the format for an extension, one of the values of FORMATS.
 
     Raises
     ------
@@ -77,12 +77,12 @@ def write_sheet(
     ----------
     path : Path
     drawing : Drawing
-        With its picture, in metres of its plane.
+        Drawing with its picture, in metres in its plane.
     view : ViewDirection
     format : str
-        A value of FORMATS.
+        One of the values of FORMATS.
     legend : bool
-        Explain colours and symbols.
+        Whether to explain colours and symbols.
     """
     low, high = drawing.bounds
     scale = paper_scale(drawing.bounds)
@@ -98,8 +98,8 @@ def write_sheet(
         ax = figure.add_axes((x_left / size[0], y_bottom / size[1], wide / size[0], tall / size[1]))
         ax.set_xlim(float(low[0]), float(high[0]))
         ax.set_ylim(float(low[1]), float(high[1]))
-        # Keep the picture's own pixels on paper: resampling to those of the page by nearest
-        # neighbours would omit or double whole rows.
+        # Keep the picture's own pixels on paper: nearest-neighbour resampling to the pixels of the
+        # page would omit or double whole rows.
         _draw_plane(ax, drawing, scale, "none" if format == "pdf" else "auto")
         _draw_frame(ax, drawing, scale, x_left)
         page_axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -134,7 +134,7 @@ def _words(view: ViewDirection, width_mm: float) -> list[str]:
 
 
 def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
-    """Draw the picture, its interpretation, and labels without overlap."""
+    """Draw the picture, its interpretation, and non-overlapping labels."""
     low, high = drawing.bounds
     if drawing.picture is not None:
         extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
@@ -159,7 +159,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
 
 
 def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
-    """Draw all lines of a colour as one path with gaps: thousands of paths would be slow."""
+    """Draw all lines of a colour as one path, since thousands of paths would be slow."""
     lines: dict[tuple[str, float, int], list[FloatArray]] = {}
     dots: dict[str, list[FloatArray]] = {}
     for shape in shapes:
@@ -174,7 +174,7 @@ def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
                 linewidth=0.0,
                 zorder=1,
             )
-        # A light line below makes it visible on dark rock.
+        # A light line underneath makes the line visible on dark rock.
         for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
             for line in _lines_of(shape, scale):
                 lines.setdefault((color, width, above), []).append(line)
@@ -190,7 +190,7 @@ def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
 
 
 def _lines_of(shape: DrawingShape, scale: int) -> list[FloatArray]:
-    """Return the lines (n, 2) of a line, outline or symbol of a plane; none for other points."""
+    """Return the polylines (n, 2) of a line, outline or plane symbol; none for other points."""
     points = shape.points
     if len(points) > 1:
         return [np.vstack([points, points[:1]]) if shape.closed else points]
@@ -198,9 +198,10 @@ def _lines_of(shape: DrawingShape, scale: int) -> list[FloatArray]:
 
 
 def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
-    """Draw frame and ticks; numbers are upright if they would push the axis name off the page.
+    """Draw the frame and ticks, with upright tick labels if space is short.
 
-    `left` is the space beside the frame, mm.
+    Tick labels are upright if they would otherwise push the axis label off the page. `left` is the
+    space beside the frame in mm.
     """
     low, high = drawing.bounds
     x_ticks = choose_ticks(float(low[0]), float(high[0]))
@@ -211,7 +212,7 @@ def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
     longest = max((len(number_text(v)) for v in above.tolist()), default=0)
     tall = LETTER_MM * _FONT_PT * (longest + 2) if upright else _ROW_MM
     if upright:
-        # Keep clear of the numbers below the frame's corner.
+        # Keep clear of the tick labels below the corner of the frame.
         above = above[above >= float(low[1]) + 0.0005 * scale * tall]
     ax.set_yticks(_thin_ticks(above, 0.001 * scale * tall))
     for axis in (ax.xaxis, ax.yaxis):
@@ -229,7 +230,7 @@ def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
 
 
 def _thin_ticks(ticks: FloatArray, min_distance: float) -> FloatArray:
-    """Thin the ticks of a narrow picture so that their numbers do not overlap."""
+    """Thin the ticks of a narrow picture so that their labels do not overlap."""
     if len(ticks) < 2:
         return ticks
     return ticks[:: max(1, math.ceil(min_distance / float(ticks[1] - ticks[0])))]
@@ -238,7 +239,7 @@ def _thin_ticks(ticks: FloatArray, min_distance: float) -> FloatArray:
 def _draw_ends(
     ax: Axes, drawing: Drawing, view: ViewDirection, frame: tuple[float, float, float, float]
 ) -> None:
-    """Draw the directions of the ends; beside a narrow picture they keep clear of the arrow."""
+    """Draw the directions at both ends, clear of the arrow beside a narrow picture."""
     x_left, y_bottom, wide, tall = frame
     above, middle = y_bottom + tall + 3.0, x_left + 0.5 * wide
     side = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))

@@ -1,4 +1,4 @@
-"""Legend of a sheet: an entry for each type, in columns on the page."""
+"""Legend of a sheet, with an entry for each feature type, arranged in columns."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LETTER_MM = 0.19
-"""Mean width of a letter per point of its size, mm."""
+"""Mean width of a letter per point of font size, mm."""
 _ROW_MM, _ABOVE_MM = 5.2, 2.0
 _GLYPH_MM, _GAP_MM = 7.0, 1.6
 
 
 class Legend:
-    """Entries in columns for a page of this width; height_mm is 0 without entries."""
+    """Legend in columns for a page width; `height_mm` is 0 if there are no entries."""
 
     def __init__(self, entries: Sequence[LegendEntry], width_mm: float, font_pt: float) -> None:
         self._font = font_pt
         self._entries = entries
         self._words = [entry.short_name for entry in entries]
-        # Use the space of the entry with the most glyphs, so that names in a column are aligned.
+        # Reserve space for the entry with the most glyphs, so that the names in a column are
+        # aligned.
         self._slots = max((sum((e.line, e.area, e.place)) for e in entries), default=0)
         letters = max(map(len, self._words), default=0)
         self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (letters + 4)
@@ -36,7 +37,7 @@ class Legend:
         self.height_mm = rows * _ROW_MM + _ABOVE_MM if entries else 0.0
 
     def draw(self, ax: Axes, left: float, top: float) -> None:
-        """Draw on the axes of the page, in mm, at the left and top of the legend."""
+        """Draw the legend on the axes of the page; `left` and `top` are its position in mm."""
         top -= _ABOVE_MM
         for k, (entry, words) in enumerate(zip(self._entries, self._words, strict=True)):
             column, row = divmod(k, self._rows)

@@ -1,4 +1,4 @@
-"""Textures at every scale, for accurate pictures."""
+"""Texture pyramids for accurate pictures at any scale."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from PIL import Image
 
 MEMORY_BYTES = 1_500_000_000
-"""Maximum memory of decoded textures; the least recently used ones are dropped."""
+"""Memory limit for decoded textures, beyond which the least recently used are dropped."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """Texture with its halvings, packed row by row from the top, RGB.
+    """Pyramid of a texture, RGB, packed row by row from the top.
 
     Parameters
     ----------
     texels : uint8 array
     offsets : (levels,) int64 array
-        Into `texels`.
+        Offset of each level in `texels`.
     sizes : (levels, 2) int64 array
-        Width and height.
+        Width and height of each level.
     size : (float, float)
-        Of the finest level, in texels of this pyramid.
+        Size of the finest level, in texels of this pyramid.
     """
 
     texels: ByteArray
@@ -43,7 +43,7 @@ class Pyramid:
 
 
 def picture_size(path: Path) -> tuple[int, int] | None:
-    """Return width and height of an image file; None if it cannot be read."""
+    """Return the width and height of an image file, or None if it cannot be read."""
     try:
         with open_picture(path, header_only=True) as picture:
             return picture.size
@@ -52,7 +52,7 @@ def picture_size(path: Path) -> tuple[int, int] | None:
 
 
 def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
-    """Load the levels of an image from 1 / 2**coarser on; None if it cannot be read."""
+    """Load the levels of an image from 1 / 2**coarser on; return None if unreadable."""
     try:
         with open_picture(path) as picture:
             image: Image.Image = convert_to_rgb(picture)
@@ -62,8 +62,8 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     size = (image.width / 2**coarser, image.height / 2**coarser)
     if coarser:
         image = image.reduce(2**coarser)
-    # At an odd side the last texel is averaged from the existing ones: texel i of a level always
-    # covers 2i and 2i + 1 of the previous one.
+    # If a side is odd, the last texel is averaged from the existing ones. Texel i of a level always
+    # covers texels 2i and 2i + 1 of the previous level.
     sizes = [image.size]
     while max(sizes[-1]) > 1:
         sizes.append(((sizes[-1][0] + 1) // 2, (sizes[-1][1] + 1) // 2))
@@ -78,10 +78,10 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
 
 
 class TextureStore:
-    """Cache of pyramids by path. Thread-safe."""
+    """Thread-safe cache of pyramids by path."""
 
     def __init__(self, coarser: dict[Path, int]) -> None:
-        """Store, per path, the number of finest levels that no pixel requires."""
+        """Store, for each path, the number of finest levels that no pixel requires."""
         self._coarser = coarser
         self._cache: OrderedDict[Path, Pyramid | None] = OrderedDict()
         self._lock = threading.Lock()

@@ -1,4 +1,4 @@
-"""Grid of a picture and its tiles."""
+"""Pixel grid of a picture, and its tiles."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Drawn_co = TypeVar("Drawn_co", covariant=True)
 
 @dataclass(frozen=True)
 class Grid:
-    """Pixels over the view plane.
+    """Pixel grid in the view plane.
 
-    Column i covers left + i gsd to left + (i + 1) gsd metres to the right of the reference point;
-    row j covers top + j gsd and on below it.
+    Column i extends from left + i gsd to left + (i + 1) gsd metres to the right of the reference
+    point. Row j extends from top + j gsd to top + (j + 1) gsd metres below it.
     """
 
     left: float
@@ -34,10 +34,10 @@ class Grid:
 
     @classmethod
     def over(cls, low: npt.ArrayLike, high: npt.ArrayLike, gsd: float) -> Grid:
-        """Build the grid over (x, y) from `low` to `high`.
+        """Build the grid that covers (x, y) from `low` to `high`.
 
-        The remainder of the last pixels is shared between both sides, so that the opposite view is
-        a mirror image, pixel by pixel.
+        The excess of the last pixels is distributed equally to both sides, so that the opposite
+        view is an exact mirror image.
         """
         lowest, highest = (np.asarray(corner, np.float64)[:2] for corner in (low, high))
         width, height = (max(1, math.ceil(v / gsd - 1e-6)) for v in (highest - lowest).tolist())
@@ -69,7 +69,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Tile:
-    """Pixels of a grid: `number` counts along the rows, (column, row) is the top left pixel."""
+    """Tile of a grid: `number` counts along rows, (column, row) is the top left pixel."""
 
     number: int
     column: int
@@ -80,7 +80,7 @@ class Tile:
 
 @dataclass(frozen=True, eq=False)
 class Members:
-    """Faces or points of each tile of a grid, as rows."""
+    """Rows of the faces or points in each tile of a grid."""
 
     rows: Int32Array
     starts: IntArray
@@ -97,10 +97,10 @@ class Members:
             Kernel `bin_faces` or `bin_points`.
         view : (n, 3) array
         what : (m, 3) or (n,) array
-            Faces, or radii of points, m.
+            Faces, or radii of points in metres.
         grid : Grid
         margin : float
-            Maximum distance of members from a tile, m.
+            Maximum distance of a member from its tile, m.
         """
         starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
         where = (view, what, grid.left, grid.top, TILE * grid.gsd, margin, grid.columns, grid.rows)
@@ -123,9 +123,9 @@ class TilePicture:
     ----------
     rgba : (h, w, 4) uint8 array
     depth : (h, w) float32 array
-        NaN exactly where the opacity is 0.
+        Depth of each pixel; NaN exactly where the opacity is 0.
     filled : int
-        Number of filled pixels in holes.
+        Number of pixels in holes that were filled.
     """
 
     rgba: ByteArray
@@ -140,13 +140,13 @@ def empty_picture(tile: Tile) -> TilePicture:
 
 
 class Drawer(Protocol[Drawn_co]):
-    """Object that draws a tile; called from several threads."""
+    """Protocol of objects that draw a tile; they are called from several threads."""
 
     def draw(self, tile: Tile) -> Drawn_co: ...
 
 
 class TileSource(Drawer[TilePicture], Protocol):
-    """Object that draws the picture of a tile."""
+    """Protocol of objects that draw the picture of a tile."""
 
     def warnings(self) -> list[Finding]:
         """Return findings about the drawing."""

@@ -1,4 +1,4 @@
-"""Drawings to scale in a plane: SVG with a frame, DXF with layers, GeoPackage."""
+"""Scaled drawings in a plane: SVG with a frame, DXF with layers, and GeoPackage."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from vomstudio.products.ortho.interpretation import ProjectedItem
 from vomstudio.products.ortho.legend_entries import LegendEntry, entries_of, explain_symbols
 
 Box = tuple[float, float, float, float]
-"""Left, bottom, right, top."""
+"""Bounding box: left, bottom, right, top."""
 
 INK = "#141414"
 _EDGE = "#404040"
 MAX_SIDE_MM = 250.0
-"""Maximum length on paper of the longer side of a drawing."""
+"""Maximum length of the longer side of a drawing on paper."""
 MARGIN_MM = 18.0
 _TEXT_MM = 3.2
 _LABEL_MM = 2.6
@@ -48,20 +48,20 @@ class DrawingShape:
     ----------
     layer : str
     points : (n, 2) array
-        Right and up, m.
+        Coordinates to the right and up, m.
     color : str
     closed : bool
     label : str
     dip_deg : float or None
-        Tick of a single point, down to the right.
+        Dip of the tick of a single point, positive down to the right.
     filled : bool
-        The colour is that of the area inside.
+        Whether the area inside has the colour of the shape.
     values : mapping
-        Columns of files.
+        Values of the columns in files.
     symbol : tuple of arrays
-        Map symbol, as in `ProjectedItem`.
+        Polylines of a map symbol, as in `ProjectedItem`.
     is_annotation : bool
-        Annotation of the drawing, not a feature.
+        Whether the shape only annotates the drawing and is not a feature.
     """
 
     layer: str
@@ -76,7 +76,7 @@ class DrawingShape:
     is_annotation: bool = False
 
     def marks(self, reach: float) -> list[FloatArray]:
-        """Return the polylines (k, 2) of a plane's symbol; `reach` is half its length."""
+        """Return the polylines (k, 2) of the symbol of a plane; `reach` is half its length."""
         if self.symbol:
             return [self.points[0] + reach * line for line in self.symbol]
         if self.dip_deg is None or len(self.points) > 1:
@@ -94,16 +94,17 @@ class Drawing:
     ----------
     shapes : tuple of DrawingShape
     bounds : (2, 2) array
-        Lowest and highest corner, m.
+        Lower-left and upper-right corners, m.
     ends : (str, str)
-        Text at the left and right end.
+        Text at the left and the right end.
     axes : (str, str)
-        Names of the two directions.
+        Labels of the horizontal and the vertical axis.
     title : tuple of str
-        Lines of text below.
+        Lines of text below the drawing.
     picture : (h, w, 4) uint8 array, optional
-        Fills the bounds.
+        RGBA picture that fills the bounds.
     metric : bool
+        Whether lengths are in metres.
     """
 
     shapes: tuple[DrawingShape, ...]
@@ -116,21 +117,21 @@ class Drawing:
 
     @property
     def layers(self) -> list[str]:
-        """Names of the layers, areas before lines."""
+        """Names of the layers, those with areas before those with lines."""
         ordered = sorted(self.shapes, key=lambda shape: not shape.filled)
         return list(dict.fromkeys(shape.layer for shape in ordered))
 
     @property
     def legend(self) -> list[LegendEntry]:
-        """Entries of the drawn types, without lines that only annotate the drawing."""
+        """Legend entries of the feature types, without shapes that only annotate the drawing."""
         return entries_of([shape for shape in self.shapes if not shape.is_annotation])
 
 
 def shape_of(flat: ProjectedItem) -> DrawingShape:
-    """Convert an item to a shape.
+    """Convert a projected item to a shape.
 
-    A plane is labelled with its name and apparent dip, on a map with its true dip; a line by its
-    plane.
+    A plane is labelled with its name and its apparent dip or, on a map, its true dip. A line is
+    labelled like its plane.
     """
     item, dip = flat.item, flat.apparent_dip_deg
     written = item.dip_deg if flat.symbol else dip
@@ -162,7 +163,7 @@ def shape_of(flat: ProjectedItem) -> DrawingShape:
 
 
 def paper_scale(bounds: FloatArray) -> int:
-    """Return the denominator of the scale: 1, 2, 2.5 or 5 times a power of ten."""
+    """Return the scale denominator, which is 1, 2, 2.5 or 5 times a power of ten."""
     longest = max(float((bounds[1] - bounds[0]).max()), 1e-6)
     least = longest * 1000 / MAX_SIDE_MM
     power = 10.0 ** math.floor(math.log10(least))
@@ -171,7 +172,7 @@ def paper_scale(bounds: FloatArray) -> int:
 
 
 def choose_ticks(low: float, high: float) -> FloatArray:
-    """Return four to ten round numbers within a range."""
+    """Return four to ten round tick values within a range."""
     step = round_length(max((high - low) / 4, 1e-12))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return np.asarray(np.arange(first, last + 1) * step, np.float64)
@@ -183,7 +184,7 @@ def number_text(value: float) -> str:
 
 
 def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
-    """Return the margin for numbers and axis name; `text_mm` is the text size."""
+    """Return the width of the margin for tick labels and axis label at text size `text_mm`."""
     ticks = choose_ticks(float(bounds[0, 1]), float(bounds[1, 1]))
     longest = max((len(number_text(value)) for value in ticks.tolist()), default=0)
     return max(MARGIN_MM, 0.68 * text_mm * longest + 7.5)
@@ -194,10 +195,10 @@ def _escaped(words: str) -> str:
 
 
 def svg_text(drawing: Drawing) -> str:
-    """Write the drawing as SVG in millimetres, 1 in `paper_scale`.
+    """Return the drawing as SVG in millimetres at the scale of `paper_scale`.
 
-    The group `plane` contains everything in metres of the plane, y down, for reading the
-    coordinates.
+    The group `plane` contains everything in metres in the plane with y down, so that the
+    coordinates can be read back.
     """
     low, high = drawing.bounds
     scale = paper_scale(drawing.bounds)
@@ -240,7 +241,7 @@ def svg_text(drawing: Drawing) -> str:
 
 
 def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
-    """Return the element of a shape; its id is unique among `ids`."""
+    """Return the SVG element of a shape, whose id is unique among `ids`."""
     title = _escaped(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
@@ -277,18 +278,19 @@ def _svg_points(points: FloatArray) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PlacedLabel:
-    """Placed label.
+    """Label with its position.
 
     Parameters
     ----------
     shape : DrawingShape
     x, y : float
-        End of the text next to its feature, at middle height, metres of the plane.
+        Position of the text end nearest to the feature, at middle height, in metres in the plane.
     right : bool
-        The text ends there; else it begins.
+        Whether the text ends at this position; otherwise it begins there.
     apart : bool
-        A line must connect it to `named`.
+        Whether a line must connect the label to `named`.
     named : (float, float)
+        Point that the label refers to.
     """
 
     shape: DrawingShape
@@ -300,27 +302,27 @@ class PlacedLabel:
 
     @property
     def color(self) -> str:
-        """Colour of its shape; over an area of that colour it would be invisible."""
+        """Colour of the text: that of the shape, unless it would be invisible on its area."""
         return INK if self.shape.filled else self.shape.color
 
 
 def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
-    """Place labels beside their features, without overlap, within the frame.
+    """Place labels beside their features without overlap and within the frame.
 
-    They cover no points of other features and, if possible, no lines.
+    Labels cover no points of other features and, if possible, no lines.
 
     Parameters
     ----------
     drawing : Drawing
     scale : float
-        Denominator of the scale.
+        Scale denominator.
     text_mm : float
-        Height of the letters on paper.
+        Letter height on paper.
     """
     mm = 0.001 * scale
     tall, gap = 1.25 * text_mm * mm, 1.2 * mm
     places = [s.points for s in drawing.shapes if len(s.points) == 1]
-    # Avoid the end of a symbol's tick, too, which shows the direction of dip.
+    # Also avoid the end of the tick of a symbol, which shows the direction of dip.
     places += [line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)]
     dots = np.concatenate([np.empty((0, 2)), *places])
     bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
@@ -365,7 +367,7 @@ def _covers(box: Box, dots: FloatArray) -> int:
 
 
 def _along(line: FloatArray, step: float) -> FloatArray:
-    """Return points (n, 2) along a polyline, at most a step apart."""
+    """Return points (n, 2) along a polyline that are at most one step apart."""
     return np.concatenate(
         [
             np.linspace(a, b, max(2, math.ceil(float(np.hypot(*(b - a))) / step) + 1))
@@ -392,7 +394,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
         anchor = ' text-anchor="end"' if label.right else ""
         at = f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
         words = _escaped(label.shape.label)
-        # A separate halo, because not all programs support paint-order.
+        # Draw a separate halo, because not all programs support paint-order.
         halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
         elements.append(f"<text {at} {halo}>{words}</text>")
         elements.append(f'<text {at} fill="{label.color}">{words}</text>')
@@ -400,7 +402,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
 
 
 def _inside(ring: FloatArray) -> FloatArray:
-    """Return a place (2,) inside an area, for its name."""
+    """Return a position (2,) inside an area for its label."""
     import shapely
 
     place = shapely.make_valid(shapely.Polygon(ring)).representative_point()
@@ -473,7 +475,7 @@ def _frame(
 
 
 def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
-    """Return the line, area and tick of a type in the legend, side by side from `start`, mm."""
+    """Return the line, area and tick of a legend entry, side by side from `start` (mm)."""
     ink = f'stroke="{entry.color}" stroke-width="0.5"'
     glyphs = []
     if entry.line:
@@ -515,10 +517,11 @@ def _png(picture: ByteArray) -> str:
 
 
 def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
-    """Write a DXF with a layer for each layer.
+    """Write a DXF file with one layer per layer of the drawing.
 
-    Coordinates are right and up; the unit is stated if it is metres, and columns are extended data.
-    Symbols and labels are on a separate layer, which is ignored when the drawing is read.
+    Coordinates are to the right and up. The unit is stated if it is the metre, and column values
+    are stored as extended data. Symbols and labels are on a separate layer, which is ignored when
+    the drawing is read back.
     """
     scale = paper_scale(drawing.bounds)
     symbol_layers = {
@@ -557,9 +560,9 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
 
 
 def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, FloatArray]]:
-    """Return the middle (3,) of each text.
+    """Return each labelled shape with the centre (3,) of its text.
 
-    Texts without a free place overlap: a CAD drawing can be enlarged.
+    Texts for which there is no free position overlap, since a CAD drawing can be enlarged.
     """
     tall = 0.001 * scale * _LABEL_MM
     placed = {id(label.shape): label for label in place_labels(drawing, scale, _LABEL_MM)}
@@ -578,7 +581,7 @@ def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, Flo
 
 
 def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) -> None:
-    """Write a GeoPackage with one table per layer and geometry type, and map symbols.
+    """Write a GeoPackage with one table per layer and geometry type, and the map symbols.
 
     `described` is the description of every layer.
 

@@ -1,4 +1,4 @@
-"""Direction of an orthophoto, in words."""
+"""Text descriptions of the viewing direction of an orthophoto."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.products.ortho.view_directions import ViewDirection
 
 
 def end_labels(view: ViewDirection) -> tuple[str, str, str]:
-    """Return the texts at the left end, at the right end, and beside the upward arrow."""
+    """Return the labels for the left end, the right end, and the upward arrow."""
     frame = view.frame
     azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
     steep = abs(view.plunge_deg) >= STEEP_DEG
@@ -25,7 +25,7 @@ def end_labels(view: ViewDirection) -> tuple[str, str, str]:
 
 
 def direction_text(view: ViewDirection) -> str:
-    """Describe the direction of view and its sense."""
+    """Describe the viewing direction and its sense."""
     trend = format_azimuth(view.trend_deg, 1)
     return tr(
         "View toward {trend}/{plunge:.1f} (trend/plunge, °), {sense}",
@@ -36,7 +36,7 @@ def direction_text(view: ViewDirection) -> str:
 
 
 def unknown_direction_text(view: ViewDirection) -> str | None:
-    """Describe what is unknown for a model without registration; None if nothing is."""
+    """Describe the unknown properties of an unregistered model, or return None if none."""
     if view.north_known:
         return None if view.metric else tr("Not registered: scale unknown")
     if view.metric:

@@ -1,4 +1,4 @@
-"""Direction of an orthophoto, and the reason for its sense."""
+"""Viewing direction of an orthophoto, and the reason for its sense."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DOWN_PLUNGE, UP_PLUNGE = to_translate("down-plunge"), to_translate("up-plunge")
 AGAINST_NORMAL = to_translate("against the upward normal")
 ALONG_NORMAL = to_translate("along the upward normal")
 AS_GIVEN, REVERSED = to_translate("as given"), to_translate("against the given direction")
-"""Senses of views, which are stored in sidecars."""
+"""Senses of views, as stored in sidecars."""
 _OPPOSITE = {
     DOWN_PLUNGE: UP_PLUNGE,
     UP_PLUNGE: DOWN_PLUNGE,
@@ -36,19 +36,19 @@ _OPPOSITE = {
 
 @dataclass(frozen=True)
 class ViewDirection:
-    """Viewing direction, with the reason for its sense.
+    """Viewing direction and the reason for its sense.
 
     Parameters
     ----------
     trend_deg, plunge_deg : float
-        Viewing direction; upward if the plunge is negative.
+        Viewing direction; it is upwards if the plunge is negative.
     sense : str
         One of the constants above.
     reason : Finding
-        Why it is not the opposite direction.
+        Reason why the opposite direction was not chosen.
     north_known, metric : bool
-        Whether north and scale of the model are known. If not, the sheet names no compass
-        directions, and states lengths in units.
+        Whether the north and the scale of the model are known. Otherwise the sheet has no compass
+        directions, or states lengths in model units.
     """
 
     trend_deg: float
@@ -64,7 +64,7 @@ class ViewDirection:
         return ViewFrame.looking(lines_to_vectors(self.trend_deg, self.plunge_deg))
 
     def flipped(self) -> ViewDirection:
-        """Return the opposite view, a mirror image."""
+        """Return the opposite view, which is a mirror image."""
         return ViewDirection(
             wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
@@ -74,12 +74,12 @@ class ViewDirection:
 
 
 def view_along_line(trend_deg: float, plunge_deg: float) -> ViewDirection:
-    """Return a view as typed.
+    """Return the view along a line entered by the user.
 
     Raises
     ------
     UsageError
-        For a plunge beyond 90 degrees, or a trend beyond ten full turns.
+        If the plunge exceeds 90 degrees, or the trend ten full turns.
     """
     for angle, most, field in ((trend_deg, 3600.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
         if not abs(angle) <= most:
@@ -96,7 +96,7 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> ViewDirection:
 
 
 def view_against_plane(plane: Plane) -> ViewDirection:
-    """Return the view against a plane's upward normal, or a vertical plane's dip direction."""
+    """Return the view against the upward normal (or dip direction if vertical) of a plane."""
     return _along(
         -plane.normal(),
         AGAINST_NORMAL,
@@ -109,8 +109,8 @@ def view_along_axis(
 ) -> ViewDirection:
     """Return the view along a fold axis.
 
-    It is down-plunge, unless most of the visible surface faces away from the viewer, as for a
-    cliff seen from inside; then it is up-plunge.
+    The view is down-plunge unless most of the visible surface would face away from the viewer, as
+    for a cliff seen from inside. In this case it is up-plunge.
     """
     down = lines_to_vectors(trend_deg, plunge_deg)
     if plunge_deg < 0:
@@ -126,10 +126,11 @@ def view_along_axis(
 
 
 def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> Finding:
-    """Return the effect of an error of the direction on a picture of this depth.
+    """Return the effect of a direction error on a picture of the given depth.
 
-    CONVENTIONS: lengths times cos d in the direction of tilt, displacements h sin d along the view.
-    `error_deg` is the larger 95 % semi-axis of the direction; if None, 5 degrees are assumed.
+    According to CONVENTIONS, an error d multiplies lengths in the direction of tilt by cos d, and
+    displaces points by h sin d along the view. `error_deg` is the larger 95 % semi-axis of the
+    direction; if None, 5 degrees are assumed.
     """
     if error_deg is None:
         return _cost("view.axis-error-unknown", 5.0, depth_m, metric)
@@ -153,14 +154,15 @@ def _cost(code: str, error_deg: float, depth_m: float, metric: bool) -> Finding:
 
 
 MAX_NEGLIGIBLE_SHARE = 0.01
-"""Maximum relative shortening or displacement that is invisible in a drawing."""
+"""Maximum relative shortening or displacement that is not visible in a drawing."""
 
 
 def is_costly(error_deg: float | None, depth_m: float, across_m: float) -> bool:
-    """Check whether an error of the direction has a visible effect.
+    """Return whether a direction error has a visible effect.
 
-    CONVENTIONS: lengths times cos d, displacements h sin d. Displacements are compared with the
-    longer side of the picture `across_m`. True if `error_deg` is unknown.
+    According to CONVENTIONS, an error d multiplies lengths by cos d and causes displacements of h
+    sin d. Displacements are compared with the longer side of the picture, `across_m`. The result is
+    True if `error_deg` is unknown.
     """
     if error_deg is None:
         return True

@@ -1,4 +1,4 @@
-"""Depth of the surface that an orthophoto shows at a place."""
+"""Depth of the surface that an orthophoto shows at a given pixel."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.products.ortho.tiles import TILE, Grid
 
 _MAX_STEP = 4.0
-"""Maximum difference in depth of neighbours on one surface, in pixels or spacings of the cloud."""
+"""Maximum depth difference between neighbours on one surface, in pixels or spacings."""
 
 
 def visible_depths(
     data: Mesh | PointCloud, matrix: FloatArray, size: tuple[int, int], pixels: FloatArray
 ) -> FloatArray:
-    """Return the depths (n,) at places of a picture, NaN if empty.
+    """Return the depths (n,) at pixels of a picture; NaN if a pixel is empty.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     matrix : (4, 4) array
-        From (column, row, depth, 1) to World.
+        Matrix from (column, row, depth, 1) to the World frame.
     size : (int, int)
-        Of the picture, pixels.
+        Size of the picture in pixels.
     pixels : (n, 2) array
-        Column and row.
+        Column and row of each pixel.
     """
     if isinstance(data, Mesh):
         return _mesh_depths(data, matrix, pixels)
@@ -52,7 +52,7 @@ def _mesh_depths(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArr
 def _cloud_depths(
     cloud: PointCloud, matrix: FloatArray, size: tuple[int, int], pixels: FloatArray
 ) -> FloatArray:
-    """Draw the picture again for its depths.
+    """Return the depths in a cloud by drawing the picture again.
 
     A single ray could pass between points that the picture shows as a surface.
     """
@@ -82,7 +82,7 @@ def _cloud_depths(
 
 
 def _between(depth: FloatArray, place: FloatArray, limit: float) -> FloatArray:
-    """Interpolate depths between pixel centres on the surface that the pixel itself shows."""
+    """Interpolate depths between pixel centres on the same surface as the pixel itself."""
     height, width = depth.shape
     last = np.array([width - 1, height - 1])
     pixel = np.clip(np.floor(place).astype(np.int64), 0, last)

@@ -1,4 +1,4 @@
-"""Points of a model in World."""
+"""Points of a model in the World frame."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.geometry.transform import apply
 
 
 def transform_to_world(to_world: npt.ArrayLike, points: FloatArray) -> FloatArray:
-    """Transform points (n, 3) to World; unchanged by the identity."""
+    """Transform points (n, 3) to the World frame; return them unchanged for the identity."""
     m = np.asarray(to_world, np.float64)
     if m.shape != (4, 4) or not np.isfinite(m).all():
         raise GeometryError(Finding("transform.not-a-matrix"))

@@ -1,4 +1,4 @@
-"""Field sheet of a photo survey on one page: plan, figures, drawings and reminders."""
+"""One-page field sheet of a photo survey with the plan, figures, drawings and reminders."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 FORMATS = (".pdf", ".svg", ".html")
 INK, FACE = "#202020", "#efe9df"
 PERPENDICULAR, OBLIQUE, CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
-"""Colours of photos and points, on the sheet and in the window."""
+"""Colours of photos and control points on the sheet and in the window."""
 _WORDS = {
     "perpendicular": to_translate("perpendicular"),
     "oblique": to_translate("oblique"),
     "control": to_translate("control"),
     "check": to_translate("check"),
 }
-"""Kinds of photos and uses of points, as named in the plan."""
+"""Kinds of photos and uses of control points, keyed by their names in the plan."""
 
 
 def check_format(path: str | Path) -> str:
@@ -37,13 +37,13 @@ def check_format(path: str | Path) -> str:
     Raises
     ------
     UsageError
-        For another extension.
+        If the extension is not supported.
     """
     return check_extension(path, FORMATS)
 
 
 def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False) -> None:
-    """Write the sheet in the format of the extension.
+    """Write the sheet in the format given by the extension.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False
 
 
 def _save(figure: Figure, target: Any, format_: str) -> None:
-    """Write without date or random names, so that the same plan gives the same file."""
+    """Save without a date or random names, so that the same plan gives the same file."""
     from matplotlib import rc_context
 
     stamp = {"CreationDate": None} if format_ == "pdf" else {"Date": None}
@@ -69,13 +69,13 @@ def _save(figure: Figure, target: Any, format_: str) -> None:
 
 
 def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure:
-    """Draw the sheet, A4 upright, or only its two drawings."""
+    """Draw the sheet in A4 portrait format, or only its two drawings."""
     from matplotlib.figure import Figure
 
     height = 6.0 if pictures_only else 11.69
     figure = Figure(figsize=(8.27, height))
     bottom, top = (0.08, 0.94) if pictures_only else (0.325, 0.785)
-    # Half an inch between the drawings, for the numbers of the upper one.
+    # Leave half an inch between the drawings for the tick labels of the upper one.
     tall = (top - bottom - 0.5 / height) / 2
     for low, above in ((top - tall, False), (bottom, True)):
         # Printers leave a margin of about 5 mm.
@@ -96,7 +96,7 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
 
 
 def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
-    """Draw the photos as seen by the photographer, or from above."""
+    """Draw the photos as seen by the photographer or from above."""
     from matplotlib.patches import Rectangle
 
     depth = 0.02 * plan.distance_m if above else plan.height_m
@@ -177,7 +177,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
 
 
 def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
-    """Return names and values with units, as on the sheet."""
+    """Return the names and values (with units) of the figures on the sheet."""
     near, far = plan.depth_of_field_m
     camera = plan.camera
     width, height = plan.footprint_m
@@ -270,7 +270,7 @@ def _reminders(plan: SurveyPlan) -> list[str]:
 
 
 def _html(plan: SurveyPlan) -> str:
-    """Build one HTML file without external resources."""
+    """Build a single HTML file without external resources."""
     import io
 
     drawing = io.StringIO()

@@ -1,4 +1,4 @@
-"""Report of a reconstruction: one self-contained HTML file."""
+"""Report of a reconstruction as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ img { max-width: 100%; } .small { color: #666; font-size: 13px; }
 
 
 def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
-    """Write the page for the `result` of `photogrammetry.reconstruction.reconstruct`.
+    """Write the report on the `result` of a reconstruction as an HTML file.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def _summary(result: Mapping[str, Any]) -> str:
 
 
 def _sentence(note: str | Finding | Mapping[str, Any]) -> str:
-    """Return the sentence of a warning, which may be a finding."""
+    """Return the sentence of a warning, which may be a text or a finding."""
     return str(note["message"]) if isinstance(note, Mapping) else str(note)
 
 
@@ -105,7 +105,7 @@ def _survey(survey: Mapping[str, Any]) -> str:
 
 
 def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """Build a table; rows are (class, cells)."""
+    """Build an HTML table whose rows are (class, cells)."""
     cells = "".join(f"<th>{escape(name)}</th>" for name in head)
     lines = "\n".join(
         f'<tr class="{kind}">' + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>"
@@ -117,7 +117,7 @@ def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> st
 def _number(value: float | None, digits: int, unit: str = "") -> str:
     if value is None or value != value:
         return "–"
-    # Values that round to zero have no sign.
+    # Adding 0.0 removes the sign of values that round to zero.
     return f"{round(value, digits) + 0.0:,.{digits}f}{unit}"
 
 
@@ -187,7 +187,7 @@ def _camera(camera: Mapping[str, Any]) -> str:
 
 
 def _registration(result: Mapping[str, Any]) -> str:
-    """Describe the registration: accuracy, warnings and evidence."""
+    """Describe the registration with its accuracy, warnings and evidence."""
     registration = result["registration"]
     summary = summary_of(result_registration(result, ""))
     facts = [(tr("Coordinate system"), str(registration["crs"]))] if registration.get("crs") else []
@@ -214,7 +214,7 @@ def _registration(result: Mapping[str, Any]) -> str:
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:
-    """Control and check points with their residuals."""
+    """Build the table of control and check points with their residuals."""
     if not points:
         return ""
     rows = []
@@ -260,7 +260,7 @@ LABELS = {
     "surface": to_translate("surface"),
     "texture": to_translate("texture"),
 }
-"""Labels of figures, settings and stages of the result; other keys are shown unchanged."""
+"""Labels of the figures, settings and stages of a result; other keys are unchanged."""
 _VALUES = {
     "above sea level": to_translate("above sea level"),
     "above the ellipsoid": to_translate("above the ellipsoid"),
@@ -269,7 +269,7 @@ _VALUES = {
     "left out": to_translate("left out"),
     "unseen": to_translate("unseen"),
 }
-"""Words that the result contains as values."""
+"""Texts for words that occur as values in a result."""
 
 
 def _label(key: str, unit: str = "m") -> str:
@@ -316,7 +316,7 @@ def _times(result: Mapping[str, Any]) -> str:
 
 
 def _picture(result: Mapping[str, Any]) -> str:
-    """Draw cameras and tie points from above and from the side."""
+    """Draw the cameras and tie points from above and from the side."""
     from matplotlib.figure import Figure
 
     cloud, cameras, looks = (np.asarray(result["drawing"][k]) for k in ("points", "at", "looks"))

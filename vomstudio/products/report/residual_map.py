@@ -1,4 +1,4 @@
-"""Picture of a registration: its points, their residuals, and its weakest axis."""
+"""Picture of a registration: its points with residuals, and its weakest axis."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
 
-# Longest arrow, relative to the width of the picture.
+# Length of the longest arrow, relative to the width of the picture.
 _MAX_ARROW_SHARE = 0.12
 _MAX_LABELS = 25
 
 
 def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
-    """Draw the residuals from above and from the side, as HTML; "" without points.
+    """Draw the residuals from above and from the side as HTML; "" if there are no points.
 
     Parameters
     ----------
     registration : mapping
-        Registration of a result.
+        Registration in a reconstruction result.
     scaled : bool
-        Whether lengths are metres.
+        Whether lengths are in metres.
     """
     from matplotlib.figure import Figure
 
@@ -66,7 +66,7 @@ def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
             scale=1.0,
             width=0.004,
         )
-        # From the side the labels would overlap.
+        # In the side view, the labels would overlap.
         if len(labels) <= _MAX_LABELS and j == 1:
             for label, place in zip(labels, at, strict=True):
                 axes.annotate(
@@ -94,7 +94,7 @@ def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
 
 
 def embed_figure(figure: Any, caption: str) -> str:
-    """Embed a matplotlib figure in a page."""
+    """Embed a matplotlib figure in an HTML page."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = BytesIO()
@@ -108,7 +108,7 @@ def embed_figure(figure: Any, caption: str) -> str:
 
 
 def _points(registration: Mapping[str, Any]) -> tuple[list[str], FloatArray, FloatArray, BoolArray]:
-    """Return labels, places, residuals, and which points are check points."""
+    """Return the labels, positions and residuals of points, and a mask of check points."""
     rows = [
         (row["label"], row["surveyed"], row["residual_m"], row["role"] == "check")
         for row in registration.get("points", ())
@@ -135,6 +135,6 @@ def _weakest(registration: Mapping[str, Any]) -> FloatArray | None:
 
 
 def _nice(value: float) -> float:
-    """Return the next smaller round number."""
+    """Round a value down to a round number."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value) * power)

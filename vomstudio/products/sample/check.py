@@ -1,9 +1,9 @@
-"""Measurements on the sample outcrop compared with its truth.
+"""Comparison of measurements on the sample outcrop with the true values.
 
-The truth is a table written by the maker of the sample, which shares no code with this program.
-Each check reports the error of a measurement, its stated 95 % error in that direction, and whether
-the truth is within. About 1 in 20 such regions misses the truth; a program whose regions never
-miss overstates its errors.
+The true values are in a table written by the generator of the sample, which shares no code with
+this program. Each check reports the error of a measurement, its stated 95 % error in that
+direction, and whether the true value lies within it. About 1 in 20 such regions misses the true
+value; a program whose regions never miss overstates its errors.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ FAULT = "fault"
 FOLD_AXIS = to_translate("fold axis beta")
 INTERSECTION = to_translate("intersection of bedding and fault")
 DISPLACEMENT = to_translate("displacement on the fault")
-"""Names of checks, in English in the results."""
+"""Names of the checks, which are in English in the results."""
 
-# Tolerance of the tangents of angles between unit vectors of the same direction.
+# Tolerance for the tangent of the angle between two unit vectors of the same direction.
 _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Check(Result):
-    """Comparison of a measurement with its truth.
+    """Comparison of a measurement with its true value.
 
     Parameters
     ----------
     name : str
     truth, measured : mapping or float
-        Angles, or one length in m.
+        Angles, or a length in m.
     error : float
-        In `unit`.
+        Error of the measurement in `unit`.
     stated_95 : float or None
-        Stated 95 % error in `unit`; None if it cannot be estimated, and then `within` too.
+        Stated 95 % error in `unit`. If it cannot be estimated, it is None, and so is `within`.
     within : bool or None
-        Whether the truth is within it.
+        Whether the true value lies within `stated_95`.
     unit : str
     total_95 : float or None
-        For a plane: 95 % error with resolution and registration, as in tables.
+        For a plane, the 95 % error including resolution and registration, as in tables.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Check(Result):
 
 @dataclass(frozen=True, eq=False)
 class SampleResult:
-    """Fits of all picks, fold axis, intersection of bedding and fault, and checks."""
+    """Fits of all picks, the fold axis, the intersection of bedding and fault, and checks."""
 
     fits: PlaneFits
     beta: FoldAxis
@@ -85,12 +85,12 @@ class SampleResult:
 
 
 def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
-    """Fit all picks, compute fold axis, intersection and slip, and compare with the truth.
+    """Fit all picks, compute fold axis, intersection and slip, and check them.
 
     Raises
     ------
     GeometryError
-        If a pick has no plane.
+        If no plane can be fitted to a pick.
     """
     fits = fit_planes(picks.points, picks.offsets)
     for name, reason in zip(picks.names, fits.error, strict=True):
@@ -104,7 +104,7 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
     fault = [i for i, kind in enumerate(picks.kinds) if kind == "fault"]
     beta = fold_axis(fits.dip_direction_deg[bedding], fits.dip_deg[bedding])
     checks.append(axis_check(FOLD_AXIS, beta, truth.axis))
-    # Beds cut by the fault: those with a horizon on both sides of it.
+    # Beds cut by the fault are those with a horizon on both sides of it.
     pairs = horizon_pairs(picks)
     cut = [i for pair in pairs for i in pair]
     meeting = common_axis(
@@ -119,7 +119,7 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
 
 
 def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
-    """Pairs of picks (hanging wall, footwall) on the same horizon."""
+    """Return the pairs of picks (hanging wall, footwall) on the same horizon."""
     sides: dict[str, dict[str, int]] = {}
     for i, (horizon, set_name) in enumerate(zip(picks.horizons, picks.sets, strict=True)):
         for side in ("hanging wall", "footwall"):
@@ -129,10 +129,10 @@ def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
 
 
 def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:
-    """Compare the true plane with the confidence ellipse of the fitted one.
+    """Compare a true plane with the confidence ellipse of the fitted plane.
 
-    The semi-axes are tan(max) along e2 and tan(min) along e1, in the plane tangent to the sphere
-    at the fitted normal.
+    The semi-axes are tan(max) along e2 and tan(min) along e1, in the tangent plane of the sphere at
+    the fitted normal.
     """
     plane = Plane.from_normal(fit.normal)
     ratio, error, stated = _deviation(
@@ -146,7 +146,7 @@ def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:
 
 
 def axis_check(name: str, axis: FoldAxis, truth: Line) -> Check:
-    """Compare the true axis with the confidence ellipse of the measured one."""
+    """Compare a true axis with the confidence ellipse of the measured axis."""
     swing = None if axis.confidence_axis is None else axis.confidence_axis.vector()
     ratio, error, stated = _deviation(
         axis.beta.vector(),
@@ -165,10 +165,10 @@ def slip_check(
     axis: Line,
     truth_m: float,
 ) -> Check:
-    """Compare the slip at right angles to the axis, from horizons on both sides of the fault.
+    """Check the slip perpendicular to the axis, from horizons on both sides of the fault.
 
-    The line of slip in the fault intersects each pair of planes. The result is the mean distance of
-    these points, with Student's 95 % interval.
+    The line of slip in the fault intersects the two planes of each pair. The result is the mean
+    distance between these points, with Student's 95 % interval.
     """
     from scipy.special import stdtrit
 
@@ -201,7 +201,7 @@ def _deviation(
     max_deg: float | None,
     min_deg: float | None,
 ) -> tuple[float | None, float, float | None]:
-    """Return the ratio of the truth's distance to the ellipse's radius, and both.
+    """Return the distance of the true value relative to the ellipse's radius, and both.
 
     The angle and the radius are in degrees.
     """
@@ -221,7 +221,7 @@ def _deviation(
 
 
 def _share(distance: float, limit_deg: float) -> float:
-    """Return a distance in units of a semi-axis; a semi-axis of 0 allows only rounding errors."""
+    """Return a distance in units of a semi-axis; if it is 0, only rounding errors pass."""
     limit = math.tan(math.radians(limit_deg))
     if limit > 0.0:
         return distance / limit

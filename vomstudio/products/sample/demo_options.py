@@ -1,4 +1,4 @@
-"""Options of the demonstration, declared once for every door."""
+"""Options of the demonstration, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class DemoOptions(Options):
-    """Parts of the demonstration."""
+    """Parts of the demonstration to run."""
 
     without_photos: bool = option(
         False,

@@ -1,4 +1,4 @@
-"""Model from the sample's photos compared with the outcrop that they show."""
+"""Comparison of a model from the sample's photos with the outcrop that they show."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.products.sample.check import Check, plane_check
 from vomstudio.project.sample import SamplePicks, SampleTruth
 
-# Maximum distance of a place of the model, in ground sampling distances.
+# Maximum distance of a model point, in ground sampling distances.
 _MAX_DISTANCE_GSD = 4.0
 _MIN_POINTS = 20
 MODEL_OFFSET = to_translate("model off the outcrop, median")
@@ -44,17 +44,18 @@ def check_photos(
     Parameters
     ----------
     estimated, true : Cameras
-        Cameras of the reconstruction, and those that took the photos.
+        Reconstructed cameras, and the true cameras of the photos.
     cloud : (n, 3) array
-        Dense points, World, m.
+        Dense points in the World frame, m.
     outcrop : Mesh
-        True surface, World, m.
+        True surface in the World frame, m.
     picks : SamplePicks
     truth : SampleTruth
     gsd : float
         Ground sampling distance of the depth maps, m.
     rotation : (3, 3) array, optional
-        Covariance of the model's rotation by its registration, for the total errors of planes.
+        Covariance of the rotation of the model due to its registration, for the total errors of
+        planes.
     """
     from scipy.spatial import cKDTree
 
@@ -66,7 +67,7 @@ def check_photos(
     inside = points[((points > low) & (points < high)).all(axis=1)]
     distance, nearest = cKDTree(surface).query(inside[:: max(1, len(inside) // _SAMPLE_POINTS)])
     sample = inside[:: max(1, len(inside) // _SAMPLE_POINTS)]
-    # Only the distance across the surface counts, not that to the next point along it.
+    # Only the distance perpendicular to the surface counts, not that to the next point along it.
     off = np.abs(((sample - surface[nearest]) * normals[nearest]).sum(axis=1))
     off = np.where(distance < 0.25, off, distance)
     tree = cKDTree(inside)
@@ -82,7 +83,7 @@ def check_photos(
 
 
 def photo_findings(checks: Sequence[Check]) -> tuple[Finding, ...]:
-    """Report the errors of the model from photos."""
+    """Report the errors of the model that was reconstructed from photos."""
     check_of = {check.name: check for check in checks}
     stated = [check for check in checks if check.within_total is not None]
     within_count = sum(bool(check.within_total) for check in stated)
@@ -99,7 +100,7 @@ def _length(name: str, value: float) -> Check:
 
 
 def _camera_check(estimated: Cameras, true: Cameras) -> Check:
-    """Compare the camera centres by their median distance."""
+    """Compare camera centres by their median distance."""
     places = {view.name: view.centre + true.origin for view in true.views}
     misses = [
         float(np.linalg.norm(view.centre + estimated.origin - places[view.name]))
@@ -110,7 +111,7 @@ def _camera_check(estimated: Cameras, true: Cameras) -> Check:
 
 
 def _sample_surface(mesh: Mesh, shift: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sample points over the faces by area, with their normals."""
+    """Sample points on the faces in proportion to area, with their normals."""
     corners = mesh.vertices[mesh.faces] - shift
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(across, axis=1)
@@ -125,7 +126,7 @@ def _sample_surface(mesh: Mesh, shift: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _are_visible(cameras: Cameras, points: FloatArray, normals: FloatArray) -> BoolArray:
-    """Return which points face and lie in at least three photos; occlusion is ignored."""
+    """Return which points face and appear in at least three photos, ignoring occlusion."""
     count = np.zeros(len(points), int)
     for view in cameras.views:
         pixels = view.project(points)
@@ -144,12 +145,12 @@ def _plane_checks(
     gsd: float,
     rotation: FloatArray | None,
 ) -> list[Check]:
-    """Measure every pick of the sample on the model, and compare with the true planes."""
+    """Measure every pick of the sample on the model, and compare it with the true plane."""
     checks = []
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
         distance, nearest = tree.query(picks.of(i) - shift)
         points_near = nearest[distance < _MAX_DISTANCE_GSD * gsd]
-        # In the order of the trace, along which errors of neighbours are correlated.
+        # Keep the order along the trace, in which the errors of neighbours are correlated.
         points_near = points_near[np.sort(np.unique(points_near, return_index=True)[1])]
         if len(points_near) < _MIN_POINTS or name not in truth.planes:
             continue

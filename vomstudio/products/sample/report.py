@@ -1,4 +1,4 @@
-"""Report of the sample outcrop's checks: plain text, and HTML with pictures."""
+"""Report on the checks of the sample outcrop, as plain text and as HTML with pictures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TITLE = to_translate("Measurements on the sample outcrop")
 
 
 def format_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
-    """Format a table with one line per check and the number of regions with the truth."""
+    """Format a table with one line per check, and how many regions contain the true value."""
     rows = [_heads(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
@@ -32,7 +32,7 @@ def _heads() -> tuple[str, ...]:
 
 
 def tally(checks: Sequence[Check]) -> Finding:
-    """Count how often the true value lies within the stated region."""
+    """Report how often the true value lies within the stated region."""
     stated = [check for check in checks if check.within is not None]
     within_count = sum(bool(check.within) for check in stated)
     return Finding("sample.tally", held=within_count, count=len(stated))

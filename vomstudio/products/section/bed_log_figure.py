@@ -1,4 +1,4 @@
-"""Figure of a log: the column of beds to scale, with thicknesses, lithologies and notes."""
+"""Figure of a log: a scaled column of beds with thicknesses, lithologies and notes."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
 
 WIDTH_MM = 170.0
 _MAX_COLUMN_MM = 190.0
-"""Maximum height of the column; with the text around it the figure fits on a page of A4."""
+"""Maximum height of the column, such that the figure with its text fits on an A4 page."""
 _LEFT_MM, _COLUMN_MM = 20.0, 38.0
 _THICKNESS_MM, _LITHOLOGY_MM, _NOTES_MM = 64.0, 96.0, 130.0
-"""Left edges of the text of each bed."""
+"""Left edges of the text columns beside the beds."""
 _TOP_MM, _BOTTOM_MM = 17.0, 20.0
 _ROW_MM = 4.0
 _MAX_ROWS = 250
-"""In logs with more beds, only beds at least as thick as a row have text."""
+"""If a log has more beds, only those at least as thick as a row are labelled."""
 _MAX_LITHOLOGY_LENGTH, _MAX_NOTES_LENGTH = 22, 26
 _BRICK_MM = (5.0, 2.2)
 
 
 @dataclass(frozen=True)
 class LogPage:
-    """Layout of a log on a page.
+    """Page layout of a log.
 
     Parameters
     ----------
@@ -54,9 +54,10 @@ class LogPage:
     column_mm : float
         Height of the column.
     rows_mm : (n,) array
-        Position of the text of each bed above the base of the column; NaN without space for it.
+        Height of the text of each bed above the base of the column; NaN if there is no space for
+        it.
     lowest_mm, highest_mm : float
-        Limits of the drawing, relative to the base of the column.
+        Lower and upper limits of the drawing, relative to the base of the column.
     """
 
     scale: float
@@ -67,12 +68,12 @@ class LogPage:
 
     @property
     def height_mm(self) -> float:
-        """Height of the page, mm."""
+        """Height of the page in mm."""
         return self.highest_mm - self.lowest_mm + _TOP_MM + _BOTTOM_MM
 
 
 def lay_out_page(log: BedLog) -> LogPage:
-    """Lay out a log at the largest round scale at which the column fits on a page."""
+    """Lay out a log at the largest round scale at which its column fits on a page."""
     total = log.total_m.value
     scale = _round_up(1000.0 * total / _MAX_COLUMN_MM) if total > 0 else 1.0
     column = 1000.0 * total / scale
@@ -97,7 +98,7 @@ def write_log_figure(
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> None:
-    """Write the figure of a log, to scale on paper; text remains text in svg and pdf.
+    """Write the figure of a log to scale; text remains editable in SVG and PDF.
 
     Parameters
     ----------
@@ -105,16 +106,16 @@ def write_log_figure(
     log : BedLog
     format : {"svg", "pdf", "png"}
     about : str
-        Basis of the thicknesses.
+        Description of how the thicknesses were determined.
     metric : bool
-        Lengths are metres.
+        Whether lengths are in metres.
     style : NetStyle
     dpi : float
 
     Raises
     ------
     UsageError
-        For another format.
+        If the format is not supported.
     """
     page = lay_out_page(log)
     write_figure(
@@ -131,7 +132,7 @@ def write_log_figure(
 def draw_log(
     figure: Figure, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
 ) -> Axes:
-    """Draw a log on a figure of the size of the page; axes are mm from the base of the column."""
+    """Draw a log on a page-sized figure; axes are in mm from the base of the column."""
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     ax.set_xlim(-_LEFT_MM, WIDTH_MM - _LEFT_MM)
     ax.set_ylim(page.lowest_mm - _BOTTOM_MM, page.highest_mm + _TOP_MM)
@@ -228,7 +229,7 @@ def _write_bed(
 
 
 def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> None:
-    """Draw the axis of heights, with round ticks."""
+    """Draw the height axis with ticks at round values."""
     ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "clip_on": False}
     ax.plot([-3.0, -3.0], [0.0, page.column_mm], **ink)
     step = _round_up(0.001 * page.scale * 8.0)
@@ -262,7 +263,7 @@ def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> Non
 
 
 def _draw_grains(ax: Axes, styles: Sequence[LithologyStyle], style: NetStyle) -> None:
-    """Label the grain sizes below the column, if any bed states one."""
+    """Label the grain sizes below the column if any bed has one."""
     down = -3.0
     for names, dunham in ((GRAINS, False), (DUNHAM_GRAINS, True)):
         if not any(s.width is not None and s.dunham == dunham for s in styles):
@@ -353,9 +354,9 @@ def _round_up(value: float) -> float:
 
 
 def _spread(targets: Sequence[float], distance: float) -> FloatArray:
-    """Move positions apart to a minimum distance, with the least squares of movement.
+    """Move positions apart to a minimum distance, minimising the sum of squared shifts.
 
-    By pooling.
+    The solution is found by pooling adjacent violators.
     """
     blocks: list[tuple[float, int]] = []
     for i, place in enumerate(targets):

@@ -1,4 +1,4 @@
-"""Projection of lines onto a section with bends, each part onto the piece in front."""
+"""Projection of lines onto a bent section, each part onto the piece that it faces."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from vomstudio.products.ortho.interpretation import Item, ProjectedItem, project
 from vomstudio.products.section.section_lines import Panel
 
 PIECES = 256
-"""Number of steps of a line, to find where it passes from one piece to another."""
+"""Number of steps into which a line is divided to find where it changes pieces."""
 _MAX_STRETCH = 2.0
-"""A line is broken if a step on the section is longer than in space by this factor."""
+"""A line is broken where a step is longer on the section than in space by this factor."""
 
 
 def project_along_bends(
     item: Item, panels: Sequence[Panel], along: FloatArray | None
 ) -> tuple[ProjectedItem, ...]:
-    """Project a line or outline onto the pieces of a section.
+    """Project a line or outline onto the pieces of a bent section.
 
-    Parts in front of two pieces are projected onto the nearer one, so that the line is broken on
-    the inner side of a bend. Parts in the wedge on the outer side, in front of none, are omitted.
-    A part of an outline becomes a line.
+    Parts that face two pieces are projected onto the nearer one, so that the line is broken on the
+    inner side of a bend. Parts in the outer wedge of a bend face no piece and are omitted. A part
+    of an outline becomes a line.
 
     Parameters
     ----------
     item : Item
-        With more than one point.
+        Line or outline with more than one point.
     panels : sequence of Panel
     along : (3,) array or None
-        Direction of projection; None for right angles.
+        Direction of projection; None projects perpendicular to the section.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def project_along_bends(
     for run in np.split(inside, broken):
         if len(run) < 2:
             continue
-        # Keep vertices, both ends, and the passages from one piece to another.
+        # Keep vertices, both ends, and the points at which the line changes pieces.
         is_kept = is_vertex[run]
         is_kept[[0, -1]] = True
         passes = np.flatnonzero(np.diff(panel_of[run]))

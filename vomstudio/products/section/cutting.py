@@ -1,4 +1,4 @@
-"""Intersection of a section with a mesh (exact) or a cloud (trend of its points)."""
+"""Intersection of a section with a mesh (exact) or a cloud (trend of nearby points)."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.section_lines import Curtain, Panel
 
 JOIN_TOLERANCE_M = 1e-6
-"""Ends of lines within this distance coincide, m."""
+"""Maximum distance in metres at which the ends of two lines are joined."""
 MAX_LINK_SPACINGS = 8.0
 """Maximum length of a link between points of a cloud, in spacings."""
 SLAB_SPACINGS = 4.0
 MIN_POINTS = 3
 NEIGHBOURS = 24
-"""Number of points for the local plane of a cloud."""
+"""Number of points to which a local plane of a cloud is fitted."""
 MAX_PLANARITY_RATIO = 0.1
-"""Maximum ratio of the smallest variance to the next one for points in a plane."""
+"""Points are planar if the ratio of their smallest variance to the next is below this."""
 MAX_SHIFT_RATIO = 2.0
-"""Maximum shift of a point along its local plane, in distances from the section."""
+"""Maximum shift of a point in its local plane, as a multiple of its distance to the section."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """Lines of a surface in a section.
+    """Lines along which a section intersects a surface.
 
     Parameters
     ----------
     lines : tuple of (n, 2) arrays
-        Distance along the section and height in it, m.
+        Distance along the section, and height in it, m.
     world : tuple of (n, 3) arrays
-        The same points in World, m.
+        The same points in the World frame, m.
     slab_m : float or None
-        Thickness of the slab of points of a cloud; None for a mesh.
+        Thickness of the slab of points used from a cloud; None for a mesh.
     points : int or None
-        Number of these points.
+        Number of points in this slab; None for a mesh.
     """
 
     lines: tuple[FloatArray, ...]
@@ -51,7 +51,7 @@ class Cut:
 
     @property
     def length_m(self) -> float:
-        """Total length of all lines, m."""
+        """Total length of all lines in metres."""
         return float(
             sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in self.world)
         )
@@ -63,17 +63,18 @@ def cut_model(
     slab: float | None = None,
     spacing: float | None = None,
 ) -> Cut:
-    """Cut a model by a section.
+    """Intersect a model with a section.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     curtain : Curtain
     slab : float, optional
-        Thickness for a cloud, m; `SLAB_SPACINGS` times `spacing` if omitted.
+        Thickness of the slab of points used from a cloud, m. If omitted, `SLAB_SPACINGS` times
+        `spacing`.
     spacing : float, optional
-        Mean distance of neighbouring points of a cloud, m; estimated if omitted.
+        Mean distance between neighbouring points of a cloud, m. If omitted, it is estimated.
 
     Returns
     -------
@@ -82,7 +83,7 @@ def cut_model(
     Raises
     ------
     UsageError
-        For a slab of a mesh.
+        If a slab is given for a mesh.
     """
     if isinstance(data, Mesh):
         if slab is not None:
@@ -101,17 +102,18 @@ def cut_model(
 
 
 def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
-    """Return the pieces (n, 2, 2) of intersected triangles: distance and height of both ends.
+    """Return the segments (n, 2, 2) in which triangles intersect a panel.
 
-    A corner on the plane counts as on the viewer's side, so that every triangle has two crossed
-    edges or none, and neighbours agree.
+    Each segment contains the distance and the height of both ends. A corner on the plane is
+    assigned to the viewer's side, so that every triangle has either two crossed edges or none,
+    consistently with its neighbours.
     """
-    # Far from the origin only differences are precise.
+    # Far from the origin, only differences of coordinates are precise.
     side = (mesh.vertices - panel.origin) @ panel.normal >= 0
     corners = side[mesh.faces]
     intersected = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
     faces, corners = mesh.faces[intersected], corners[intersected]
-    # First the corner that is alone on its side, then the two others.
+    # The first corner is the one that is alone on its side.
     single = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
@@ -133,8 +135,8 @@ def _crossing(
 ) -> FloatArray:
     """Return the points (n, 2) where edges cross the plane.
 
-    They are computed from the viewer's side, so that both triangles of an edge give identical
-    results.
+    They are interpolated starting from the viewer's side, so that both triangles of an edge give
+    identical results.
     """
     first, second = np.where(side[a], a, b), np.where(side[a], b, a)
     p, q = (panel.coordinates(vertices[k]) for k in (first, second))
@@ -143,7 +145,7 @@ def _crossing(
 
 
 def _clip(pieces: FloatArray, panel: Panel) -> FloatArray:
-    """Clip pieces (n, 2, 2) to the ends of a panel."""
+    """Clip segments (n, 2, 2) to the ends of a panel."""
     low, high = panel.start + panel.low, panel.start + panel.high
     first, last = pieces[:, :, 0].min(axis=1), pieces[:, :, 0].max(axis=1)
     pieces = pieces[(last >= low) & (first <= high)]
@@ -163,10 +165,10 @@ def _clip(pieces: FloatArray, panel: Panel) -> FloatArray:
 
 
 def _merge_pieces(pieces: FloatArray, curtain: Curtain) -> Cut:
-    """Merge pieces that share ends into lines."""
+    """Merge segments that share ends into lines."""
     import shapely
 
-    # At a bend of the section the ends on both panels differ by rounding.
+    # At a bend of the section, the ends on the two panels differ by rounding errors.
     pieces = (
         np.round(pieces / JOIN_TOLERANCE_M) * JOIN_TOLERANCE_M
         if len(curtain.panels) > 1
@@ -175,7 +177,7 @@ def _merge_pieces(pieces: FloatArray, curtain: Curtain) -> Cut:
     pieces = pieces[(pieces[:, 0] != pieces[:, 1]).any(axis=1)]
     if not len(pieces):
         return Cut((), ())
-    # Remove duplicates, from coincident faces or an edge in the plane.
+    # Remove duplicates due to coincident faces or to an edge that lies in the plane.
     swapped = pieces[:, 0, 0] > pieces[:, 1, 0]
     swapped |= (pieces[:, 0, 0] == pieces[:, 1, 0]) & (pieces[:, 0, 1] > pieces[:, 1, 1])
     pieces[swapped] = pieces[swapped][:, ::-1]
@@ -200,7 +202,7 @@ def _to_world(line: FloatArray, curtain: Curtain) -> FloatArray:
 
 
 def _project_slab(points: FloatArray, panel: Panel, thick: float) -> FloatArray:
-    """Project the points (n, 2) within half the thickness onto the panel, along the surface."""
+    """Project the points in a slab onto the panel along the surface, and return them (n, 2)."""
     at = panel.coordinates(points)
     along = (at[:, 0] >= panel.start + panel.low) & (at[:, 0] <= panel.start + panel.high)
     near = along & (np.abs(at[:, 2]) <= 0.5 * thick)
@@ -209,11 +211,11 @@ def _project_slab(points: FloatArray, panel: Panel, thick: float) -> FloatArray:
 
 
 def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
-    """Move points (along, height, across) within their planes to the panel (n, 2).
+    """Slide points (along, height, across) within their local planes to the panel (n, 2).
 
-    A projection at right angles would widen a surface that is oblique to the panel to a band, and
-    the line through its points to a zigzag. It is used for points without a plane, or whose plane
-    is nearly parallel to the panel.
+    A perpendicular projection would spread a surface that is oblique to the panel into a band, and
+    the line through its points would become a zigzag. It is used only for points that have no local
+    plane, or whose plane is nearly parallel to the panel.
     """
     from scipy.spatial import cKDTree
 
@@ -227,7 +229,7 @@ def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
     horizontal = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
     planar = values[:, 0] <= MAX_PLANARITY_RATIO * values[:, 1]
     planar &= normal[:, 2] ** 2 <= MAX_SHIFT_RATIO**2 * horizontal
-    # The point moves perpendicularly onto its plane, then within the plane to the panel.
+    # Move the point perpendicularly onto its plane, then within the plane to the panel.
     distance = np.einsum("ni,ni->n", at - middle, normal)
     projected = at - distance[:, None] * normal
     crossing = (
@@ -237,10 +239,11 @@ def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
 
 
 def _link_points(points: FloatArray, spacing: float) -> list[FloatArray]:
-    """Connect points to lines.
+    """Connect points into lines.
 
-    The means of cells of one spacing are linked by a minimum spanning tree with links up to
-    `MAX_LINK_SPACINGS` spacings; each tree gives its longest path.
+    Points are averaged in cells of one spacing. The means are linked by minimum spanning trees
+    whose links are at most `MAX_LINK_SPACINGS` spacings long, and the longest path of each tree is
+    returned.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
@@ -270,7 +273,7 @@ def _link_points(points: FloatArray, spacing: float) -> list[FloatArray]:
 
 
 def _longest_path(tree: object) -> list[int]:
-    """Return the rows along the longest path in a tree, by two searches for the farthest row."""
+    """Return the rows along the longest path in a tree, found by two farthest-node searches."""
     from scipy.sparse.csgraph import dijkstra
 
     far = int(np.argmax(dijkstra(tree, directed=False, indices=0)))

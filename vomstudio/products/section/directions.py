@@ -1,7 +1,7 @@
 """Directions of projection onto a section.
 
-There is one for all features, or the axis of each domain (textbook 4.2, fig. 31c) if no single
-direction is valid.
+Either all features are projected along one direction or, if no single direction is valid, those of
+each domain along the axis of the domain (textbook 4.2, fig. 31c).
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.section.section_lines import Curtain, Panel
 
 MIN_ANGLE_DEG, MIN_ALLOWED_ANGLE_DEG = 20.0, 2.0
-"""Angles between direction and section below which a warning is given, or the direction refused.
+"""Angles between direction and section below which a warning is issued or an error raised.
 
-An error of one degree moves a feature by 15 % of its distance at the first angle, and by 14 times
-the distance at the second."""
+An error of one degree shifts a feature by 15 % of its distance at the first angle, and by 14 times
+its distance at the second."""
 MAX_FAULT_ANGLE_DEG = 10.0
-"""Maximum angle between a fault's plane and the axis of beds that end at it."""
+"""Maximum angle between the plane of a fault and the axis of the beds that end at it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,12 @@ class ProjectionDirections:
     Parameters
     ----------
     along : (3,) array or None
-        Direction for features without a domain axis; None for right angles to the section.
+        Direction for features without a domain axis. If None, they are projected perpendicular to
+        the section.
     axes : mapping of str to ProjectionAxis
         Axes of the domains, by name.
     faults : mapping of str to str
-        Domain along whose axis a fault outside domains is projected, by its id.
+        For each fault outside the domains, by id, the domain along whose axis it is projected.
     """
 
     along: FloatArray | None = None
@@ -49,7 +50,7 @@ class ProjectionDirections:
     faults: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, item: Item) -> FloatArray | None:
-        """Return the direction of a feature; None for right angles."""
+        """Return the projection direction of a feature, or None if perpendicular to the section."""
         axis = self.axes.get(item.domain or self.faults.get(item.id, ""))
         return self.along if axis is None or axis.line is None else axis.line.vector()
 
@@ -59,7 +60,7 @@ class ProjectionDirections:
         Raises
         ------
         UsageError
-            If a direction lies in the section, or nearly.
+            If a direction lies in the section or nearly so.
         """
         findings = list(_check_direction(curtain, self.along, None))
         for name, axis in self.axes.items():
@@ -75,19 +76,19 @@ class ProjectionDirections:
 def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirections:
     """Assign each domain its own axis.
 
-    A fault between domains belongs to none. It is projected along the axis, of the domains that
-    end at it, that is closest to its plane.
+    A fault between domains belongs to none of them. Of the axes of the domains that end at it, it
+    is projected along the one that is closest to its plane.
 
     Parameters
     ----------
     items : sequence of Item
     field_ : str
-        Option named in errors.
+        Name of the option in error messages.
 
     Raises
     ------
     UsageError
-        If no feature is in a domain.
+        If no feature belongs to a domain.
     """
     axes = axes_of_domains(items, field_)
     vectors = {name: axis.line.vector() for name, axis in axes.items() if axis.line is not None}
@@ -105,19 +106,19 @@ def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirectio
 
 @dataclass(frozen=True)
 class DomainProjection:
-    """Projection of a domain onto the section.
+    """Description of the projection of a domain onto the section.
 
     Parameters
     ----------
     name : str
     trend_deg, plunge_deg, error95_deg : float or None
-        Direction and its 95 % error; None for right angles.
+        Direction and its 95 % error; None for a perpendicular projection.
     angle_deg : float
-        Minimum angle between direction and section.
+        Smallest angle between the direction and the section.
     text : str
-        Description of the direction, or why there is none.
+        Description of the direction, or the reason why there is none.
     faults : int
-        Number of faults outside domains projected along it.
+        Number of faults outside the domains that are projected along the direction.
     valid : {"yes", "conditional"} or None
         Validity of the direction.
     """
@@ -133,7 +134,7 @@ class DomainProjection:
 
     @property
     def words(self) -> str:
-        """Description for reports."""
+        """Description of the projection for reports."""
         if self.trend_deg is None or self.plunge_deg is None:
             return tr("{name}: at right angles to the section", name=self.name)
         text = tr(
@@ -172,14 +173,14 @@ def domain_projections(
 
 
 def angle_to(panel: Panel, along: FloatArray | None) -> float:
-    """Return the angle between a direction (3,) and a section, degrees; 90 for right angles."""
+    """Return the angle in degrees between a direction (3,) and a panel; 90 if it is None."""
     if along is None:
         return 90.0
     return math.degrees(math.asin(min(abs(float(along @ panel.normal)), 1.0)))
 
 
 def least_angle(curtain: Curtain, along: FloatArray | None) -> float:
-    """Return the minimum angle between a direction and the pieces to project onto, degrees."""
+    """Return the smallest angle in degrees between a direction and the panels it can reach."""
     angles = [angle_to(panel, along) for panel in curtain.panels]
     return min((angle for angle in angles if angle >= MIN_ALLOWED_ANGLE_DEG), default=0.0)
 

@@ -1,4 +1,4 @@
-"""Options of planes extended through a model, declared once for every door."""
+"""Options of planes extended through a model, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class ExtendOptions(Options):
-    """Plane to extend, if it is not fitted to points, and the beds beside it.
+    """Plane to extend, unless it is fitted to points, and the beds parallel to it.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds, and for a plane without its point or error.
+        If a value is out of bounds, or if a plane is given without its point or error.
     """
 
     plane: str | None = option(
@@ -70,7 +70,7 @@ class ExtendOptions(Options):
         check_requires(self, "thickness_error_m", "thickness_m")
 
     def check_points(self, points: object, name: str) -> None:
-        """Require points, or a plane in place of the argument of this name.
+        """Require points, or a plane in place of the argument `name`.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Extension of a plane through a model: its traces on the surface and their errors."""
+"""Extension of a plane through a model: traces on the surface, and their errors."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ class ExtensionTrace:
     Parameters
     ----------
     bed : int
-        Number of the plane, 0 for the original one.
+        Number of the plane; 0 is the original one.
     points : (n, 3) array
-        World, m.
+        Points of the trace in the World frame, m.
     error95_m : (n,) array
-        95 % error of its position, across the plane.
+        95 % error of the position of each point, perpendicular to the plane.
     """
 
     bed: int
@@ -62,7 +62,7 @@ class ExtensionTrace:
 
 @dataclass(frozen=True)
 class RepeatedPlane:
-    """Repeated plane: its traces, their length, and limits of their 95 % error."""
+    """Repeated plane with its traces, their length, and the range of their 95 % errors."""
 
     bed: int
     offset_m: float
@@ -80,21 +80,21 @@ class ExtendedPlane(PrintableResult):
     ----------
     dip_direction_deg, dip_deg : float
     middle : (3,) tuple
-        Place where the plane is known best, World, m.
+        Point at which the plane is best known, in the World frame, m.
     max_error95_deg, min_error95_deg : float
-        Half-angles of the joint 95 % region of its normal.
+        Half-angles of the joint 95 % region of the plane's normal.
     thickness_m : float or None
         Thickness of the beds; None for a single plane.
     beds : tuple of RepeatedPlane
-        Those that intersect the model, from bottom to top.
+        Planes that intersect the model, from bottom to top.
     length_m : float
         Total length of the traces.
     within_share : float
-        Share of the model's points in the band of a plane.
+        Share of the model's points that lie in the error band of a plane.
     warnings : tuple of Finding
     traces : tuple of ExtensionTrace
     bands : PlaneDistances
-        Of the model's points.
+        Distances of the model's points from the planes.
     """
 
     dip_direction_deg: float
@@ -111,9 +111,9 @@ class ExtendedPlane(PrintableResult):
     bands: PlaneDistances | None = field(default=None, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, Float32Array]:
-        """Return fields of the model's points: distance, error and number of the nearest plane.
+        """Return point fields with the distance, error and number of the nearest plane.
 
-        The number is NaN outside of the band.
+        The number is NaN for points outside the error band.
         """
         assert self.bands is not None
         bands = self.bands
@@ -135,13 +135,13 @@ def extend(
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     belief : PlaneEstimate
         The plane and its errors.
     options : ExtendOptions
-        Thickness at which the plane is repeated.
+        Options, including the thickness at which the plane is repeated.
     spacing : float, optional
-        Mean distance of neighbouring points of a cloud, m; estimated if omitted.
+        Mean distance between neighbouring points of a cloud, m. If omitted, it is estimated.
 
     Returns
     -------
@@ -206,12 +206,12 @@ _SINGLE_PLANE = PlaneSeries(np.zeros(1, np.int64), None)
 def band_edges(
     mesh: Mesh, belief: PlaneEstimate, repeats: PlaneSeries = _SINGLE_PLANE, number: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the lines on a mesh at which the band of a plane ends.
+    """Return the lines on a mesh that bound the error band of a plane.
 
     Parameters
     ----------
     mesh : Mesh
-        World, m.
+        Mesh in the World frame, m.
     belief : PlaneEstimate
     repeats : PlaneSeries
     number : int
@@ -220,7 +220,7 @@ def band_edges(
     Returns
     -------
     upper, lower : (k, 2, 3) arrays
-        One piece per intersected triangle.
+        Upper and lower bounding lines, one segment per intersected triangle.
     """
     away = belief.distances(mesh.vertices) - repeats.offset(number)
     half = _error95(mesh.vertices, belief, repeats, number)
@@ -228,7 +228,7 @@ def band_edges(
 
 
 def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
-    """Return the lines (k, 2, 3) on which values of the vertices are 0."""
+    """Return the segments (k, 2, 3) along which the vertex values are 0."""
     above = values >= 0.0
     corners = above[mesh.faces]
     intersected = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
@@ -254,7 +254,7 @@ def _cut_near_plane(
     number: int,
     spacing: float,
 ) -> Cut:
-    """Cut only the part of the model near the plane, to be fast for many planes."""
+    """Cut only the part of the model near the plane, which is fast even for many planes."""
     offset = repeats.offset(number)
     origin = belief.middle + offset * belief.axes[2]
     curtain: Curtain = curtain_of_plane(belief.plane, origin)
@@ -274,7 +274,8 @@ def _cut_near_plane(
 def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArray:
     """Return the points (k, 3) where links between neighbours of a cloud cross the plane.
 
-    A slab of points would be wider the more oblique the plane is to the surface.
+    Unlike these, a slab of points would become wider as the plane becomes more oblique to the
+    surface.
     """
     from scipy.spatial import cKDTree
 
@@ -309,7 +310,7 @@ def _error95(
 
 
 def _half_angles(belief: PlaneEstimate) -> tuple[float, float]:
-    """Return the half-angles of the joint 95 % region of a plane, degrees."""
+    """Return the half-angles of the joint 95 % region of a plane in degrees."""
     from vomstudio.geometry.plane_errors import joint_quantile
     from vomstudio.geometry.rotation_errors import CHI2_TWO
 
@@ -328,12 +329,12 @@ def _warnings(beds: list[RepeatedPlane], thickness: float | None) -> tuple[Findi
 
 
 def format_of(path: str | Path) -> str:
-    """Return the extension of a file of traces.
+    """Return the extension of a trace file.
 
     Raises
     ------
     UsageError
-        For another extension.
+        If the extension is not supported.
     """
     return check_extension(path, ENDINGS)
 
@@ -347,7 +348,7 @@ def write_traces(
     force: bool,
     axes: Axes = WORLD,
 ) -> None:
-    """Write traces as rows of vertices, or as a layer of lines with their maximum error.
+    """Write traces as rows of vertices, or as a line layer with their maximum errors.
 
     The file is written completely or not at all.
 
@@ -356,7 +357,7 @@ def write_traces(
     path : str or Path
     extended : ExtendedPlane
     crs : str or None
-        CRS of World.
+        CRS of the World frame.
     model : str
         Name of the model.
     force : bool

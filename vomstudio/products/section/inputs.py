@@ -1,4 +1,4 @@
-"""Input of sections from files: the line of a profile, and features to project."""
+"""Input files of sections: the profile line, and the features to project."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ GIS_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".dxf")
 
 @dataclass(frozen=True, eq=False)
 class ProfileLine:
-    """A line of section as its file has it.
+    """Profile line as stored in its file.
 
     Parameters
     ----------
     path : Path
     points : (n, 2) float64
-        As written.
+        Coordinates as written in the file.
     stated : StatedCrs
     unit_m : float, optional
-        Metres per unit of a drawing for CAD; None if it states none.
+        Metres per unit of a CAD drawing; None if the file states no unit.
     is_unnamed : bool
-        Whether this is GeoJSON without a ``crs``, which is in degrees by its standard.
+        Whether the file is GeoJSON without a ``crs``, which is in degrees according to the
+        standard.
     warnings : tuple of Finding
     """
 
@@ -49,12 +50,12 @@ class ProfileLine:
 
 
 def read_profile_line(path: str | Path, progress: Progress | None = None) -> ProfileLine:
-    """Read the line of a section from a text table (x, y, z or x, y) or a GIS layer.
+    """Read a profile line from a text table (x, y, z or x, y) or a GIS layer.
 
     Raises
     ------
     InputError
-        If the file contains no line, or several.
+        If the file contains no line or several lines.
     """
     path = Path(path)
     if path.suffix.lower() not in GIS_ENDINGS:
@@ -81,19 +82,19 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
 def profile_in_world(
     line: ProfileLine, crs: str | None, bounds: FloatArray
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Convert a line of section to World.
+    """Convert a profile line to the World frame.
 
-    The unit that a drawing for CAD states counts only if the line meets the model in that unit and
-    not in metres, because templates state arbitrary units. GeoJSON without a ``crs`` is in
-    degrees, unless only its plain numbers meet the model.
+    CAD templates state arbitrary units, so the stated unit is used only if the line overlaps the
+    model in that unit but not in metres. GeoJSON without a ``crs`` is taken to be in degrees unless
+    the line overlaps the model only if its numbers are taken as they are.
 
     Parameters
     ----------
     line : ProfileLine
     crs : str or None
-        CRS of World.
+        CRS of the World frame.
     bounds : (2, 3) float
-        Lowest and highest corner of the model in World.
+        Minimum and maximum coordinates of the model in the World frame.
 
     Returns
     -------
@@ -103,7 +104,7 @@ def profile_in_world(
     Raises
     ------
     InputError
-        For a line that is not metric and cannot be converted, as `points_to_world`.
+        If the line is not metric and cannot be converted, as in `points_to_world`.
     """
     warnings = list(line.warnings)
     if line.unit_m not in (None, 1.0) and not _meets(line.points, bounds):
@@ -125,7 +126,7 @@ def profile_in_world(
 
 
 def _meets(points: FloatArray, bounds: FloatArray) -> bool:
-    """Check whether the bounding boxes of a line (n, 2) and a model overlap."""
+    """Return whether the bounding boxes of a line (n, 2) and a model overlap."""
     low, high = points.min(axis=0), points.max(axis=0)
     return bool((low <= bounds[1, :2]).all() and (high >= bounds[0, :2]).all())
 
@@ -160,7 +161,8 @@ _X_Y = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
 class ReadFeatures:
     """Features read for a section.
 
-    items : features with a place; convention : meaning of the columns of a table, "" for a project
+    items : features with a position
+    convention : meaning of the columns of a table; "" for a project
     """
 
     items: tuple[Item, ...] = ()
@@ -171,15 +173,15 @@ class ReadFeatures:
 def read_features(
     path: str | Path, azimuth: Azimuth | None = None, model: ModelFrame | None = None
 ) -> ReadFeatures:
-    """Read features of a project folder, or planes of an orientation table with x, y, z.
+    """Read the features of a project, or the planes of an orientation table with x, y, z.
 
     Parameters
     ----------
     path : str or Path
     azimuth : optional
-        Meaning of a column of the table called azimuth.
+        Meaning of a table column named azimuth.
     model : ModelFrame, optional
-        Frame of the model of the section, to which the table's coordinates are converted.
+        Frame of the model that the section cuts; the coordinates of a table are converted to it.
 
     Raises
     ------

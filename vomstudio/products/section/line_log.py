@@ -1,4 +1,4 @@
-"""Log along a line of a project, with boundaries at points of it or traces across it."""
+"""Log along a line of a project, bounded by points on it or by traces across it."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 POINTS, TRACES, BOTH = "points", "traces", "both"
 _DEFAULT_REACH_SHARE = 0.05
-"""Default maximum distance of a trace, as a share of the line's length."""
+"""Default maximum distance of a trace from the line, as a share of the line's length."""
 _MAX_TURNED_SHARE = 0.2
-"""Maximum share of traces whose planes differ from the common one by more than 95 % errors."""
+"""Maximum share of traces whose planes differ from the common plane beyond 95 % errors."""
 _ROUNDING_DEG = 0.1
-"""Tolerance for rounding of traces without scatter."""
+"""Tolerance for rounding errors of traces without scatter."""
 _DOUBTFUL_DEG = 10.0
-"""Error of the bedding above which it dominates the error of a thickness."""
+"""If the error of the bedding is larger, it dominates the error of a thickness."""
 
 
 @dataclass(frozen=True)
 class RockWords:
-    """Lithology and notes of a bed, stored at the boundary where it begins."""
+    """Lithology and notes of a bed, stored at the boundary at which the bed begins."""
 
     lithology: str = ""
     notes: str = ""
@@ -48,21 +48,22 @@ class LogQuestion:
     ----------
     line_id : str
     line : Measurement
-        (n, 3) points in World.
+        Line with points (n, 3) in the World frame.
     of : {"points", "traces", "both"}
-        Boundaries of the log.
+        Source of the boundaries of the log.
     traces, names : mappings
         Measured traces and their names, by id.
     bed : Plane or None
-        Attitude of the beds; None to fit it to the traces.
+        Attitude of the beds. If None, it is fitted to the traces.
     options : LogOptions
     reach_m : float or None
-        Maximum distance of a trace from the line; None for the default.
+        Maximum distance of a trace from the line. If None, the default is used.
     words : mapping
-        Key of a boundary -> RockWords.
+        Lithology and notes (RockWords) by the key of their boundary.
     metric : bool
+        Whether lengths are in metres.
     marked : frozenset of str
-        Traces whose bed is marked as overturned.
+        Ids of traces whose bed is marked as overturned.
     """
 
     line_id: str
@@ -82,7 +83,8 @@ class LogQuestion:
 class Boundary:
     """Boundary of a log.
 
-    key : id of a trace, or POINT and the number of the line's point; place : (x, y, z) World
+    key : id of a trace, or POINT and the number of a point of the line
+    place : (x, y, z) in the World frame
     """
 
     key: str
@@ -92,10 +94,11 @@ class Boundary:
 
 @dataclass(frozen=True, eq=False)
 class LogAnswer:
-    """Log along a line, with the boundaries and the bedding that were used.
+    """Log along a line, with the boundaries and the bedding used.
 
-    boundaries : in the order along the line; base_keys : key of the base of each interval;
-    bed_ids : traces that the bedding was fitted to
+    boundaries : boundaries in their order along the line
+    base_keys : key of the boundary at the base of each interval
+    bed_ids : traces to which the bedding was fitted
     """
 
     question: LogQuestion
@@ -110,13 +113,13 @@ class LogAnswer:
 
 
 def words_along(line: Feature) -> dict[str, RockWords]:
-    """Return the lithology and notes of the line's beds, by the key of their boundary."""
+    """Return the lithology and notes of the beds along a line, by boundary key."""
     beds = line.beds if isinstance(line, Logged) else ()
     return {key: RockWords(lithology, notes) for key, lithology, notes in beds}
 
 
 def answer(question: LogQuestion) -> LogAnswer:
-    """Compute the log of the boundaries, as `vomstudio log` does. Raises VomError."""
+    """Compute a log along a line, as `vomstudio log` does. Raises VomError."""
     from vomstudio.geology.beds.bed_log import bed_log
 
     q = question
@@ -126,9 +129,9 @@ def answer(question: LogQuestion) -> LogAnswer:
     sigma = q.options.sigma_m
     if sigma is None:
         met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
-        # The line itself follows the face: its deviation from a plane is not an error.
+        # The line itself follows the face, so its deviation from a plane is not an error.
         sigma = pick_scatter_m([replace(q.line, fit=None), *met])
-    # The boundaries of an interval are identified by name, so names must be unique.
+    # Intervals refer to their boundaries by name, so the names must be unique.
     labels = unique_names([b.name for b in boundaries])
     words = [q.words.get(b.key, RockWords()) for b in boundaries]
     log = bed_log(
@@ -162,7 +165,10 @@ def _reach(q: LogQuestion) -> float:
 
 
 def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
-    """Find the boundaries, in order along the line. Raises InputError for fewer than two."""
+    """Find the boundaries in order along the line.
+
+    Raises InputError if there are fewer than two.
+    """
     from vomstudio.geology.beds.log_boundaries import crossings
 
     boundaries: list[tuple[float, Boundary]] = []
@@ -189,8 +195,10 @@ def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
 class _Bed(NamedTuple):
     """Attitude of the beds.
 
-    error95_deg : total error; fit95_deg : error of the fit alone; ids : traces that the plane is
-    fitted to; are_parallel : whether these are parallel
+    error95_deg : total error
+    fit95_deg : error of the fit alone
+    ids : traces to which the plane is fitted
+    are_parallel : whether these traces are parallel
     """
 
     plane: Plane
@@ -201,15 +209,15 @@ class _Bed(NamedTuple):
 
 
 def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
-    """Return the attitude of the beds.
+    """Determine the attitude of the beds.
 
-    It is the given plane, else that of the traces that are boundaries, else that of the traces
-    near the line.
+    It is the plane given by the user if there is one. Otherwise it is fitted to the traces that are
+    boundaries or, if there are none, to the traces near the line.
 
     Raises
     ------
     InputError, GeometryError
-        If no trace is near, or these determine no plane.
+        If there are no traces near the line, or if these do not determine a plane.
     """
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
@@ -227,7 +235,7 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
 
 
 def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:
-    """Return whether a trace's own plane excludes the common one, by the 95 % errors of both."""
+    """Return whether a trace's own plane differs from the common one beyond 95 % errors."""
     own95 = trace.max_confidence95_deg
     if trace.plane is None or own95 is None:
         return False
@@ -235,7 +243,7 @@ def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:
 
 
 def _near_traces(q: LogQuestion, reach: float) -> list[str]:
-    """Return the traces within reach of the line, else those no farther than it is long."""
+    """Return the traces within reach of the line; if none, those within the line's length."""
     from vomstudio.geometry.lines import nearest_approach, path_length
 
     far = {

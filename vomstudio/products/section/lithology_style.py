@@ -1,8 +1,8 @@
-"""Style of a rock in a log: colour, ornament, and width of the bed by grain size.
+"""Style of a lithology in a log: colour, ornament, and bed width by grain size.
 
-Ornaments follow those of maps (Federal Geographic Data Committee 2006, Digital cartographic
-standard for geologic map symbolization, section 37): dots for sand, dashes for mud, bricks for
-limestone, slanting bricks for dolostone.
+The ornaments follow the standard for maps (Federal Geographic Data Committee 2006, Digital
+cartographic standard for geologic map symbolization, section 37): dots for sand, dashes for mud,
+bricks for limestone, and slanting bricks for dolostone.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Ornament = Literal["", "bricks", "slanting bricks", "cross"]
 
 GRAINS = (to_translate("clay"), to_translate("silt"), to_translate("sand"), to_translate("gravel"))
 DUNHAM_GRAINS = ("M", "W", "P", "G", "R")
-"""Mudstone, wackestone, packstone, grainstone, and rudstone or equally coarse rock."""
+"""Mudstone, wackestone, packstone, grainstone, and rudstone or equally coarse rocks."""
 DEFAULT_WIDTH = 0.5
 """Width of a bed without a grain size."""
 
@@ -30,13 +30,13 @@ class LithologyStyle:
     ----------
     color : str
     hatch : str
-        Hatch of matplotlib.
+        Hatch pattern of matplotlib.
     ornament : str
-        Ornament drawn by `bed_log_figure`.
+        Name of an ornament drawn by `bed_log_figure`.
     width : float or None
-        Share of the column, 0 to 1; None without a grain size.
+        Width of the bed as a share of the column, 0 to 1; None if the grain size is unknown.
     dunham : bool
-        Whether the width is that of Dunham's classes.
+        Whether the width follows Dunham's classification.
     """
 
     color: str
@@ -82,7 +82,7 @@ _COVERED = LithologyStyle("#ffffff", ornament="cross")
 
 
 def style_of(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
-    """Return the style of a lithology, as written or in StraboSpot fields."""
+    """Return the style of a lithology given as text or in StraboSpot fields."""
     if not lithology.strip() or not strabospot.get("primary_lithology"):
         plain = lithology.strip().casefold()
         return _COVERED if plain in ("covered", "unexposed") else LithologyStyle("#ffffff")

@@ -1,4 +1,4 @@
-"""Log along a line of a project on disk, with the beds of its record."""
+"""Log along a line of a project on disk, with the beds stored in its record."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def read_log_question(
     options: LogOptions,
     reach_m: float | None,
 ) -> LogQuestion:
-    """Read the input of a log from a project.
+    """Read the input of a log from a project folder.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def read_log_question(
     of, bed, options, reach_m
         As in `LogQuestion`.
     type_name : str
-        Type of the traces that are boundaries.
+        Feature type of the traces that are used as boundaries.
 
     Returns
     -------

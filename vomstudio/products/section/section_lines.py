@@ -1,4 +1,4 @@
-"""Geometry of a section: one plane through a point, or vertical planes along a map line."""
+"""Geometry of sections: a plane through a point, or vertical planes along a map line."""
 
 from __future__ import annotations
 
@@ -19,28 +19,29 @@ from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.section.section_options import SectionOptions
 
 MIN_PIECE_M = 1e-9
-"""Minimum length of a piece of a line, m; shorter pieces are duplicate points."""
+"""Minimum length of a line segment in metres; shorter ones are due to duplicate points."""
 
 MIN_BEND_DEG = 2.0
-"""Minimum turn of a section at a bend; less counts as straight."""
+"""Minimum change of direction at a bend; smaller changes count as straight."""
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Plane, or strip of a plane, of a section.
+    """Planar panel of a section: a plane or a strip of a plane.
 
     Parameters
     ----------
     origin : (3,) array
-        World, m, at the distance `start` along the section.
+        Point in the World frame, m, at the distance `start` along the section.
     right, up : (3,) arrays
-        Unit vectors along the section and up in it, World.
+        Unit vectors along the section and upwards in it, in the World frame.
     start : float
-        m.
+        Distance of the origin along the section, m.
     low, high : float
-        Limits along `right`, relative to the origin, m.
+        Limits of the panel along `right`, relative to the origin, m.
     level : float
-        Added to lengths along `up`: World's Z of the origin in a vertical section.
+        Offset that is added to lengths along `up`; in a vertical section, the World Z of the
+        origin.
     """
 
     origin: FloatArray
@@ -53,11 +54,11 @@ class Panel:
 
     @property
     def normal(self) -> FloatArray:
-        """Unit vector (3,) towards the viewer, who has `right` to the right and `up` upwards."""
+        """Unit normal (3,) towards a viewer who sees `right` to the right and `up` upwards."""
         return np.cross(self.right, self.up)
 
     def coordinates(self, points: FloatArray) -> FloatArray:
-        """Return distance along the section, height and distance towards the viewer (n, 3), m."""
+        """Return section coordinates (n, 3) in metres: along, height, and towards the viewer."""
         away = points - self.origin
         return np.stack(
             [away @ self.right + self.start, away @ self.up + self.level, away @ self.normal],
@@ -75,16 +76,16 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Curtain:
-    """Section as a whole.
+    """Complete section, consisting of one or more panels.
 
     Parameters
     ----------
     panels : tuple of Panel
-        In order along the section.
+        Panels in order along the section.
     vertical : bool
-        Whether heights are Z of World.
+        Whether the section is vertical, so that heights are World Z.
     plane : Plane or None
-        Plane of the section; None along a line with bends.
+        Plane of the section; None if it follows a bent line.
     """
 
     panels: tuple[Panel, ...]
@@ -93,15 +94,15 @@ class Curtain:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Azimuths of the left and the right end, degrees."""
+        """Azimuths of the left and the right end in degrees."""
         first, last = self.panels[0].right, self.panels[-1].right
         left, right = (math.degrees(math.atan2(v[0], v[1])) for v in (-first, last))
         return wrap360(left), wrap360(right)
 
     def bends(self, max_count: int) -> list[tuple[float, float]]:
-        """Return the distances of bends along the section, and the azimuths after them.
+        """Return the distance of each bend along the section, and the azimuth after it.
 
-        Of more than `max_count` bends the sharpest are returned.
+        If there are more than `max_count` bends, only the sharpest are returned.
         """
         bends = []
         for before, after in itertools.pairwise(self.panels):
@@ -114,10 +115,10 @@ class Curtain:
 
 
 def curtain_of_plane(plane: Plane, through: npt.ArrayLike) -> Curtain:
-    """Build the section by a plane through the World point (3,) at distance zero.
+    """Build the section on a plane through a World point (3,), which has distance zero.
 
-    The view is against the upward normal of the plane, as in an orthophoto of it: the right end of
-    a vertical section that dips towards DD is at DD - 90.
+    The section is viewed against the upward normal of the plane, like an orthophoto of it. The
+    right end of a vertical section with dip direction DD is therefore at DD - 90.
     """
     origin = np.asarray(through, np.float64)
     frame = ViewFrame.looking(0.0 - plane.normal())
@@ -132,7 +133,7 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     Parameters
     ----------
     line : (n, 2) or wider array_like
-        x, y, World. The end of the line is to the right of the viewer.
+        World x, y. The end of the line is on the viewer's right.
 
     Raises
     ------
@@ -164,13 +165,16 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
 
 
 def curtain_of_options(options: SectionOptions) -> Curtain:
-    """Return the section by a plane through a point. Raises UsageError."""
+    """Build the section on the plane and through the point of the options.
+
+    Raises UsageError.
+    """
     plane = plane_option(str(options.plane))
     return curtain_of_plane(plane, parse_through(str(options.through)))
 
 
 def parse_through(text: str) -> FloatArray:
-    """Parse the point (3,) of "x,y,z".
+    """Parse a point (3,) given as "x,y,z".
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Options of sections, declared once for every door."""
+"""Options of sections, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.core.options import (
 from vomstudio.core.words import to_translate
 
 DOMAINS = "domains"
-"""Value of `SectionFeatures.along` that projects each domain along its own axis."""
+"""Value of `SectionFeatures.along` with which each domain is projected along its own axis."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class SectionOptions(Options):
     Raises
     ------
     UsageError
-        For a value outside its bounds, and unless a plane with a point, or a line, is given.
+        If a value is out of bounds, or if neither a plane with a point nor a line is given.
     """
 
     plane: str | None = option(
@@ -68,7 +68,7 @@ class SectionFeatures(Options):
     Raises
     ------
     UsageError
-        For a value outside its bounds, and for a direction or distance without features.
+        If a value is out of bounds, or if a direction or distance is given without features.
     """
 
     features: str | None = option(

@@ -1,4 +1,4 @@
-"""Map of an outcrop's traces on its face."""
+"""Map of the traces of an outcrop on its face."""
 
 from __future__ import annotations
 
@@ -20,44 +20,44 @@ from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
 
 def face_of(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
-    """Build the plane on which traces are mapped, through their middle.
+    """Build the plane on which traces are mapped, through their centre.
 
-    It is viewed against its upward normal: distances to the right, and up its dip or, if it is
-    vertical, Z.
+    It is viewed against its upward normal. Distances are measured to the right and up-dip, or along
+    Z if the plane is vertical.
 
     Parameters
     ----------
     lines : sequence of (n, 3) arrays
-        World, m.
+        Traces in the World frame, m.
     plane : Plane, optional
-        Default: the best fit to all points.
+        Plane of the face. By default, the best fit to all points.
 
     Raises
     ------
     GeometryError
-        If the points determine no plane.
+        If the points do not determine a plane.
     """
     if not lines:
         raise GeometryError(Finding("traces.none"))
     points = np.concatenate(lines)
     if plane is None:
         plane = best_fit_plane(points)
-    # Use the origin from which the command measures x and y.
+    # Use the same origin as the command for x and y.
     return curtain_of_plane(plane, TracePlane.through(plane, lines).origin)
 
 
 def map_to_face(lines: Sequence[FloatArray], face: Curtain) -> list[FloatArray]:
-    """Return the traces (n, 2) on the face: to the right and up, m."""
+    """Project traces onto the face, as coordinates (n, 2) to the right and up, m."""
     return [np.ascontiguousarray(face.panels[0].coordinates(line)[:, :2]) for line in lines]
 
 
 def map_to_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
-    """Return the World coordinates (n, 3) of points (n, 2) on the face."""
+    """Convert points (n, 2) on the face to World coordinates (n, 3)."""
     return face.panels[0].world(points[:, 0], points[:, 1])
 
 
 def map_files(traces: Path, counted: SamplingRegion) -> dict[str, Path]:
-    """Return the files of `write_map`: the traces, and area or scanlines if they have a file."""
+    """Return the files that `write_map` writes: traces, and the area or scanlines if any."""
     files = {"traces": traces}
     if counted.scanlines is not None:
         files["scanline"] = traces.with_name(f"{traces.stem}_scanline.gpkg")
@@ -77,26 +77,26 @@ def write_map(
     crs: str,
     force: bool = False,
 ) -> dict[str, Path]:
-    """Write GeoPackages that `vomstudio fractures` reads with the plane of the face.
+    """Write GeoPackages that `vomstudio fractures` can read, given the plane of the face.
 
     Parameters
     ----------
     traces : Path
     lines : sequence of (k, 3) ndarray
-        World.
+        Lines in the World frame.
     names, sets : sequence of str
         Name and set of each line.
     counted : SamplingRegion
-        Area or scanlines on the face; a circle has no file.
+        Area or scanlines on the face; a circle is not written to a file.
     face : Curtain
     crs : str
-        Of World.
+        CRS of the World frame.
     force : bool
-        Replace files.
+        Whether to replace existing files.
 
     Returns
     -------
-    dict of Path, as of `map_files`
+    dict of Path, as in `map_files`
 
     Raises
     ------

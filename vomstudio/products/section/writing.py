@@ -1,4 +1,4 @@
-"""Section as a table, a CAD drawing or a figure, with its description."""
+"""Output of a section as a table, a CAD drawing or a figure, with a description."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ from vomstudio.products.section.directions import (
 from vomstudio.products.section.section_lines import Curtain
 
 _MIN_WIDTH_RATIO, _MIN_HEIGHT_RATIO = 0.7, 0.15
-"""Minimum width and height of a drawing, relative to the other one."""
+"""Minimum width relative to the height of a drawing, and minimum height relative to the width."""
 
 ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
@@ -77,21 +77,21 @@ class SectionFigures:
     Parameters
     ----------
     length_m : float
-        Total length of its lines.
+        Total length of the lines.
     polylines, points : int
-        Numbers of lines, and of points of the lines or of the cloud in the slab.
+        Number of lines, and number of their points or of the cloud's points in the slab.
     slab_m : float or None
-        Thickness of the slab; None for a mesh.
+        Thickness of the slab of points; None for a mesh.
     dip_direction_deg, dip_deg : float or None
-        Plane of the section; None along a line with bends.
+        Plane of the section; None if it follows a bent line.
     left_deg, right_deg : float
-        Azimuths of its ends.
+        Azimuths of the left and the right end.
     features, left_out : int
-        Numbers of projected features, and of those too far from the section.
+        Number of projected features, and of features that are too far from the section.
     projection_trend_deg, projection_plunge_deg : float or None
-        Direction of projection; None for right angles.
+        Direction of projection; None for a perpendicular projection.
     projection_angle_deg : float or None
-        Minimum angle between direction and section.
+        Smallest angle between the direction of projection and the section.
     domains : tuple of DomainProjection or None
     """
 
@@ -113,7 +113,7 @@ class SectionFigures:
 
 @dataclass(frozen=True)
 class WrittenSection(Result):
-    """Files, figures and warnings of a written section."""
+    """Written section: its files, figures and warnings."""
 
     file: str
     figures: SectionFigures = field(metadata=FLAT)
@@ -122,18 +122,18 @@ class WrittenSection(Result):
 
 
 def format_of(path: str | Path) -> str:
-    """Return the extension of a section's file.
+    """Return the extension of a section file.
 
     Raises
     ------
     UsageError
-        For another extension.
+        If the extension is not supported.
     """
     return check_extension(path, ENDINGS)
 
 
 def section_targets(path: str | Path, has_features: bool) -> list[Path]:
-    """Return the files to write; features of a table are in NAME_features.csv."""
+    """Return the files to write; the features of a table are in NAME_features.csv."""
     out = Path(path)
     features_path = out.with_name(f"{out.stem}_features.csv")
     return [out, features_path] if has_features and format_of(path) == ".csv" else [out]
@@ -153,7 +153,7 @@ def project_items(
 ) -> tuple[tuple[ProjectedItem, ...], int]:
     """Project features onto a section.
 
-    A line is projected onto each piece of a section with bends in front of which it lies.
+    On a bent section, a line is projected onto each piece that it faces.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def project_items(
     -------
     flats : tuple of ProjectedItem
     left_out : int
-        Number of features that are too far, or not in front of a panel.
+        Number of features that are too far away or do not face any panel.
     """
     projected: list[ProjectedItem] = []
     for item in items:
@@ -197,7 +197,7 @@ def project_items(
 
 
 def _count(flats: Iterable[ProjectedItem]) -> int:
-    """Count features, each once, whatever the number of its parts."""
+    """Count features, each of them once even if it has several parts."""
     return count_features({id(flat.item): flat.item for flat in flats}.values())
 
 
@@ -213,7 +213,7 @@ def figures_of(
     Raises
     ------
     InputError
-        If the section misses the model.
+        If the section does not intersect the model.
     """
     if not cut.lines:
         if cut.points is not None and cut.slab_m is not None:
@@ -237,7 +237,7 @@ def figures_of(
 
 
 def _projection(curtain: Curtain, directions: ProjectionDirections) -> tuple[Any, ...]:
-    """Return trend, plunge, angle to the section, and the projections of domains."""
+    """Return trend and plunge, the angle to the section, and the projections of domains."""
     domains = domain_projections(directions, curtain) or None
     if directions.along is None:
         return None, None, 90.0, domains
@@ -259,9 +259,9 @@ def write_section(
     warnings: tuple[Finding, ...] = (),
     force: bool = False,
 ) -> WrittenSection:
-    """Write a section to one file, and the features of a table to a second one.
+    """Write a section to a file and, for a table, its features to a second file.
 
-    Files are written completely or not at all.
+    Either all files are written completely or none.
 
     Raises
     ------
@@ -304,7 +304,7 @@ def section_drawing(
     model: str = "",
     figures: SectionFigures | None = None,
 ) -> Drawing:
-    """Draw a section; `figures` describe the projection of features."""
+    """Draw a section; `figures` are needed to describe the projection of features."""
     shapes = [
         DrawingShape(_SURFACE, line, values={"polyline": k + 1}) for k, line in enumerate(cut.lines)
     ]
@@ -312,7 +312,7 @@ def section_drawing(
     every = np.concatenate([shape.points for shape in shapes])
     low, high = every.min(axis=0), every.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
-    # Steep or flat sections still need space for labels.
+    # Very steep or flat sections also need space for labels.
     width, height = (high - low).tolist()
     padding = np.array(
         [max(_MIN_WIDTH_RATIO * height - width, 0.0), max(_MIN_HEIGHT_RATIO * width - height, 0.0)]
@@ -339,7 +339,7 @@ def section_drawing(
 
 
 def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]:
-    """Mark the bends of a section, the sharpest ones of a line with many."""
+    """Mark the bends of a section; of many bends, mark only the sharpest."""
     return [
         DrawingShape(
             _BENDS,
@@ -354,7 +354,7 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
 
 
 def projection_words(figures: SectionFigures) -> list[str]:
-    """Describe the projection of features; empty without features."""
+    """Describe the projection of features; empty if there are no features."""
     if not figures.features:
         return []
     domain_lines = [each.words for each in figures.domains or ()]
@@ -383,7 +383,7 @@ def projection_words(figures: SectionFigures) -> list[str]:
 
 
 def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
-    """Return the names of the left and the right end, as in "NW (315)"."""
+    """Return the names of the left and the right end, e.g. "NW (315)"."""
     left_azimuth, right_azimuth = curtain.ends
     if not north_known:
         a, b = (

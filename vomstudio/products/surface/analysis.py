@@ -1,7 +1,7 @@
-"""Analysis of a patch beyond its plane.
+"""Analysis of a surface patch relative to its plane.
 
-It has a map of deviations, the part for which the plane holds, the roughness by direction, and
-profiles.
+The analysis includes a map of deviations, the part for which the plane is valid, the roughness by
+direction, and profiles.
 """
 
 from __future__ import annotations
@@ -41,31 +41,32 @@ from vomstudio.project.tables.orientation_table import Row, plane_row
 MIN_CELLS = 100
 MAX_CELLS = 1_000_000
 NOISE_EDGES = 0.25
-"""Noise of a mesh in mean edges.
+"""Noise of a mesh, in mean edge lengths.
 
-A mesh smooths the noise of its points but not its own errors: depths of photos have errors of about
-a pixel, and an edge is a few pixels long."""
+A mesh smooths the noise of its points but not systematic errors: depths from photos have errors of
+about a pixel, and an edge is a few pixels long."""
 MIN_DISTANCE_EDGES = 3.0
-"""Minimum distance for roughness, in edges of a mesh or spacings of a cloud; it is smooth below."""
+"""Minimum distance for roughness, in mesh edges or cloud spacings; models are smooth below."""
 _NOISE_SAMPLES = 500
-# Deviations below this many rounding units of the largest coordinate or height are rounding.
+# Deviations below this number of rounding units of the largest coordinate or height are rounding
+# errors.
 _ROUNDING_UNITS = 16.0
 
 
 @dataclass(frozen=True)
 class Trim:
-    """Part of a patch for which the plane does not hold.
+    """Part of a patch for which the plane is not valid.
 
     Parameters
     ----------
     share : float
-        Share of the surface.
+        Share of the surface that this part covers.
     limit_m : float
-        Minimum deviation.
+        Minimum deviation from the plane in this part.
     turn_deg : float
-        Angle between the planes with and without this part.
+        Angle between the planes fitted with and without this part.
     plane : dict
-        Row of the plane without it.
+        Table row of the plane fitted without this part.
     """
 
     share: float
@@ -78,8 +79,9 @@ class Trim:
 class DirectionRoughness:
     """Hurst exponent along one direction of the plane.
 
-    rake_deg : from the right-hand-rule strike, [0, 180); trend_deg, plunge_deg : the same direction
-    as a line; H, error95 : exponent and its 95 % error
+    rake_deg : rake from the right-hand-rule strike, [0, 180)
+    trend_deg, plunge_deg : the same direction as a line
+    H, error95 : exponent and its 95 % error
     """
 
     rake_deg: float
@@ -91,7 +93,7 @@ class DirectionRoughness:
 
 @dataclass(frozen=True)
 class Hurst:
-    """Hurst exponent of all directions, over distances from from_m to to_m.
+    """Hurst exponent of all directions, for distances between `from_m` and `to_m`.
 
     directions : exponent of each direction
     """
@@ -105,10 +107,11 @@ class Hurst:
 
 @dataclass(frozen=True)
 class SmoothestLine:
-    """Line in the plane along which the surface is smoothest.
+    """Direction in the plane along which the surface is smoothest.
 
-    error95_deg : of its rake; ratio : roughness across the line divided by that along it; p :
-    p-value of this ratio for an isotropic surface
+    error95_deg : 95 % error of its rake
+    ratio : roughness across the line divided by that along it
+    p : p-value of this ratio for an isotropic surface
     """
 
     rake_deg: float
@@ -121,14 +124,14 @@ class SmoothestLine:
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Deviations along a line in the plane through the middle of the patch.
+    """Deviations along a line in the plane, through the centre of the patch.
 
     Parameters
     ----------
     name : {"along", "across"}
     distance_m, deviation_m : (n,) arrays
     points : (n, 3) array
-        On the surface, World, m.
+        Points on the surface in the World frame, m.
     """
 
     name: str
@@ -139,13 +142,13 @@ class Profile:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SurfaceFigures(PrintableResult):
-    """Roughness of a patch about its plane.
+    """Roughness of a patch relative to its plane.
 
     Parameters
     ----------
     plane : Row
     rms_m, lowest_m, highest_m : float
-        Of the deviations from the plane, positive along its upward normal.
+        RMS, minimum and maximum of the deviations from the plane, positive along its upward normal.
     noise_m : float
         Noise of the model.
     noise_from : {"given", "points", "mesh"}
@@ -153,16 +156,17 @@ class SurfaceFigures(PrintableResult):
     cells : int
         Number of cells of the map.
     cell_m : float
-        Side of a cell.
+        Cell size of the map.
     bent_share : float
         Share of the mean square deviation that a paraboloid explains.
     trim : Trim or None
-        None if the plane fits the whole patch.
+        Part for which the plane is not valid; None if the plane fits the whole patch.
     hurst, smoothest : Hurst or None, SmoothestLine or None
-        If None, `hurst_reason` and `smoothest_reason` state why.
+        Hurst exponent and smoothest direction. If one is None, `hurst_reason` or `smoothest_reason`
+        states why.
     warnings : tuple of Finding
     deviations : (rows, columns) array
-        Map of the deviations, m; NaN without data.
+        Map of the deviations, m; NaN where there are no data.
     plan : HeightPlan or None
         Geometry of the map.
     at_points : (n,) array
@@ -204,19 +208,19 @@ def analyse(
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
 ) -> SurfaceFigures:
-    """Analyse the roughness of a patch about its plane.
+    """Analyse the roughness of a patch relative to its plane.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        The patch alone, in World, m.
+        The patch without its surroundings, in the World frame, m.
     noise_m : float, optional
-        Standard deviation of the model's heights. Default: scatter of a cloud's points about local
-        planes, or a quarter of the mean edge of a mesh.
+        Standard deviation of the heights of the model. By default, the scatter of the points of a
+        cloud about local planes, or a quarter of the mean edge of a mesh.
     cell_m : float, optional
-        Side of the cells of the map. Default: the mean edge or spacing.
+        Cell size of the map. By default, the mean edge or spacing.
     model, frame : str
-        Written to the row of the plane.
+        Names that are written to the table row of the plane.
     thresholds : Thresholds
     progress : Progress, optional
 
@@ -225,7 +229,7 @@ def analyse(
     UsageError
         If the map would be too large.
     GeometryError
-        If the patch has no plane, or is too small for a map.
+        If no plane can be fitted to the patch, or if the patch is too small for a map.
     Cancelled
     """
     points, fit, area = _fitted(data)
@@ -281,7 +285,7 @@ def analyse(
 
 
 def _fitted(data: Mesh | PointCloud) -> tuple[FloatArray, FittedPlane, float | None]:
-    """Return the points (n, 3) of a patch, its plane and the area of a mesh."""
+    """Return the points (n, 3) of a patch, its plane, and its area if it is a mesh."""
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.arange(len(data.faces))
         known = moments(*face_points(data, faces))
@@ -353,7 +357,7 @@ def _trim(
     frame: str,
     thresholds: Thresholds,
 ) -> tuple[Trim | None, BoolArray]:
-    """Return the part to exclude, and the points (n,) for which the plane holds."""
+    """Return the part to exclude, and a mask (n,) of points for which the plane is valid."""
     from scipy.ndimage import distance_transform_edt
 
     if not holding.trims:
@@ -364,7 +368,7 @@ def _trim(
         np.clip(row, 0, holding.holds.shape[0] - 1),
         np.clip(column, 0, holding.holds.shape[1] - 1),
     )
-    # Points beside known cells are classified like the nearest cell.
+    # Classify points beside known cells like the nearest known cell.
     nearest = distance_transform_edt(
         ~np.isfinite(deviations), return_distances=False, return_indices=True
     )
@@ -387,14 +391,14 @@ def _roughness(
     edge: float,
     rounding: float,
 ) -> dict[str, Any]:
-    """Return bent_share, hurst, smoothest and their reasons.
+    """Return `bent_share`, `hurst`, `smoothest`, and the reasons if they are None.
 
     Parameters
     ----------
     noise_and_lack : (float, float)
-        Noise of the model, m, and variance that its map lacks, m².
+        Noise of the model, m, and variance that is missing from its map, m².
     rounding : float
-        Of the heights, m.
+        Rounding error of the heights, m.
     """
     noise, lack = noise_and_lack
     flat, bent = _remove_bend(deviations)
@@ -455,7 +459,7 @@ def _roughness(
 
 
 def _remove_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
-    """Subtract a paraboloid; also return its share of the mean square."""
+    """Subtract a paraboloid, and return its share of the mean square."""
     known = np.isfinite(deviations)
     row, column = np.nonzero(known)
     x = column / max(deviations.shape[1] - 1, 1) - 0.5
@@ -470,7 +474,7 @@ def _remove_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, float, float]:
-    """Return rake, trend and plunge of a direction in the map, from columns towards rows."""
+    """Return the rake, trend and plunge of a map direction, from columns towards rows."""
     angle = math.radians(angle_deg)
     vector = math.cos(angle) * plan.frame.right + math.sin(angle) * plan.frame.down
     line = Line.from_vector(vector).downward()
@@ -489,7 +493,7 @@ def _axes(plane: Plane) -> tuple[FloatArray, FloatArray]:
 def _profiles(
     deviations: FloatArray, plan: HeightPlan, base: float, rake_deg: float
 ) -> tuple[Profile, ...]:
-    """Sample profiles along and across a rake, through the middle of the known cells."""
+    """Sample profiles along and across a rake, through the centre of the known cells."""
     rows, columns = np.nonzero(np.isfinite(deviations))
     middle = np.array([columns.mean(), rows.mean()])
     angle, (strike, down) = math.radians(rake_deg), _axes(plan.plane)

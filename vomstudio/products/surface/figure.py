@@ -1,4 +1,4 @@
-"""Figure of a patch's deviations: the signed map, and profiles along and across."""
+"""Figure of the deviations of a patch: a signed map, and profiles along and across."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PALETTE = "RdBu_r"
-"""Blue below, red above, as for signed fields on models."""
+"""Colour map with blue below and red above the plane, as for signed fields on models."""
 _COLORS = {"along": "#0072b2", "across": "#d55e00"}
 _NAMES = {
     "along": (to_translate("along the smoothest direction"), to_translate("down the dip")),
     "across": (to_translate("across it"), to_translate("along the strike")),
 }
-"""Names of profiles with a smoothest direction, and without one."""
+"""Names of the profiles if there is a smoothest direction, and if there is not."""
 _ARROW_SHARE = 0.3
 
 
 def draw_surface(figure: Figure, figures: SurfaceFigures, *, metric: bool = True) -> None:
-    """Draw the deviations on an empty figure; without `metric`, lengths are model units."""
+    """Draw the deviations on an empty figure; unless `metric`, lengths are in model units."""
     unit = "m" if metric else tr("units")
     figure.set_layout_engine("constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(5, 4))

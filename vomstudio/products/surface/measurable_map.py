@@ -1,4 +1,4 @@
-"""Map of measurable planes on an outcrop: figures, fields and raster."""
+"""Map that shows how well a plane can be measured on an outcrop: figures, fields, raster."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 FIELDS = ("expected_error95_deg", "trace_error95_deg", "patch_error95_deg", "measurable")
-"""Fields of the model's points; the last is an index into `CLASSES`."""
+"""Names of the point fields; the last one is an index into `CLASSES`."""
 RASTER_ENDINGS = (".tif", ".tiff")
 _MAX_CELLS = 25_000_000
 _MAX_PATCHES = 10
@@ -48,32 +48,33 @@ class MeasurableMap(PrintableResult):
     resolution_m : float
         Median resolution of the model over its area.
     noise_m : float
-        Noise of a trace's vertices.
+        Noise of the vertices of a trace.
     registration_error_deg : float
-        95 % error.
+        95 % error of the registration.
     angle_deg : float
-        Maximum angle between the plane and exposed parts of it.
+        Maximum angle between the plane and surface parts that count as exposures of it.
     element : {"face", "point"}
     elements : int
-        Number of elements.
+        Number of faces or points.
     area_m2 : float
         Area of the model.
     shares, trace_shares : dict
-        Shares of the area by class, with the better of patch and trace, and with traces alone:
-        good (up to 5 degrees), doubtful, poor (over 15 degrees), none.
+        Shares of the area by class, for the better of patch and trace, and for traces alone. The
+        classes are good (up to 5 degrees), doubtful, poor (over 15 degrees) and none.
     exposed_share : float
-        Share of the area within `angle_deg` of the plane.
+        Share of the area whose orientation is within `angle_deg` of the plane.
     patches : list of dict
-        Largest exposed parts: x, y, z, area_m2, error95_deg.
+        Largest exposed parts, with x, y, z, area_m2 and error95_deg.
     median_deg, tenth_deg : float
         Median and tenth percentile of the expected 95 % errors over the area.
     best : dict or None
-        Place with the least error of a trace: x, y, z, error95_deg, extent_m, relief_m.
+        Position at which a trace has the smallest error, with x, y, z, error95_deg, extent_m and
+        relief_m.
     warnings : tuple of Finding
     measurable : Measurable
         Errors of the elements.
     values : dict
-        Fields of the points or vertices of the model.
+        Fields at the points or vertices of the model.
     """
 
     plane: dict[str, float]
@@ -97,7 +98,7 @@ class MeasurableMap(PrintableResult):
     values: dict[str, Float32Array] = field(repr=False, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, GenericArray]:
-        """Return the values of each point or vertex by the names of FIELDS; NaN if unknown."""
+        """Return the values at each point or vertex, keyed by FIELDS; NaN if unknown."""
         return dict(self.values)
 
 
@@ -107,12 +108,12 @@ def measurable_map(
     options: MeasurableOptions,
     progress: Progress | None = None,
 ) -> MeasurableMap:
-    """Map how well a plane could be measured on a model in World.
+    """Map how well a plane could be measured on a model in the World frame.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, m.
+        Model in the World frame, m.
     plane : Plane
     options : MeasurableOptions
     progress : Progress, optional
@@ -124,7 +125,7 @@ def measurable_map(
     Raises
     ------
     GeometryError, Cancelled
-        As `extraction.measurable.map_measurability`.
+        As in `extraction.measurable.map_measurability`.
     """
     warnings: list[Finding] = []
     length = options.length_m
@@ -183,7 +184,7 @@ def share_findings(measured: MeasurableMap) -> tuple[Finding, ...]:
 
 
 def _best(measured: Measurable) -> dict[str, float] | None:
-    """Return the place where a trace would have the least error."""
+    """Return the position at which a trace would have the smallest error."""
     error = np.where(np.isfinite(measured.trace_deg), measured.trace_deg, np.inf)
     row = int(np.argmin(error))
     if not error[row] < 90.0:
@@ -210,7 +211,7 @@ def _patches(measured: Measurable) -> list[dict[str, float | None]]:
         if np.isnan(error):
             continue
         places = measured.elements.places[rows] + measured.elements.origin
-        # Use a point of the patch: its mean may be off a bent one.
+        # Use a point of the patch, since the mean of a curved patch may lie off its surface.
         middle = places[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))]
         x, y, z = middle.tolist()
         patches.append(
@@ -220,7 +221,7 @@ def _patches(measured: Measurable) -> list[dict[str, float | None]]:
 
 
 def _point_values(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Float32Array]:
-    """Return the values of a cloud's points, or area-weighted means at the vertices of a mesh."""
+    """Return the values at cloud points, or area-weighted means at mesh vertices."""
     rows = measured.elements.rows
     errors = (measured.best_deg, measured.trace_deg, measured.patch_deg)
     values: dict[str, Float32Array] = {}
@@ -271,14 +272,14 @@ def write_raster(
     force: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Write a GeoTIFF of the expected 95 % error, degrees, over the outcrop's best plane.
+    """Write a GeoTIFF of the expected 95 % error in degrees, over the outcrop's best plane.
 
-    The view is against its upward normal; cells without a surface are NaN.
+    The raster is viewed against the upward normal of this plane. Cells without a surface are NaN.
 
     Returns
     -------
     dict
-        width, height and gsd_m of the raster.
+        Properties width, height and gsd_m of the raster.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Part of a model that is analysed as a surface."""
+"""Extraction of the part of a model that is analysed as a surface."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FACET = "facet"
 
 
 def extract_around(data: Mesh | PointCloud, centre: FloatArray, radius: float) -> Mesh | PointCloud:
-    """Extract the faces with all corners, or the points, within a radius of a place.
+    """Extract the faces (with all corners) or points within a radius of a position.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def extract_around(data: Mesh | PointCloud, centre: FloatArray, radius: float) -
 
 
 def extract_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
-    """Extract the faces or points of a facet of a model written by `facets --labels`.
+    """Extract the faces or points of a facet from a model written by `facets --labels`.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def extract_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
 
 
 def extract_faces(mesh: Mesh, faces: IntArray) -> Mesh:
-    """Extract faces (k,) of a mesh, with colours and fields but without textures."""
+    """Extract the faces (k,) of a mesh, with colours and fields but without textures."""
     corners = np.asarray(mesh.faces)[faces]
     ids, which = np.unique(corners, return_inverse=True)
     return Mesh(
@@ -53,7 +53,7 @@ def extract_faces(mesh: Mesh, faces: IntArray) -> Mesh:
 
 
 def parse_around(text: str) -> tuple[FloatArray, float]:
-    """Parse the place (3,) and the radius of "x,y,z,r".
+    """Parse a position (3,) and a radius given as "x,y,z,r".
 
     Raises
     ------

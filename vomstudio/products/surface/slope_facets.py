@@ -1,4 +1,4 @@
-"""Facets as slopes: input from tables and labels, and output of the kinematic analysis."""
+"""Facets as slopes: input from tables and labels, and output of kinematic analyses."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def read_facet_slopes(
     Parameters
     ----------
     table : OrientationTable
-        Its column `overhangs` is used without `data`.
+        Orientation table; its column `overhangs` is used if `data` is not given.
     data : Mesh or PointCloud, optional
-        Model with labels, World, from which overhangs are determined.
+        Model with labels in the World frame, from which overhangs are determined.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def read_facet_slopes(
     Raises
     ------
     InputError
-        If the labels are not those of the table.
+        If the labels do not match the table.
     """
     areas = _areas(table)
     overhangs = (
@@ -71,7 +71,7 @@ def read_facet_labels(data: Mesh | PointCloud) -> IntegerArray:
     Raises
     ------
     InputError
-        If the model has none.
+        If the model has no labels.
     """
     if FACET not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--labelled-model")
@@ -81,19 +81,19 @@ def read_facet_labels(data: Mesh | PointCloud) -> IntegerArray:
 def find_overhangs(
     data: Mesh | PointCloud, labels: IntegerArray, up: Sequence[float] = (0.0, 0.0, 1.0)
 ) -> dict[str, bool]:
-    """Determine which facets overhang, from the winding of faces or the normals of a cloud.
+    """Determine which facets overhang, from the winding of faces or the cloud normals.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     labels : (points,) int array
     up : (3,) sequence
-        In the frame of the data.
+        Up direction in the frame of the data.
 
     Returns
     -------
     dict of str to bool
-        By facet; empty for a cloud without normals.
+        Whether each facet overhangs; empty for a cloud without normals.
     """
     if isinstance(data, Mesh):
         corners = np.asarray(data.faces, np.int64)
@@ -116,7 +116,7 @@ def find_overhangs(
 
 
 def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32Array]:
-    """Return fields of the model's points, such as `planar_percent`; NaN outside facets."""
+    """Return point fields of the model, such as `planar_percent`; NaN outside facets."""
     fields = {}
     for mode, name in _FIELDS.items():
         share_of = {
@@ -129,7 +129,7 @@ def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32
 
 
 def write_facet_slopes(path: str | Path, slopes: FacetSlopes, *, force: bool = False) -> None:
-    """Write the slopes as CSV, one row per facet.
+    """Write the slopes to a CSV file with one row per facet.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def write_facet_slopes(path: str | Path, slopes: FacetSlopes, *, force: bool = F
 
 
 def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
-    """Write the table that `read_facet_slopes` reads; an existing file is replaced.
+    """Write a table for `read_facet_slopes`, replacing an existing file.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
 
 
 def _read_overhangs(table: OrientationTable) -> dict[str, bool]:
-    """Return the overhangs of a table's column, by facet."""
+    """Return the column `overhangs` of a table, by facet."""
     try:
         cells = table.column("overhangs")
     except UsageError:
@@ -194,7 +194,7 @@ def _read_overhangs(table: OrientationTable) -> dict[str, bool]:
 
 
 def _areas(table: OrientationTable) -> list[float | None]:
-    """Return areas, m²; None if the table has no such column."""
+    """Return the areas in m²; they are None if the table has no such column."""
     try:
         cells = table.column("area_m2")
     except UsageError:

@@ -1,4 +1,4 @@
-"""Options of the analysis of a patch as a surface, declared once for every door."""
+"""Options of the analysis of a patch as a surface, shared by all interfaces."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class SurfaceOptions(Options):
-    """Patch and map of its deviations.
+    """Patch to analyse, and map of its deviations.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds.
+        If a value is out of bounds.
     """
 
     around: str | None = option(

@@ -1,4 +1,4 @@
-"""Deviations of a patch as a raster, points or a table, and profiles as a table."""
+"""Output of deviations as a raster, points or a table, and of profiles as a table."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ PROFILE_COLUMNS = ("profile", "distance_m", "deviation_m", "x", "y", "z")
 
 
 def format_of(path: str | Path) -> str:
-    """Return the extension of a file of deviations.
+    """Return the extension of a deviation file.
 
     Raises
     ------
     UsageError
-        For another extension.
+        If the extension is not supported.
     """
     return check_extension(path, ENDINGS)
 
 
 def deviation_fields(figures: SurfaceFigures) -> dict[str, Float32Array]:
-    """Return fields of the patch's points: deviation, m, and 1 where the plane holds, else 0."""
+    """Return point fields: the deviation in m, and 1 where the plane is valid, else 0."""
     return {
         FIELDS[0]: figures.at_points.astype(np.float32),
         FIELDS[1]: figures.holds.astype(np.float32),
@@ -56,7 +56,7 @@ def write_deviations(
     force: bool,
     axes: Axes = WORLD,
 ) -> list[Finding]:
-    """Write the deviations to one file, completely or not at all.
+    """Write the deviations to one file, either completely or not at all.
 
     Returns the warnings of the writer.
 
