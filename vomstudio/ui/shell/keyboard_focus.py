@@ -13,7 +13,8 @@ rules apply to all docks of the window, and to the widgets around an open photo:
   previous text of the field and has no other effect.
 - A letter that is pressed in a combo box, a list or on a button is passed to the outcrop. Arrow
   keys open a combo box instead of changing its hidden selection.
-- In an editable table, typed text goes into the current cell; a number cell accepts only numeric characters.
+- In an editable table, typed text goes into the current cell; a number cell accepts
+  only numeric characters.
   Enter in a cell returns the focus.
 - A widget that is hidden or disabled passes the focus to the outcrop.
 
