@@ -1,1 +1,1 @@
-"""Application without a screen: open project and models, tools, jobs, background work."""
+"""Application logic without a user interface: project, models, tools and jobs."""

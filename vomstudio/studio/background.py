@@ -1,4 +1,4 @@
-"""Functions that run in threads for an owner, and deliver results to the owner's thread."""
+"""Background threads that deliver their results to the thread of their owner."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ Result = TypeVar("Result")
 Value = TypeVar("Value")
 
 DEFAULT_THREADS = 16
-"""More than the number of processors, because functions also wait for files."""
+"""Exceeds the number of processors because functions also wait for files."""
 
 
 class Request(Generic[Result]):
-    """Request as its function sees it, in the thread.
+    """Request that is passed to the function running in a thread.
 
     Attributes
     ----------
     is_stale : bool
-        Whether a newer request has replaced it, or the owner has cancelled it.
+        Whether a newer request has replaced this one, or the owner has cancelled it.
     """
 
     def __init__(
@@ -56,29 +56,30 @@ class Request(Generic[Result]):
         self.deliver(partial(self.on_result, result))
 
     def deliver(self, call: Call) -> None:
-        """Make a call in the owner's thread unless the request is stale by then."""
+        """Make a call in the owner's thread, unless the request has become stale."""
         self._post(lambda: None if self.is_stale else call())
 
 
 class Background:
     """Runs functions in threads for one owner, whose code runs in a single thread.
 
-    All methods are for the owner's thread. Results and errors are delivered there, except for
-    stale requests. The newest request with a key replaces earlier ones, and starts when a
-    running one has ended. Threads end when all requests are done.
+    All methods must be called from the owner's thread. Results and errors are delivered to that
+    thread, except those of stale requests. A new request replaces earlier ones with the same
+    key; if one of them is running, the new one starts after it has ended. Threads end when all
+    requests are done.
 
     Parameters
     ----------
     post : Post
         Makes calls in the owner's thread.
     name : str
-        Name of the threads, for error reports.
+        Name of the threads in error reports.
     threads : int
         Maximum number of threads.
     niceness : int
-        Priority of the threads, see `core.threads.lower_priority`.
+        Niceness of the threads; see `core.threads.lower_priority`.
     daemon : bool
-        Whether the process may end before the threads do.
+        Whether the process may exit before the threads have ended.
     """
 
     def __init__(
@@ -101,7 +102,7 @@ class Background:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether nothing is run or delivered any more."""
+        """Whether the background has been stopped; it then runs and delivers nothing."""
         return self._is_stopped
 
     def is_waiting(self, key: Hashable) -> bool:
@@ -131,11 +132,12 @@ class Background:
         on_result, on_error : callable
             Called in the owner's thread.
         key : hashable
-            The request replaces an earlier one with the same key; None replaces nothing.
+            The request replaces an earlier one with the same key. If None, it replaces no
+            request.
         expected : tuple of exception types
-            Reading errors that are not defects of the program; `VomError` never is. All others are
-            reported as uncaught and delivered as a `VomError`. Without `on_error`
-            every error is reported.
+            Exceptions that are expected while reading, in addition to `VomError`. All others are
+            reported as uncaught and delivered as a `VomError`. If `on_error` is None, every
+            error is reported.
         """
         self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
 
@@ -149,12 +151,12 @@ class Background:
         expected: tuple[type[Exception], ...] = (),
         first: bool = False,
     ) -> None:
-        """Run a function that can end early or emit partial results by its request.
+        """Run a function that can stop early or emit partial results through its request.
 
         Parameters
         ----------
         work : callable
-            Called in a thread with its request.
+            Called in a thread with its `Request`.
         on_result, on_error : callable
             See `run`.
         key : Hashable, optional
@@ -162,7 +164,7 @@ class Background:
         expected : tuple of type, optional
             See `run`.
         first : bool
-            Whether to run it before all waiting requests. For the other parameters see `run`.
+            Whether to run it before all pending requests.
         """
         key = object() if key is None else key
         self.cancel(key)
@@ -176,7 +178,7 @@ class Background:
                 self._threads.add(start_thread(self._work, name=self._name, daemon=self._daemon))
 
     def cancel(self, key: Hashable) -> None:
-        """Drop the request with a key, if it exists."""
+        """Cancel the request with a key, if there is one."""
         with self._lock:
             if (request := self._newest.pop(key, None)) is not None:
                 request.is_stale = True
@@ -184,17 +186,17 @@ class Background:
                     self._queue.remove(request)
 
     def cancel_all(self) -> None:
-        """Drop all requests."""
+        """Cancel all requests."""
         for key in list(self._newest):
             self.cancel(key)
 
     def stop(self, wait_s: float = 0.0) -> None:
-        """Drop all requests and accept no others.
+        """Cancel all requests and accept no new ones.
 
         Parameters
         ----------
         wait_s : float
-            Maximum time to wait for functions that are running.
+            Maximum time to wait for running functions, seconds.
         """
         self._is_stopped = True
         self.cancel_all()
@@ -205,7 +207,7 @@ class Background:
             thread.join(max(0.0, end_s - time.monotonic()))
 
     def guard(self, call: Callable[[Value], object]) -> Callable[[Value], None]:
-        """Return a callback that does nothing once this is stopped, for jobs that outlive it."""
+        """Wrap a callback so that it does nothing after `stop`, for jobs that end later."""
 
         def guarded(value: Value) -> None:
             if not self.is_stopped:

@@ -1,4 +1,4 @@
-"""Repeated picks of random features, made while the first picks are hidden."""
+"""Repeated picks of randomly selected features while the original picks are hidden."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from vomstudio.studio.visibility import Visibility
 
 
 class BlindRepeats:
-    """Round of blind repeats.
+    """Round of blind repeat picks.
 
-    All features are hidden during a round, since a nearby bed would reveal the attitude of
-    another.
+    All features are hidden during a round, because a nearby bed would reveal the attitude to
+    expect.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class BlindRepeats:
     interpreter : str
         Name of the interpreter.
     changed : Signal
-        Emitted when another feature is offered, and when the round ends.
+        Emitted when the next feature is offered and when the round ends.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class BlindRepeats:
 
     # --- a round -----------------------------------------------------------------------------
     def available(self) -> list[str]:
-        """Return the ids of planes and lines that were picked with a tool."""
+        """Return the ids of the planes and lines that were picked with a tool."""
         records = self._projects.records
         return [
             f.id
@@ -62,7 +62,7 @@ class BlindRepeats:
         ]
 
     def begin(self, share: float = SHARE, interpreter: str = "", seed: str = "") -> None:
-        """Offer a random share of the picks. Raises UsageError for an invalid share."""
+        """Start a round with a random share of the picks. Raises UsageError if it is invalid."""
         self.chosen = select_repeats(self.available(), share, seed)
         self.interpreter = interpreter
         self._skipped.clear()
@@ -89,18 +89,18 @@ class BlindRepeats:
 
     @property
     def waiting(self) -> list[str]:
-        """Ids of the features of the round that are still to be repeated."""
+        """Ids of the features that remain to be repeated in this round."""
         records = self._projects.records
         repeated_ids = {r.repeat_of for r in self._projects.of(Repeatable) if r.repeat_of}
         return [i for i in self.chosen if i in records and i not in repeated_ids | self._skipped]
 
     @property
     def current(self) -> str | None:
-        """Id of the feature to repeat now."""
+        """Id of the feature that is to be repeated next, or None if no round is active."""
         return next(iter(self.waiting), None) if self.chosen else None
 
     def skip(self) -> None:
-        """Skip the current feature, for example if it can no longer be located."""
+        """Skip the current feature, for example if it cannot be located any more."""
         if (id_ := self.current) is not None:
             self._skipped.add(id_)
             self._offer()
@@ -140,12 +140,11 @@ class BlindRepeats:
             ):
                 assert isinstance(record, Repeatable)
                 if record.repeat_of is None:
-                    # Listeners must not make another edit before all of them have received this
-                    # one.
+                    # The next edit must wait until all listeners have received this one.
                     self._hand_over(partial(self._link, id_, original.id))
                     return
         if self.current != self._offered:
-            # A repeat was undone, or the original deleted.
+            # A repeat was undone, or its original was deleted.
             self._hand_over(self._offer)
 
     def _link(self, id_: str, first_id: str) -> None:

@@ -1,4 +1,4 @@
-"""Quantities derived from the records: measurements, nearest picks, known frames."""
+"""Quantities derived from the records, such as measurements and nearest picks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vomstudio.studio.projects import Projects
 
 
 class DerivedQuantities:
-    """Derived quantities, computed on request and again after an edit."""
+    """Cache of derived quantities, which are recomputed when needed after an edit."""
 
     def __init__(self, projects: Projects, thresholds: Callable[[], Thresholds]) -> None:
         self._projects, self._thresholds = projects, thresholds
@@ -29,55 +29,55 @@ class DerivedQuantities:
         self._affected: tuple[Edit, list[str]] | None = None
 
     def begin(self) -> None:
-        """Reset for another project."""
+        """Reset the cache for another project."""
         self.measurements = self._projects.measurements or Measurements(self._thresholds())
         self._nearest = None
         self._affected = None
 
     def refresh(self, edit: Edit) -> None:
-        """Drop the quantities that an edit has changed."""
+        """Discard the quantities that an edit has changed."""
         self._nearest = None
         self._affected = None
         self.measurements.keep_after_edit(self._projects.records, self.affected(edit))
 
     # --- measurements -------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
-        """Return the measurements of features of the project, by id."""
+        """Return the measurements of features in the project, keyed by id."""
         return self.measurements.of(self._projects.records, ids)
 
     def foresee(
         self, measured: Iterable[tuple[Feature, Measurement]], thresholds: Thresholds
     ) -> None:
-        """Store the measurements of features that are about to be added."""
+        """Store measurements in advance for features that are about to be added."""
         self.measurements.keep(self._projects.records, measured, thresholds)
 
     def measure(self, feature: Feature) -> Measurement:
-        """Measure a feature that is not in the project."""
+        """Measure a feature that is not part of the project."""
         return self.measurements.measure(self._projects.records, feature)
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
-        """Return the pick nearest to a compass reading; all readings are compared at once."""
+        """Return the pick nearest to a compass reading, or None if there is no pick."""
         if self._nearest is None:
             self._nearest = nearest_picks(self._projects.records, self.measurements)
         return self._nearest.get(reading_id)
 
     def nearest_text(self, reading_id: str) -> str:
-        """Describe the distance of a reading from the nearest pick."""
+        """Describe the distance between a reading and its nearest pick."""
         return comparison_text(self.nearest_pick(reading_id))
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
-        """Return a feature of the project with everything that its figures depend on."""
+        """Return a feature of the project with all inputs of its figures."""
         nearest = partial(self.nearest_pick, feature.id)
         return Subject(feature, measured, self._projects.records, nearest)
 
     # --- the models' frames ------------------------------------------------------------------
     def north_known(self) -> bool:
-        """Return whether north is known for every model of the project."""
+        """Return whether the direction of north is known for every model of the project."""
         models = self._projects.of(Model)
         return bool(models) and all(m.frame.has_north for m in models)
 
     def turn_findings(self) -> tuple[Finding, ...]:
-        """Return findings on registrations whose orientation errors are too large for planes."""
+        """Return findings on registrations with orientation errors too large for planes."""
         models = self._projects.of(Model)
         registrations = dict.fromkeys(m.registration for m in models if m.registration)
         if not registrations:
@@ -98,11 +98,12 @@ class DerivedQuantities:
 
     # --- dependencies of edits ----------------------------------------------------------------
     def affected(self, edit: Edit) -> list[str]:
-        """Return the ids of features that an edit affects, including deleted ones.
+        """Return the ids of the features that an edit affects, including deleted features.
 
-        These are its own features, those of its models and feature types, and dependent ones.
+        These are the edited features, the features on edited models or of edited feature types,
+        and all features that depend on them.
         """
-        # Every view of the window requests this for the same edit.
+        # Cached because every view of the window requests this for the same edit.
         if self._affected is None or self._affected[0] is not edit:
             self._affected = (edit, _affected(self._projects.records, edit))
         return list(self._affected[1])

@@ -1,4 +1,4 @@
-"""Untitled projects that were closed without saving: when, and what was in them."""
+"""Date and contents of untitled projects that were closed without saving."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class DiscardedWork:
     ----------
     folder : Path
     time : datetime
-        Local time of closing.
+        Local time at which the project was closed.
     features : int
     models : tuple of str
         Names of the models.
@@ -35,7 +35,7 @@ class DiscardedWork:
     models: tuple[str, ...]
 
     def describe(self) -> str:
-        """Return date, features and models as a menu shows them."""
+        """Return the date, the number of features and the models as text for a menu."""
         when = self.time.strftime("%Y-%m-%d %H:%M")
         count = tr_n("{count} feature", "{count} features", self.features)
         if not self.models:
@@ -49,9 +49,10 @@ class DiscardedWork:
 
 
 def list_discarded_works() -> list[DiscardedWork]:
-    """Return the newest discarded projects, sorted by time.
+    """Return the most recently discarded projects, sorted by time.
 
-    Their contents are those before the last step, which discarded them and can be undone.
+    The contents are those before the last edit of the journal, which discarded them and can be
+    undone.
     """
     works = []
     for folder in untitled_projects(finished=True)[:MAX_LISTED]:

@@ -1,4 +1,4 @@
-"""Display settings of the models, shared by menus, panel and viewport. No widgets."""
+"""Display settings of the models, shared by the menus, a panel and the viewport."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class Display:
     Attributes
     ----------
     computed : dict
-        How to request the computed field of each model again.
+        For each model, the request that recomputes its displayed field.
     changed : Signal
         Emits the name of the changed setting: mode, lit, point_size, eye_dome, cameras, fields,
-        clip (state or handles) or box, which changes at every step of a drag.
+        clip (on or off, or its handles) or box (the clipping box, at every step of a drag).
     """
 
     def __init__(self, keep: Callable[[dict[str, Any]], None], later: Later) -> None:
@@ -96,7 +96,7 @@ class Display:
         self._tell("cameras")
 
     def show_field(self, model_id: str, style: FieldStyle) -> None:
-        """Set the field of a model, and show it."""
+        """Set the display style of a model's field, and show the field."""
         self.styles[model_id] = style
         if self.mode != "field":
             self.mode = "field"
@@ -104,7 +104,7 @@ class Display:
         self._tell("fields")
 
     def show_no_field(self, model_id: str) -> None:
-        """Remove the field of a model, whose values are outdated."""
+        """Stop showing the field of a model because its values are outdated."""
         if self.styles.pop(model_id, None) is not None:
             self._tell("fields")
 
@@ -122,7 +122,7 @@ class Display:
 
     @property
     def clip_shown(self) -> ClipBox | None:
-        """Return the clipping box, None if clipping is off."""
+        """Clipping box that is in effect, or None if clipping is off."""
         return self.box if self.clipping else None
 
     # --- stored settings ----------------------------------------------------------------------
@@ -178,7 +178,7 @@ class Display:
 
 # --- available display modes ------------------------------------------------------------------
 def default_field(data: Data) -> str:
-    """Return the default field of a model, preferably classification or intensity."""
+    """Return the name of a model's default field, preferably classification or intensity."""
     names = field_names(data)
     for word in ("classification", "intensity"):
         for name in names:
@@ -198,7 +198,7 @@ def has_textures(data: Data) -> bool:
 
 
 def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
-    """Return why these models cannot be shown in a mode; None if one of them can."""
+    """Return why a display mode is unavailable, or None if any of the models supports it."""
     if not models:
         return Finding("action.no-model")
     textured = any(has_textures(m) for m in models)
@@ -212,7 +212,7 @@ def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
 
 
 def mode_shown(mode: str, models: list[Data]) -> str:
-    """Return the mode in which models are shown if they have no textures."""
+    """Return the effective display mode, which differs from `mode` without textures."""
     if mode == "textured" and models and why_not_mode(mode, models):
         if not why_not_mode("vertex_colors", models):
             return "vertex_colors"
@@ -232,7 +232,7 @@ def usual_look(models: list[Data]) -> str:
 
 
 def why_not_lit(models: list[Data]) -> Finding | None:
-    """Return why these models cannot be lit; None if one of them can."""
+    """Return why lighting is unavailable, or None if any of the models can be lit."""
     if not models:
         return Finding("action.no-model")
     if not any(isinstance(m, Mesh) for m in models):
@@ -241,7 +241,7 @@ def why_not_lit(models: list[Data]) -> Finding | None:
 
 
 def why_not_eye_dome(models: list[Data]) -> Finding | None:
-    """Return why these models have no eye-dome lighting; None if one of them has."""
+    """Return why eye-dome lighting is unavailable, or None if any model supports it."""
     if not models:
         return Finding("action.no-model")
     if not any(isinstance(m, PointCloud) for m in models):

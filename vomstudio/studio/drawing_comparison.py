@@ -1,4 +1,4 @@
-"""Comparison of the lines of a drawing with the features of a project."""
+"""Comparison of the lines in a drawing with the features of a project."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from vomstudio.project.records import Record
 from vomstudio.studio.jobs.drawing_tasks import DrawnLines, PictureGeometry
 
 MAX_ROUNDING_PX = 0.05
-"""Maximum distance of an unchanged line from its feature, since programs round coordinates."""
+"""Maximum distance between an unchanged line and its feature; drawing programs round
+coordinates."""
 
 
 @dataclass(frozen=True)
 class LineComparison:
-    """Comparison of a drawn line with the features of a project.
+    """Result of comparing a drawn line with the features of a project.
 
     Parameters
     ----------
     state : {"new", "unchanged", "edited"}
     id : str
-        Id of the feature that the line is, "" if it is new.
+        Id of the corresponding feature, or "" if the line is new.
     """
 
     state: Literal["new", "unchanged", "edited"]
@@ -34,10 +35,10 @@ class LineComparison:
 
 
 def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[LineComparison]:
-    """Compare the lines of a drawing with those that a drawing of the project would contain.
+    """Compare the lines of a drawing with the features of a project.
 
-    A line matches the feature with its id, otherwise the feature at the same place. Several
-    lines with one id are copies; the unmoved one is the feature.
+    A line is matched by its id, or else by its position. If several lines have the same id, they
+    are copies, and the one that has not moved is matched with the feature.
     """
     import shapely
 
@@ -75,7 +76,7 @@ def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[
 
 
 def project_to_pixels(points: FloatArray, picture: PictureGeometry) -> FloatArray:
-    """Return the pixels (n, 2) of World points (n, 3)."""
+    """Return the pixel coordinates (n, 2) of points (n, 3) in the World frame."""
     to_pixels = np.linalg.inv(np.array(picture.matrix))
     return np.asarray((points @ to_pixels[:3, :3].T + to_pixels[:3, 3])[:, :2])
 
@@ -91,9 +92,10 @@ def merge_vertices(
     Parameters
     ----------
     drawn_px : (m, 2) float64
-        Vertices of the drawing.
+        Vertices of the drawn line, in pixels.
     brought : sequence of m (3,) arrays or None
-        The same on the surface that the picture shows, None if they miss it.
+        The same vertices projected onto the surface in the picture, or None for a vertex that
+        misses it.
     stored_px, stored : (k, 2) and (k, 3) float64
         Vertices of the feature, in pixels and as stored.
     """
@@ -113,7 +115,7 @@ def _closed(pixels: FloatArray, is_ring: bool) -> FloatArray:
 
 
 def _is_same(line: Any, feature: Any, frame: Any) -> bool:
-    """Return whether a line is a feature, or the part of it within the picture."""
+    """Return whether a line equals a feature, or the part of a feature within the picture."""
     import shapely
 
     shapes = (feature, shapely.intersection(feature, frame))

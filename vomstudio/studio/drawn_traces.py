@@ -1,4 +1,4 @@
-"""Traces on a model from lines that were drawn on an orthophoto of it in another program."""
+"""Traces from lines that were drawn on an orthophoto of a model in another program."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ MAX_NAMED = 5
 
 @dataclass(frozen=True)
 class DrawnTraces:
-    """Traces from a drawing.
+    """Traces that were created or edited according to a drawing.
 
     Parameters
     ----------
     traces : tuple of Trace
         New traces, which are not in the project yet.
     edited : tuple of Trace
-        Traces of the project with the vertices of the drawing.
+        Traces of the project, with the edited vertices of the drawing.
     unchanged : tuple of str
-        Ids of features that the drawing does not change.
+        Ids of the features that the drawing does not change.
     skipped : tuple of (name, reason)
-        Lines from which no trace can be created.
+        Lines that cannot be converted to a trace, with the reason.
     warnings : tuple of Finding
     """
 
@@ -71,18 +71,18 @@ class DrawnTraces:
 
 @dataclass(frozen=True)
 class DrawingTarget:
-    """Target of the lines of a drawing.
+    """Model and defaults for the traces that are created from a drawing.
 
     Parameters
     ----------
     model : Model
         Model on which they were drawn.
     surface : PaintSurface or None
-        Its surface, for resolution and outcrop face.
+        Surface of the model, used for the resolution and the outcrop face.
     type_id : str or None
-        Feature type of new lines, None if each must name its own.
+        Feature type of new lines. If None, each line must name its type.
     set_name : str
-        Set of new lines without an attribute `set`.
+        Set of new lines that have no attribute `set`.
     is_type_fixed : bool
         Whether to ignore the types in the attribute `kind` or the layer of a line.
     """
@@ -102,7 +102,7 @@ def create_trace(
     set_name: str,
     surface: PaintSurface | None,
 ) -> Trace:
-    """Create a trace from points (n, 3) in the frame of the model's file."""
+    """Create a trace from points (n, 3) in the file frame of a model."""
     vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
     trace = Trace(
         id=new_id("trace"),
@@ -121,7 +121,7 @@ def create_trace(
 
 
 def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawing: str) -> Edit:
-    """Create the edit that gives traces the vertices of a drawing.
+    """Create the edit that replaces the vertices of traces by those of a drawing.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawin
 
 
 def find_layer_type(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
-    """Return the feature type with the name or id of a layer, in upper or lower case."""
+    """Return the feature type whose name or id matches a layer name, ignoring case."""
     key = layer.strip().casefold()
     for kind in types:
         if key and key in (kind.id.casefold(), kind.name.casefold()):
@@ -170,9 +170,9 @@ def create_drawn_traces(
     Raises
     ------
     UsageError
-        If a new line names no feature type, and none is given.
+        If a new line names no feature type and `target` has no default.
     GeometryError
-        If no line gives a trace.
+        If no line can be converted to a trace.
     """
     model = target.model
     warnings = list(lines.warnings)
@@ -209,7 +209,8 @@ def create_drawn_traces(
                 edited.append(_edited_trace(line, comparison.id, lines.picture, target, records))
                 continue
             type_id = next(types)
-            # A line without a name got its number, but the project has its own names.
+            # A line without a name was named by its number; the project has its own scheme of
+            # names.
             name = "" if line.name.isdecimal() and not line.is_named else line.name
             points = np.array(line.on_surface).reshape(-1, 3)
             off_surface += len(line.points) - len(points)
@@ -238,7 +239,7 @@ def create_drawn_traces(
 def _types_of(
     lines: Sequence[DrawingLine], target: DrawingTarget, records: Mapping[str, Record]
 ) -> list[str]:
-    """Return the feature type of each new line. Raises UsageError."""
+    """Return the id of the feature type of each new line. Raises UsageError."""
     types = [record for record in records.values() if isinstance(record, FeatureType)]
     type_ids = []
     for line in lines:
@@ -262,7 +263,7 @@ def _edited_trace(
     target: DrawingTarget,
     records: Mapping[str, Record],
 ) -> Trace:
-    """Return a trace of the project with the vertices of a line. Raises GeometryError."""
+    """Return a trace of the project with the vertices of a drawn line. Raises GeometryError."""
     model = target.model
     trace = get(records, feature_id, Trace)
     if trace is None:

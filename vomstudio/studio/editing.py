@@ -1,4 +1,4 @@
-"""Edits of the open project; the reason of a failure is shown."""
+"""Edits of the open project that report why they failed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.studio.projects import Projects
 
 
 class Editing:
-    """Applies edits. A rejected edit becomes a notice instead of an exception."""
+    """Applies edits, and shows a notice instead of raising an error if one is rejected."""
 
     def __init__(self, projects: Projects, notices: Notices) -> None:
         self._projects, self._notices = projects, notices
@@ -32,7 +32,7 @@ class Editing:
         return self._do(self._projects.session.undo)
 
     def redo(self) -> bool:
-        """Redo the last undone edit. Return False as `undo`."""
+        """Redo the last undone edit. Return False, after showing the reason, if it fails."""
         return self._do(self._projects.session.redo)
 
     def _do(self, do: Callable[[], object]) -> bool:

@@ -1,4 +1,4 @@
-"""Planes of the fold axis, chosen once for net, statistics, views and sections."""
+"""Selection of the planes for the fold axis, shared by all views of the window."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
     from vomstudio.project.fold_planes import FoldPlanes
 
 FOLD_TYPE = "bedding"
-"""Feature type of the planes: types are never pooled silently."""
+"""Feature type of the planes, because different types are never pooled silently."""
 
 
 class FoldChoice:
-    """Choice of the bedding planes for the fold axis, the same everywhere in the window.
+    """Selection of the bedding planes from which the fold axis is computed.
 
     Attributes
     ----------
     which : FoldFilter
-        Quality and set.
+        Required quality and set of the planes.
     selected : bool
         Whether only selected planes are used.
     changed : Signal
-        Emitted when the choice changes.
+        Emitted when the filter or `selected` changes.
     """
 
     def __init__(
@@ -40,17 +40,17 @@ class FoldChoice:
         self.which, self.selected = FoldFilter(), False
 
     def begin(self) -> None:
-        """Use all planes of another project."""
+        """Reset the filter to all planes, for another project."""
         self.choose(FoldFilter(), selected=False)
 
     def choose(self, which: FoldFilter, *, selected: bool) -> None:
-        """Change the choice."""
+        """Change the filter of the planes, and whether only selected planes are used."""
         if (which, selected) != (self.which, self.selected):
             self.which, self.selected = which, selected
             self.changed.emit()
 
     def features(self) -> list[Typed]:
-        """Return all bedding planes, or the selected ones, of any quality and set."""
+        """Return the bedding planes of any quality and set, or only the selected ones."""
         beds = [f for f in self._projects.session.of(Typed) if is_bed(f)]
         if self.selected:
             ids = set(self._selection.ids)
@@ -58,7 +58,7 @@ class FoldChoice:
         return beds
 
     def planes(self) -> FoldPlanes:
-        """Return the planes of the fold axis."""
+        """Return the planes from which the fold axis is computed."""
         from vomstudio.project.fold_planes import fold_planes
 
         features = self.features()
@@ -66,10 +66,10 @@ class FoldChoice:
         return fold_planes(self._projects.records, features, measured, self.which)
 
     def sets(self) -> list[str]:
-        """Return the names of the sets of the bedding."""
+        """Return the names of the sets to which the bedding planes belong."""
         return sorted({f.set_name for f in self._projects.session.of(Typed) if is_bed(f)} - {""})
 
 
 def is_bed(record: Record | None) -> bool:
-    """Return whether a record is a picked plane of the type bedding."""
+    """Return whether a record is a picked plane with the feature type bedding."""
     return isinstance(record, Typed) and record.type_id == FOLD_TYPE and is_picked_plane(record)

@@ -1,6 +1,7 @@
 """Project without a window, for commands and scripts.
 
-Every change is the journalled edit that the window makes, applied at once in this thread.
+Every change is a journalled edit, as in the window, and is applied immediately in the calling
+thread.
 """
 
 from __future__ import annotations
@@ -77,17 +78,17 @@ Named = TypeVar("Named", Model, FeatureType)
 
 @dataclass(frozen=True, eq=False)
 class Picks:
-    """Points along one line on a model.
+    """Points that were picked along one line on a model.
 
     Parameters
     ----------
     name : str
     points : (n, 3) float64
-        World.
+        Coordinates in the World frame.
     kind : FeatureType or None
-        Feature type, None for that of most lines.
+        Feature type. If None, the type that most lines have is used.
     domain : str
-        Domain, "" for none.
+        Name of the structural domain, or "" for no domain.
     """
 
     name: str
@@ -98,7 +99,7 @@ class Picks:
 
 @dataclass(frozen=True)
 class AddedModel:
-    """Model of a project; `new` is False if the project already contained its file."""
+    """Model of a project. `new` is False if the project already contained the model's file."""
 
     model: Model
     new: bool
@@ -107,7 +108,7 @@ class AddedModel:
 
 @dataclass(frozen=True)
 class AddedPicks:
-    """Traces that were added; `skipped` has name and reason of those without a plane."""
+    """Added traces; `skipped` contains the name of each rejected line and the reason."""
 
     traces: tuple[Trace, ...]
     skipped: tuple[tuple[str, Finding], ...]
@@ -116,20 +117,20 @@ class AddedPicks:
 
 @dataclass(frozen=True, eq=False)
 class _ModelData:
-    """Data of a model that measurements need.
+    """Data of a model that are required for measurements.
 
     Attributes
     ----------
     surface : PaintSurface or None
-        None if the file could not be read.
-    bounds : (2, 3) float64 or None
-        In the frame of the file.
-    extent : (n, 3) float64 or None
-        Sample of the points, in the frame of the file.
+        Surface of the model, or None if the file could not be read.
+        bounds : (2, 3) float64 or None
+        Bounding box in the file frame.
+        extent : (n, 3) float64 or None
+        Sample of the points, in the file frame.
     resolution : callable
-        Returns the resolution in the unit of the file, None if it is not known.
+        Returns the resolution in the unit of the file, or None if it is unknown.
     why_not : tuple of Finding
-        Why the file could not be read; empty if it was read.
+        Reasons why the file could not be read; empty if it was read.
     """
 
     surface: PaintSurface | None = None
@@ -140,7 +141,7 @@ class _ModelData:
 
     @classmethod
     def from_data(cls, data: Mesh | PointCloud) -> _ModelData:
-        # Only registrations need the resolution.
+        # Computed on demand, because only registrations need the resolution.
         resolution = partial(known_resolution, data)
         return cls(create_surface(data), data.bounds, some_points(data), resolution)
 
@@ -148,14 +149,15 @@ class _ModelData:
 class HeadlessProject:
     """Open project without a window, for commands and scripts.
 
-    Every change is written to the journal at once. `save` marks the changes as saved, so that
-    the window does not report unsaved work. As a context manager it closes the project.
+    Every change is written to the journal immediately. `save` marks the changes as saved, so
+    that the window does not report unsaved work. A `with` statement closes the project at its
+    end.
 
     Parameters
     ----------
     project : ProjectFolder
     settings : Settings
-        Settings with which the project was opened.
+        User settings with which the project was opened.
     warnings : sequence of Finding
         Warnings about the settings.
     progress : Progress, optional
@@ -207,7 +209,7 @@ class HeadlessProject:
         return update_layers(self.project.folder, bool(self.session.features()))
 
     def save_as(self, folder: Path) -> list[Finding]:
-        """Save the project in another folder and continue there. Return the files left out."""
+        """Save the project in another folder and continue there. Return the omitted files."""
         left_out = self.project.save_as(folder)
         self._mark_saved()
         return left_out
@@ -218,12 +220,13 @@ class HeadlessProject:
     def close(self) -> None:
         """Close the project; `undo` can restore its unsaved changes.
 
-        Changes that a crash left unsaved remain unsaved if nothing else was changed.
+        Changes that were unsaved when the program crashed remain unsaved if nothing else was
+        changed.
         """
         session = self.session
         try:
             is_unchanged = self.recovered and session.top == self._initial_top
-            # A missing or full folder was reported when writing failed.
+            # A missing folder or a full disk was already reported when writing failed.
             if session.dirty and not is_unchanged and self.project.write_failure is None:
                 session.discard_unsaved()
         finally:
@@ -231,12 +234,12 @@ class HeadlessProject:
 
     @property
     def session(self) -> Session:
-        """Return the project's session."""
+        """Return the session of the project."""
         return self.project.session
 
     # --- lookup -------------------------------------------------------------------------------
     def find_model(self, name: str | None) -> Model:
-        """Return a model by id or name, ignoring case; None for the only one.
+        """Return a model by its id or name, ignoring case, or the only model if it is None.
 
         Raises
         ------
@@ -266,7 +269,7 @@ class HeadlessProject:
         )
 
     def find_type(self, name: str) -> FeatureType:
-        """Return a feature type by name or id, ignoring case. Raises UsageError."""
+        """Return a feature type by its name or id, ignoring case. Raises UsageError."""
         types = self.session.of(FeatureType)
         if matches := _matching(types, name):
             return matches[0]
@@ -277,21 +280,21 @@ class HeadlessProject:
         )
 
     def find_features(self, names: Sequence[str]) -> list[Typed]:
-        """Return the features with these ids or names. Raises InputError for a missing one."""
+        """Return the features with these ids or names. Raises InputError if one is missing."""
         records = self.session.records
         ids = matching_ids(records.values(), names, self.project.folder)
         return [each for each in self.session.of(Typed) if each.id in ids]
 
     # --- changes -----------------------------------------------------------------------------
     def set_values(self, names: Sequence[str], values: FeatureValues) -> list[Typed]:
-        """Change type, set, domain or name of features in one edit, and return the features.
+        """Change the type, set, domain or name of features in one edit, and return them.
 
         Raises
         ------
         InputError, DocumentError
-            For a missing feature or value.
+            If a feature or value is missing.
         UsageError
-            For an unknown type, and for one name of several features.
+            If the type is unknown, or if several features are given the same name.
         """
         features = self.find_features(names)
         if values.name is not None and len(features) > 1:
@@ -305,7 +308,7 @@ class HeadlessProject:
         return self.find_features(ids)
 
     def delete(self, names: Sequence[str]) -> list[Typed]:
-        """Delete features in one edit, and return them. Raises InputError for a missing one."""
+        """Delete features in one edit, and return them. Raises InputError if one is missing."""
         features = self.find_features(names)
         self.session.apply(edits.delete(self.session.records, [each.id for each in features]))
         return features
@@ -313,8 +316,9 @@ class HeadlessProject:
     def add_model(self, path: Path, options: FrameOptions = DEFAULT_FRAME) -> AddedModel:
         """Read a model and add it to the project.
 
-        A registration beside the file (`NAME.registration.json`, or `reconstruction.json` of a
-        reconstruction) places the model, so that its errors reach all measurements on it. With
+        A registration beside the file (`NAME.registration.json`, or `reconstruction.json` for a
+        reconstruction) defines the placement of the model, and its errors are propagated to all
+        measurements on the model. With
         `options.to_crs` a converted copy is written into the project and added.
 
         Raises
@@ -331,7 +335,8 @@ class HeadlessProject:
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         models = self.session.of(Model)
-        # Checked first: an invalid frame is an error even for a file of the project.
+        # Checked first, because an invalid frame is an error even if the project contains the
+        # file.
         established = establish_frame(replace(loaded, path=path), options)
         same_file = [m for m in models if m.content_hash == loaded.content_hash]
         if same_file:
@@ -407,22 +412,22 @@ class HeadlessProject:
         *,
         update: bool = False,
     ) -> DrawnTraces:
-        """Add the new lines of a drawing as traces, in one edit.
+        """Add the new lines of a drawing as traces in one edit.
 
         Parameters
         ----------
         brought : ProjectedLines
-            Lines on the surface, in World.
+            Lines projected onto the surface, in the World frame.
         names : iterable of str
-            Names that the drawing states.
+            Names of the lines as stated by the drawing.
         sidecar, drawing
-            The picture on which they were drawn, and the file.
+            Sidecar of the picture on which the lines were drawn, and path of the drawing.
         model : Model
         kind : FeatureType or None
-            Feature type of new lines, None if each names its own.
+            Feature type of new lines. If None, each line must name its type.
         set_name : str
         update : bool
-            Whether traces that were edited in the drawing are changed.
+            Whether to update traces of the project that were edited in the drawing.
 
         Raises
         ------
@@ -455,7 +460,7 @@ class HeadlessProject:
         )
 
     def import_features(self, path: Path, model: Model) -> ImportedFeatures:
-        """Add the stations, contact lines and rock areas of a file, in one edit.
+        """Import the stations, contact lines and rock areas of a file in one edit.
 
         Raises
         ------
@@ -481,29 +486,30 @@ class HeadlessProject:
         return replace(features, features=added, warnings=(*model_data.why_not, *features.warnings))
 
     def _why_not_on(self, model: Model, points: FloatArray) -> Finding | None:
-        """Return why points (n, 3) in the frame of its file cannot lie on a model, or None."""
+        """Return why points (n, 3) in a model's file frame cannot lie on the model, or None."""
         bounds = self._read(model).bounds
         if bounds is None or not len(points):
             return None
         low, high = bounds
         off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
-        # The farthest point represents all; a point that is not finite counts as the farthest.
+        # It is enough to test the farthest point; a non-finite point counts as the farthest.
         return check_near_model(points[int(np.argmax(off))], bounds)
 
     def register(
         self, model: Model, pairs: Pairs, crs: str | None, click_sigma_m: float | None = None
     ) -> tuple[Placed, float, dict[str, float]]:
-        """Place a model by points on it; its features move with it.
+        """Register a model by point pairs; the features on it move with the model.
 
         Parameters
         ----------
         model : Model
         pairs : Pairs
-            Points on the model and in World.
-        crs : str or None
-            CRS of the pairs, "EPSG:n" in metres; None for a local frame.
+            Points on the model and their coordinates in the World frame.
+            crs : str or None
+                CRS of the pairs, "EPSG:n" in metres; None for a local frame.
         click_sigma_m : float, optional
-            Standard deviation of a click on the model, metres; by default half its resolution.
+            Standard deviation of a click on the model, metres; by default half of its
+            resolution.
 
         Returns
         -------
@@ -512,7 +518,7 @@ class HeadlessProject:
         float
             Rotation of the model, degrees.
         dict of str to float
-            Rotation of each set on it, degrees.
+            Rotation of each set of features on the model, degrees.
 
         Raises
         ------
@@ -539,18 +545,19 @@ class HeadlessProject:
         stable: str | Path | None = None,
         click_sigma_m: float | None = None,
     ) -> tuple[Placed, float, dict[str, float], ReferenceFit]:
-        """Fit a model to another one of the same rock, from its placement or that by pairs.
+        """Register a model by fitting its surface to a reference model of the same rock.
 
         Parameters
         ----------
         model : Model
         reference : str or Path
         pairs : Pairs or None
-            Points on the model and in World.
-        crs : str or None
-            CRS of World.
+            Point pairs that define the initial placement. If None, the present placement is
+            used.
+            crs : str or None
+                CRS of the World frame.
         stable : str or Path, optional
-            Mask of the stable part of the reference.
+            File with a mask of the stable part of the reference.
         click_sigma_m : float, optional
             See `register`.
 
@@ -559,7 +566,7 @@ class HeadlessProject:
         Placed, float, dict
             As `register`.
         ReferenceFit
-            Fit of the surfaces.
+            Fit of the model's surface to that of the reference.
 
         Raises
         ------
@@ -605,14 +612,14 @@ class HeadlessProject:
         return placed, rotation_deg(model, model_after), sets
 
     def judge_by(self, profile: str) -> None:
-        """Judge all features by a built-in profile, "error" or "textbook".
+        """Assess all features with a built-in profile, "error" or "textbook".
 
         Raises
         ------
         DocumentError
             If the project already uses the profile.
         UsageError
-            For another profile.
+            If the profile is unknown.
         """
         if profile not in PROFILES:
             raise UsageError(
@@ -622,19 +629,19 @@ class HeadlessProject:
         self.session.apply(edits.judge_by(self.session.records, PROFILES[profile]))
 
     def update_surroundings(self) -> tuple[int, tuple[Finding, ...]]:
-        """Measure resolution and outcrop face again around features of an earlier rule.
+        """Update the resolution and outcrop face of features measured by an earlier rule.
 
         Returns
         -------
         int
-            Number of features that were measured.
+            Number of updated features.
         tuple of Finding
-            Why the features on other models keep their earlier values.
+            Reasons why features on other models keep their earlier values.
 
         Raises
         ------
         DocumentError
-            If no feature was measured by an earlier rule.
+            If every feature was measured by the present rule.
         """
         measured: dict[str, dict[str, Any]] = {}
         findings: list[Finding] = []
@@ -671,7 +678,7 @@ class HeadlessProject:
 
     # --- models' data ------------------------------------------------------------------------
     def read_model(self, model: Model) -> LoadedModel:
-        """Return the data of a model of the project, in its file's frame.
+        """Return the data of a model of the project in its file frame.
 
         Raises
         ------
@@ -694,12 +701,12 @@ class HeadlessProject:
         return loaded
 
     def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
-        """Return the surface of a model, and findings about new planes if it is not known."""
+        """Return the surface of a model, with findings about new planes if it is unavailable."""
         data = self._read(model)
         return data.surface, data.why_not and (*data.why_not, Finding("surroundings.unknown"))
 
     def _read(self, model: Model) -> _ModelData:
-        """Return the contents of a model's file, or why it cannot be read."""
+        """Read the data of a model's file, or the reason why the file cannot be read."""
         if model.id not in self._model_data:
             try:
                 self._model_data[model.id] = _ModelData.from_data(self.read_model(model).data)
@@ -714,5 +721,5 @@ def _matching(records: Sequence[Named], name: str) -> list[Named]:
 
 
 def _to_file(model: Model) -> FloatArray:
-    """Return the matrix (4, 4) from World to the frame of the model's file."""
+    """Return the matrix (4, 4) from the World frame to the file frame of a model."""
     return np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)

@@ -1,4 +1,4 @@
-"""Undo and redo of all user actions: steps of an open feature, discarded features, edits.
+"""Undo and redo of all user actions, including steps within an unfinished feature.
 
 Each action reports what it has undone or redone.
 """
@@ -17,7 +17,7 @@ MAX_DISCARDED = 100
 
 
 class History:
-    """Undo and redo in order of time.
+    """Undo and redo of all actions in chronological order.
 
     A discarded feature is stored with the edit before which it was discarded, and is restored
     when undo reaches that edit. Steps of a feature that were all undone are redone in the same
@@ -36,7 +36,7 @@ class History:
         tools.let_go.connect(self._store_discarded)
 
     def forget(self) -> None:
-        """Forget everything: another project replaces this one."""
+        """Clear the history because another project is opened."""
         self._discarded.clear()
         self._brought_back = self._emptied = None
 
@@ -50,7 +50,7 @@ class History:
         return self._projects.session.top
 
     def _restorable(self) -> Discarded | None:
-        """Return the feature discarded last, if no edit followed and no tool is open."""
+        """Return the feature discarded last if no edit followed and no feature is unfinished."""
         if self._tools.open_tool is not None or not self._discarded:
             return None
         top, discarded = self._discarded[-1]
@@ -65,7 +65,7 @@ class History:
     # --- undo ---------------------------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
-        """Label of the action that would be undone, None if there is none to undo."""
+        """Label of the action that `undo` would undo, or None if there is no such action."""
         tool = self._tools.open_tool
         if tool is not None and (tool.paints or tool.undo_label is not None):
             # A stroke that is being painted is not a step yet; it must be kept or discarded
@@ -76,7 +76,7 @@ class History:
         return self._projects.session.undo_label
 
     def undo(self) -> None:
-        """Undo the last step of the unfinished feature, a discard, or the last edit."""
+        """Undo the last action: a step of the unfinished feature, a discard or an edit."""
         label, discarded = self.undo_label, self._restorable()
         tool = self._tools.open_tool
         if label is None:
@@ -102,7 +102,7 @@ class History:
             self._notices.info(Finding("edit.undone", edit=step_title(label)))
 
     def redo_edit(self) -> None:
-        """Redo the last undone edit, as `undo_edit`."""
+        """Redo the last undone edit, even if a feature is unfinished on the outcrop."""
         label = self._projects.session.redo_label
         if label is not None and self._editing.redo():
             self._notices.info(Finding("edit.redone", edit=step_title(label)))
@@ -118,7 +118,7 @@ class History:
 
     # --- redo ---------------------------------------------------------------------------------
     def _steppable_tool(self) -> Tool | None:
-        """Return the tool with an undone step: the open one, or one that has no steps left."""
+        """Return the tool that can redo a step: the open tool, or one with all steps undone."""
         tool = self._tools.open_tool
         if tool is None and self._emptied is not None and self._emptied[0] == self._top:
             tool = self._emptied[1]
@@ -126,7 +126,7 @@ class History:
 
     @property
     def redo_label(self) -> str | None:
-        """Label of the action that would be redone, None if there is none to redo."""
+        """Label of the action that `redo` would redo, or None if there is no such action."""
         if (stepping := self._steppable_tool()) is not None:
             return stepping.redo_label
         if (discarded := self._discardable()) is not None:
@@ -137,7 +137,7 @@ class History:
         return self._projects.session.redo_label
 
     def redo(self) -> None:
-        """Redo the last undone step of the unfinished feature, a discard, or an edit."""
+        """Redo the last undone action: a step of the unfinished feature, a discard or an edit."""
         label = self.redo_label
         if label is None:
             return
@@ -155,6 +155,6 @@ class History:
 
 
 def step_title(label: str) -> str:
-    """Return the label of a step for undo and redo, without "Add"."""
+    """Return the label of a step as shown for undo and redo, without the word "Add"."""
     words = label.removeprefix("Add ")
     return words[:1].upper() + words[1:]

@@ -1,4 +1,4 @@
-"""GIS layers of a project, updated by a worker process while the user is idle."""
+"""Export of a project's GIS layers by a worker process while the user is idle."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def update_layers(folder: Path, has_features: bool) -> list[Finding]:
 
 
 def remove_layers(folder: Path) -> None:
-    """Delete the layers: outdated ones would be misleading."""
+    """Delete the layers, because outdated layers would be misleading."""
     with contextlib.suppress(OSError):
         (folder / LAYERS).unlink(missing_ok=True)
 
 
 class GisLayers:
-    """Updates the layers; `written` emits the file, or "" if it could not be updated."""
+    """Updates the layers; `written` emits the file, or "" if the update failed."""
 
     def __init__(self, projects: Projects, jobs: Jobs, notices: Notices, later: Later) -> None:
         self.written: Signal[str] = Signal()
@@ -52,12 +52,12 @@ class GisLayers:
         self._timer = later(IDLE_TIME_S, self.write)
 
     def write_soon(self) -> None:
-        """Write the layers after a pause in the edits; an untitled project has none."""
+        """Schedule an update of the layers at the next pause in editing."""
         if not self._projects.project.untitled:
             self._timer.start()
 
     def write_pending(self) -> None:
-        """Write the latest edits, including discarded ones; `finish` waits for that."""
+        """Start to write the layers with the latest edits, including discarded ones."""
         if self._timer.active:
             self.write()
 

@@ -1,4 +1,4 @@
-"""Loading of models: a worker process reads the file, a thread reads its cache."""
+"""Loading of models: a worker process reads the file, and a thread reads its cache."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from vomstudio.studio.running_jobs import Jobs, RunningJob
 
 @dataclass(eq=False)
 class OpenModel:
-    """Data of a model that has been read, with the CRS and hash of its file."""
+    """Data of a loaded model, with the CRS and hash of its file."""
 
     data: Mesh | PointCloud
     surface: MeshSurface | CloudSurface
@@ -56,10 +56,10 @@ class OpenModel:
         return "mesh" if isinstance(self.data, Mesh) else "cloud"
 
     def give_fields(self, fields: Mapping[str, np.ndarray]) -> bool:
-        """Add computed values (n,) of all points to the fields of the file.
+        """Add computed fields with values (n,) for all points to those of the file.
 
-        Views show them too, since they share the data. Returns False if the number of points
-        differs, as with a streamed cloud.
+        Views show them too, because they share the data. Returns False if the number of points
+        differs, as it does for a streamed cloud.
         """
         data = self.data
         count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
@@ -84,7 +84,7 @@ Then = Callable[[OpenModel], None]
 
 PREVIEW_SUFFIXES = (".las", ".laz")
 PREVIEW_BYTES = 8_000_000
-"""Smaller files are read faster than a preview."""
+"""Smaller files are read faster than a preview can be computed."""
 
 
 class ModelLoader:
@@ -93,7 +93,7 @@ class ModelLoader:
     Attributes
     ----------
     problem : Signal
-        Emits why a model could not be opened.
+        Emits the reason why a model could not be opened.
     convertible : Signal
         Emits the file of a model that is not metric, a suitable CRS, and the error.
     previewed : Signal
@@ -117,7 +117,8 @@ class ModelLoader:
         background : Background
             Reads the caches of models; the process waits for it.
         streams : Background
-            Starts to stream clouds. The threads that unpack points later have its priority.
+            Starts the streaming of clouds. The threads that unpack points later have the same
+            priority.
         budget : callable
             Maximum number of points of a cloud in memory; a larger COPC file is streamed.
         """
@@ -137,7 +138,7 @@ class ModelLoader:
         return bool(self._running)
 
     def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
-        """Read a file and call `then` in the owner's thread, unless the key is being loaded."""
+        """Read a file and call `then` in the owner's thread, unless it is already being loaded."""
         if key in self._running:
             return
 
@@ -165,7 +166,7 @@ class ModelLoader:
         )
 
     def _stream(self, key: str, path: Path, then: Then) -> None:
-        """Show the first levels at once; the others are read when the camera needs them."""
+        """Open a cloud as a stream: further levels are read when the camera needs them."""
         self._running[key] = None
 
         def read(request: Request[OpenModel]) -> OpenModel:
@@ -187,7 +188,7 @@ class ModelLoader:
         )
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
-        """Request a sample of the points of a large cloud before all are read."""
+        """Request a sample of a large cloud, to be shown before all points are read."""
         if (
             path.suffix.lower() not in PREVIEW_SUFFIXES
             or model_cache.folder_of(path, cache).exists()
@@ -198,7 +199,7 @@ class ModelLoader:
                 return
             descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
         except OSError:
-            # Reading the file will report the error.
+            # The error is reported when the file itself is read.
             return
         os.close(descriptor)
         out = Path(name)
@@ -228,7 +229,7 @@ class ModelLoader:
             self.previewed.emit(key, cloud)
 
     def forget_all(self) -> None:
-        """Cancel everything that is being loaded."""
+        """Cancel the loading of all models."""
         for key in self._running:
             self.ended.emit(key)
         self._background.cancel_all()
@@ -243,12 +244,13 @@ class ModelLoader:
     def _fetch(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         if key not in self._running:
             return
-        # Reading a large cache takes long: not in the owner's thread.
+        # Runs in a thread, because reading a large cache takes long.
         self._running[key] = None
 
         def read() -> OpenModel:
             data = model_cache.read_transferred(cached.folder).data
-            # The owner's thread needs the bounds often: 0.1 s for ten million points.
+            # Computed here because the owner's thread needs the bounds often, and they take 0.1
+            # s for ten million points.
             _ = data.bounds
             return OpenModel(
                 data,

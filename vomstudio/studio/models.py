@@ -1,4 +1,4 @@
-"""Models of the open project: adding, locating, copying, and their data."""
+"""Models of the open project: their data, and adding, locating and copying them."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class Models:
     Attributes
     ----------
     open : dict of str to OpenModel
-        Data of the models that have been read, by id.
+        Data of the loaded models, keyed by id.
     loaded : Signal
         Emitted when a model has been read.
     frame_wanted : Signal
-        Emitted when a model was added whose file states no frame.
+        Emitted when a model has been added whose file states no frame.
     """
 
     def __init__(
@@ -72,13 +72,13 @@ class Models:
         self.frame_wanted: Signal[str] = Signal()
         self.open: dict[str, OpenModel] = {}
         self.convertible: tuple[Path, str] | None = None
-        """Model that was rejected last because it is not metric, and a suitable CRS."""
+        """File of the model rejected last because it is not metric, and a suitable CRS for it."""
         self._projects, self._editing, self._loader = projects, editing, loader
         self._jobs, self._preferences, self._notices = jobs, preferences, notices
         loader.convertible.connect(self._offer_conversion)
 
     def surface(self, model_id: str) -> PaintSurface | None:
-        """Return the surface of a model, None while it is not loaded."""
+        """Return the surface of a model, or None while the model is not loaded."""
         opened = self.open.get(model_id)
         return opened.surface if opened else None
 
@@ -109,13 +109,13 @@ class Models:
         ----------
         path : Path
         name : str, optional
-            Name of the record, by default that of the file.
+            Name of the record, by default the name of the file.
         like : str, optional
-            Id of a model whose frame it shares.
+            Id of a model whose frame the new model shares.
         then : callable
-            Called with the id once the model is added.
+            Called with the id of the model after it has been added.
         label : str
-            Label of the edit, "" for the default.
+            Label of the edit; "" selects the default label.
         """
         path = path.resolve()
         self._loader.load(
@@ -144,7 +144,7 @@ class Models:
         self._loader.load(model.id, path, self._projects.project.cache, arrived)
 
     def locate(self, model_id: str, path: Path) -> None:
-        """Read a model from a file that the user has chosen."""
+        """Read a model from a file that the user has selected, because its file was moved."""
 
         def arrived(opened: OpenModel) -> None:
             stored = self._projects.project.model_path(path)
@@ -166,7 +166,7 @@ class Models:
         ----------
         model_id : str
         cameras : Path, optional
-            File of its cameras, by default the one beside the model.
+            File of the model's cameras, by default the one beside the model.
         photos : bool
             Whether to copy the photos.
         then : callable
@@ -200,7 +200,7 @@ class Models:
         self._notices.post(Notice(error, "error", CONVERT))
 
     def convert(self) -> None:
-        """Open the model that was rejected last as a copy in a metric CRS."""
+        """Convert the model that was rejected last to a metric CRS, and open the copy."""
         if self.convertible is None:
             return
         (path, crs), project = self.convertible, self._projects.project
@@ -252,7 +252,8 @@ class Models:
             return
         self._warn_of(path, findings)
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
-        # The data first: an edit that adds a model without data would read the file again.
+        # Store the data first, because an edit that adds a model without data would read the
+        # file again.
         self.open[model.id] = opened
         if not self._editing.attempt(edits.add_model, model, label):
             del self.open[model.id]
@@ -268,8 +269,8 @@ class Models:
     ) -> tuple[Frame | Registration, tuple[Finding, ...]]:
         """Return the placement of a file that is added to the project.
 
-        It is the registration of the reconstruction that contains the file, else that beside
-        the file, else the frame that the file states. Raises InputError.
+        This is the registration of the reconstruction that contains the file, the registration
+        beside the file, or the frame stated in the file, in this order. Raises InputError.
         """
         records, bounds = self._projects.records, opened.data.bounds
         made_here = registration_of_file(records, stored)
@@ -309,7 +310,7 @@ def new_model(
 
 
 def find_placed_model(projects: Projects, model_id: str) -> PlacedModel | None:
-    """Return a model as input of jobs, None if it or its file is missing."""
+    """Return a model as input for jobs, or None if the model or its file is missing."""
     record = projects.records.get(model_id)
     path = projects.project.find_model(record) if isinstance(record, Model) else None
     if path is None or not isinstance(record, Model):
@@ -332,7 +333,7 @@ def registration_of_file(records: Mapping[str, Record], stored: str) -> Registra
 
 
 def name_of(path: Path) -> str:
-    """Return the file name of a model, or its folder's for the fixed names of reconstructions."""
+    """Return the file name of a model, or its folder name if it is a reconstruction."""
     if not path.with_name(cameras_file.FILE_NAME).is_file():
         return path.stem
     return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"

@@ -1,4 +1,4 @@
-"""Messages to the user, independent of their presentation."""
+"""Messages to the user, independent of how they are presented."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from vomstudio.core.signals import Signal
 from vomstudio.project.journal.failures import NotWritten
 
 SAVE_AS = "save_as"
-"""Command that helps if a project cannot be written."""
+"""Command that is offered if a project cannot be written."""
 UPDATE_DRAWN = "update_drawn_traces"
-"""The command that gives traces the vertices of an imported drawing."""
+"""Command that updates the vertices of traces from an imported drawing."""
 CONVERT = "convert_model"
-"""The command that converts a model that is not metric."""
+"""Command that converts a model that is not metric."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Notice:
     level : {"info", "hint", "warning", "error"}
         A hint disappears by itself.
     action : str
-        Name of a command that helps, offered with the message.
+        Name of a command that is offered with the message as a remedy.
     more : tuple of Finding
         Further findings, shown below the message.
     """
@@ -38,12 +38,12 @@ class Notice:
 
     @property
     def text(self) -> str:
-        """The translated sentences, one per line."""
+        """Translated sentences of the notice, one per line."""
         return "\n".join(map(str, (self.message, *self.more)))
 
     @property
     def code(self) -> str:
-        """The code of the finding or error."""
+        """Code of the finding or error."""
         return self.message.code
 
 
@@ -70,6 +70,6 @@ class Notices:
         self.posted.emit(Notice(message, level))
 
     def fail(self, error: VomError) -> None:
-        """Show an error, and offer a remedy if a project cannot be written."""
+        """Show an error, and offer a remedy if the project cannot be written."""
         helps = SAVE_AS if isinstance(error, NotWritten) else ""
         self.posted.emit(Notice(error, "error", helps))

@@ -1,7 +1,8 @@
-"""The operations of the program.
+"""Table of the program's operations.
 
-A new operation gets an options class beside its computation and an entry here; parsers, forms,
-copied commands, option tables of the documentation and the checks of the Python interface follow.
+A new operation needs an options class beside its computation, and an entry in this table.
+Parsers, forms, copied commands, the option tables of the documentation and the checks of the
+Python interface are derived from it.
 """
 
 from __future__ import annotations

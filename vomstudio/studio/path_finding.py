@@ -1,4 +1,4 @@
-"""Paths over open models, computed in a thread."""
+"""Paths over open models, which are computed in a thread."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class PathFinding:
     Parameters
     ----------
     background : Background
-        With a single thread.
+        Background that has a single thread.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class PathFinding:
         self._surface: SurfaceGraph | None = None
 
     def costs(self, model_id: str) -> tuple[str, ...]:
-        """Return the available costs, see `studio.tools.followed_line.PathFinder`."""
+        """Return the names of the available costs; see `studio.tools.followed_line.PathFinder`."""
         opened = self._models.open.get(model_id)
         data = None if opened is None else opened.data
         coloured = data is not None and (
@@ -79,12 +79,12 @@ class PathFinding:
         live: bool,
         answer: Answer,
     ) -> None:
-        """Request a path, see `studio.tools.followed_line.PathFinder`."""
+        """Request a path; see `studio.tools.followed_line.PathFinder`."""
         opened = self._models.open.get(model_id)
         photos = self._photos_of(model_id) if photo else None
         data = None if opened is None else opened.data
         search = _Search(data, cost, ends, live, photo, photos)
-        # A new search for the cursor replaces that for its last position.
+        # A new search for the cursor replaces the one for its previous position.
         self._background.run(
             partial(self._find, search),
             answer,
@@ -93,7 +93,7 @@ class PathFinding:
         )
 
     def forget(self) -> None:
-        """Drop all searches and the graph because another project is opened."""
+        """Discard all searches and the graph because another project is opened."""
         self._background.cancel_all()
         self._surface = None
         self._photo_paths = PhotoPaths()
@@ -110,7 +110,7 @@ class PathFinding:
                 search.photos, search.photo, search.cost, ends, live=search.live
             )
         except VomError as error:
-            # Over the surface, with the reason, if the photo gives no path.
+            # If the photo gives no path, the path over the surface is returned with the reason.
             path = self._over_surface(search)
             return replace(path, warnings=(finding_of(error),), final=not search.live)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class PhotoPaths:
-    """Path finder for a single thread; it caches the last photo and those that confirm it."""
+    """Path finder for use in a single thread, with a cache of the last photos used."""
 
     def __init__(self) -> None:
         self._photos: ModelPhotos | None = None
@@ -27,13 +27,13 @@ class PhotoPaths:
         self._follower: PhotoFollower | None = None
 
     def forget(self) -> None:
-        """Drop the cached pictures."""
+        """Discard the cached pictures."""
         self._photos = self._opened = self._follower = None
 
     def find_path(
         self, photos: ModelPhotos, photo: str, cost: str, ends: FloatArray, *, live: bool
     ) -> FollowedPath:
-        """Find the path between two places (2, 3) of a model, in its file frame.
+        """Find the path between two points (2, 3) on a model.
 
         Parameters
         ----------
@@ -43,20 +43,20 @@ class PhotoPaths:
         cost : str
             Name of the cost.
         ends : (2, 3) ndarray
-            File frame of the model.
+            End points of the path, in the file frame of the model.
         live : bool
-            Whether to skip the check by other photos.
+            Whether to skip the check against other photos.
 
         Raises
         ------
         GeometryError
-            If the photo does not show both places.
+            If the photo does not show both points.
         InputError, UsageError
         """
         follower = self._followed_in(photos, photo, cost)
         views, row = follower.photos.views, follower.photos.view_row
         world = transform.apply(views.to_world, ends)
-        # Points that are only just hidden are at the edge that was clicked.
+        # Points that are hidden by a small amount lie at the edge that was clicked.
         if not views.shows(row, world, 4.0 * views.resolution).all():
             raise GeometryError(Finding("photo.not-showing", photo=photo.rpartition("/")[2]))
         path = follower.follow(views.pixels(row, world), alone=live)
@@ -89,7 +89,7 @@ class PhotoPaths:
 
 
 def _opened(photos: ModelPhotos) -> CalibratedPhotos:
-    """Return the cameras scaled to the photos in the folder, which may have been reduced."""
+    """Return the cameras, scaled to the photos in the folder, which may be downsized."""
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos, scale_view
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews

@@ -28,13 +28,14 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
 VIEW_KEY = "cameras"
-# Distance in spacings within which a line of sight meets points of a cloud.
+# Maximum distance of a line of sight from the points of a cloud that it meets, in point
+# spacings.
 _REACH_SPACINGS = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class ModelPhotos:
-    """Photos of a model; `folder` is None if the photos were not found."""
+    """Photos of a model; their `folder` is None if they were not found."""
 
     model_id: str
     name: str
@@ -42,19 +43,20 @@ class ModelPhotos:
     folder: Path | None
 
     def path(self, view: int) -> Path | None:
-        """Return the photo of a view, None if the photos were not found."""
+        """Return the file of a view's photo, or None if the photos were not found."""
         return None if self.folder is None else self.folder / self.views.views[view].name
 
 
 class PhotoLinks:
     """Photos of the open models.
 
-    Nothing is read before `want`: preparing a model of millions of faces takes seconds.
+    No photos are read before `want` is called, because preparing a model with millions of faces
+    takes seconds.
 
     Attributes
     ----------
     changed : Signal
-        Emitted when photos of a model were found, lost or moved.
+        Emitted when the photos of a model have been found, lost or moved.
     """
 
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
@@ -67,11 +69,11 @@ class PhotoLinks:
 
     # --- queries ------------------------------------------------------------------------------
     def of(self, model_id: str) -> ModelPhotos | None:
-        """Return the photos of a model, None if it has none or they are not read yet."""
+        """Return the photos of a model, or None if it has no photos or they are not read yet."""
         return self._ready.get(model_id)
 
     def models(self) -> list[str]:
-        """Return the models that have photos, in the order of the project."""
+        """Return the ids of the models that have photos, in project order."""
         return [m.id for m in self._projects.of(Model) if m.id in self._ready]
 
     def busy(self) -> bool:
@@ -79,11 +81,11 @@ class PhotoLinks:
         return self._background.is_busy
 
     def problem(self, model_id: str) -> Finding | None:
-        """Return why the photos of a model with cameras cannot be used."""
+        """Return why the photos of a model with cameras cannot be used, or None."""
         return self._problems.get(model_id)
 
     def want(self) -> None:
-        """Search for photos from now on."""
+        """Start to search for photos, now and whenever models change."""
         if not self._is_enabled:
             self._is_enabled = True
             for model_id in self._models.open:
@@ -91,18 +93,18 @@ class PhotoLinks:
 
     # --- choices of the user ------------------------------------------------------------------
     def open_cameras(self, model_id: str, path: Path) -> None:
-        """Use this file of cameras for a model, and save the choice in the project."""
+        """Use a camera file for a model, and save the choice in the project."""
         self._remember(model_id, cameras=self._projects.project.model_path(path))
         self._is_enabled = True
         self.look(model_id)
 
     def find_photos(self, model_id: str, folder: Path) -> None:
-        """Use the photos of this folder for a model, and save the choice in the project."""
+        """Use the photos in a folder for a model, and save the choice in the project."""
         self._remember(model_id, photos=self._projects.project.model_path(folder))
         self.look(model_id)
 
     def forget_choices(self, model_id: str) -> None:
-        """Use the cameras and photos beside the model again."""
+        """Discard the user's choices, and use the cameras and photos beside the model."""
         choices = self._projects.view(VIEW_KEY, {})
         self._projects.keep_view(
             VIEW_KEY, {id_: choices[id_] for id_ in choices if id_ != model_id}
@@ -116,7 +118,7 @@ class PhotoLinks:
 
     # --- reading -----------------------------------------------------------------------------
     def cameras_path(self, model_id: str) -> Path | None:
-        """Return the selected cameras of a model, else those beside its file."""
+        """Return the camera file selected for a model, or the one beside the model's file."""
         record = self._projects.records.get(model_id)
         if not isinstance(record, Model):
             return None
@@ -127,7 +129,7 @@ class PhotoLinks:
         return default if default is not None and is_regular(default) else None
 
     def _selected_path(self, model_id: str, what: str) -> Path | None:
-        """Paths within the project are relative to it, because it can be moved."""
+        """Resolve a stored path; paths within the project are relative, as it can be moved."""
         choices = self._projects.view(VIEW_KEY, {}).get(model_id)
         choice = choices.get(what) if isinstance(choices, dict) else None
         if not isinstance(choice, str) or not choice or "\0" in choice:
@@ -135,7 +137,7 @@ class PhotoLinks:
         return self._projects.project.folder / choice
 
     def look(self, model_id: str) -> None:
-        """Read the photos of a model that was opened, or whose file or cameras have changed."""
+        """Read the photos of a model that was opened or whose file or cameras have changed."""
         opened, path = self._models.open.get(model_id), self.cameras_path(model_id)
         record = self._projects.records.get(model_id)
         if not self._is_enabled or opened is None or path is None or not isinstance(record, Model):
@@ -170,7 +172,7 @@ class PhotoLinks:
         self.changed.emit(photos.model_id)
 
     def edited(self, edit: Edit) -> None:
-        """Drop the photos of removed models, and read those of moved ones again."""
+        """Discard the photos of removed models, and reread the photos of moved models."""
         for id_, record in edit.after.items():
             record_before = edit.before[id_]
             if isinstance(record_before, Model) and record is None:
@@ -186,7 +188,7 @@ class PhotoLinks:
                 self.look(id_)
 
     def forget_all(self) -> None:
-        """Drop all photos because another project is opened."""
+        """Discard all photos because another project is opened."""
         self._background.cancel_all()
         self._ready.clear()
         self._trees.clear()
@@ -202,14 +204,14 @@ def _read_photos(
     resolution: float,
     tree: RayTree | None,
 ) -> ModelPhotos:
-    # Importing kernels takes a third of a second: not while the window starts.
+    # Imported late, because importing the kernels takes 0.3 s and would delay the start.
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
     cameras = read_cameras(path)
     if tree is None:
         tree = RayTree(data, _REACH_SPACINGS * resolution)
-    # The first ray loads the kernels: not in the owner's thread.
+    # Runs in a thread, because the first ray loads the kernels.
     tree.cast(np.zeros(3), np.ones((1, 3)))
     views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
     first_folders = () if selected is None else (selected,)

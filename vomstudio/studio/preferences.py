@@ -1,4 +1,4 @@
-"""Settings of the user, saved while the program runs."""
+"""User settings, which are saved while the program runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later, Post
 
 
 class Preferences:
-    """Settings; `changed` is not emitted for recent files, which have `recent_changed`."""
+    """User settings. Changes emit `changed`, or `recent_changed` for recent files."""
 
     def __init__(self, settings: Settings, notices: Notices, post: Post, later: Later) -> None:
         self.changed: Signal[()] = Signal()
@@ -38,13 +38,13 @@ class Preferences:
         self._recent.start()
 
     def keep_window(self, window: dict[str, str]) -> None:
-        """Save position and panels of the window soon, so that a crash keeps them."""
+        """Save the position and panels of the window soon, so that they survive a crash."""
         if window != self.settings.window:
             self.settings.window = window
             self._write_soon()
 
     def mark_open(self, folder: Path, is_open: bool) -> None:
-        """Record that a project is open, so that it is offered after a crash."""
+        """Record whether a project is open, so that it is offered after a crash."""
         name = str(folder.resolve())
         others = [path for path in self.settings.unclosed if path != name]
         unclosed = [*others, name] if is_open else others

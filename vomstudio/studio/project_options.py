@@ -1,4 +1,4 @@
-"""Options of the actions of `vomstudio project`, shared by the command line and Python."""
+"""Options of the `vomstudio project` actions, shared by the command line and Python."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PlacementOptions(ModelChoice):
     Raises
     ------
     UsageError
-        For a standard deviation outside its bounds, and for `stable` without `reference`.
+        If a standard deviation is out of bounds, or `stable` is given without `reference`.
     """
 
     reference: str | None = option(
@@ -89,7 +89,7 @@ class PickOptions(ModelChoice):
 
 @dataclass(frozen=True)
 class FeatureValues(Options):
-    """New values of features; None keeps the present value.
+    """New values for features; None keeps the present value.
 
     Raises
     ------
@@ -129,4 +129,4 @@ ACTION_OPTIONS: dict[str, type] = {
     "set": FeatureValues,
     "compact": CompactOptions,
 }
-"""Options class of each action of `vomstudio project`, by the name of the action."""
+"""Options class of each `vomstudio project` action, keyed by the name of the action."""

@@ -1,4 +1,4 @@
-"""Summary of a project's contents; it may be open in a window meanwhile."""
+"""Summary of a project's contents; the project may be open in a window."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vomstudio.project.tables.project_table import project_table
 
 @dataclass(frozen=True)
 class ModelFacts:
-    """Model of a project; `features` is the number of features on it."""
+    """Summary of a model; `features` is the number of features on it."""
 
     id: str
     name: str
@@ -53,7 +53,7 @@ class ProjectSummary(Result):
     features : int
         Number of features of all kinds.
     kinds, types, sets : dict of str to int
-        Number of features of each.
+        Number of features of each kind, feature type and set.
     sound : bool
         Whether every row of the journal is valid; otherwise `problems` contains the errors.
     unsaved : bool
@@ -77,7 +77,7 @@ class ProjectSummary(Result):
 
 
 def summarise(folder: Path) -> ProjectSummary:
-    """Read a project's journal. Raises InputError if it is not a project or too new."""
+    """Summarise a project. Raises InputError if it is not a project or is too new."""
     schema, played = read_schema_and_replay(folder)
     records = played.records
     features = [r for r in records.values() if isinstance(r, Feature)]
@@ -133,7 +133,7 @@ class Fitted:
 
 
 def fitted(folder: Path, names: Sequence[str] = ()) -> Fitted:
-    """Return the orientations of features as the window's table shows them.
+    """Return the orientations of features as shown in the table of the window.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def fitted_records(
     folder: Path,
     names: Sequence[str] = (),
 ) -> Fitted:
-    """Return the orientations of features of an open project. Raises as `fitted`."""
+    """Return the orientations of features in an open project. Raises InputError."""
     ids = matching_ids(records.values(), names, folder) if names else None
     table = project_table(records, measurements)
     return Fitted(
@@ -175,7 +175,7 @@ def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) 
     Raises
     ------
     InputError
-        If no feature has one of them.
+        If no feature matches one of the names.
     """
     features = [r for r in records if isinstance(r, Typed)]
     ids: set[str] = set()

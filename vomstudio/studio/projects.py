@@ -1,4 +1,4 @@
-"""Creating, opening, saving and closing of projects."""
+"""Creation, opening, saving and closing of projects."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from vomstudio.studio.preferences import Preferences
 
 T = TypeVar("T")
 LARGE_JOURNAL_BYTES = 1_000_000
-"""Size of a journal above which reading it takes several tenths of a second."""
+"""Journal size above which reading takes several tenths of a second."""
 
 
 class Projects:
-    """The open project, which another one may replace.
+    """Owner of the open project, which can be replaced by another one.
 
     Attributes
     ----------
@@ -38,9 +38,9 @@ class Projects:
     opened : Signal
         Emitted when another project has replaced it.
     edited, history_changed : Signal
-        Signals of the open project.
+        Forwarded signals of the open project.
     saved : Signal
-        Emitted after saving, also under another name.
+        Emitted after the project has been saved, even under another name.
     """
 
     def __init__(
@@ -55,7 +55,8 @@ class Projects:
         self.history_changed: Signal[()] = Signal()
         self.saved: Signal[()] = Signal()
         self.measurements: Measurements | None = None
-        """Measurements of a project that has just been opened, None if not computed."""
+        """Measurements of a project that has just been opened, or None if they are not
+        computed."""
         self._preferences, self._notices, self._run_blocking = preferences, notices, run_blocking
         self._opening = False
         self._project: ProjectFolder | None = None
@@ -76,12 +77,12 @@ class Projects:
 
     @property
     def session(self) -> Session:
-        """The session of the open project."""
+        """Session of the open project."""
         return self.project.session
 
     @property
     def records(self) -> RecordMap:
-        """The records of the open project by id."""
+        """Records of the open project, keyed by id."""
         return self.session.records
 
     def of(self, cls: type[T]) -> list[T]:
@@ -93,12 +94,12 @@ class Projects:
         return getattr(self.records.get(id_), "name", id_)
 
     def view(self, key: str, default: Any = None) -> Any:
-        """Return view state that is stored with the project."""
+        """Return a value of the view state that is stored with the project."""
         journal = self.project.journal
         return journal.view(key, default)
 
     def keep_view(self, key: str, value: Any) -> None:
-        """Store view state with the project."""
+        """Store a value of the view state with the project."""
         journal = self.project.journal
         journal.set_view(key, value)
 
@@ -113,7 +114,7 @@ class Projects:
             )
 
     def open(self, folder: Path) -> None:
-        """Open a project. Raises VomError; the present project then stays open."""
+        """Open a project. If it raises a VomError, the present project stays open."""
         present = self._project
         if present is not None and folder.resolve() == present.folder.resolve():
             return
@@ -158,7 +159,7 @@ class Projects:
         return ProjectFolder.open(folder, settings=settings.recorded_settings, allow_unlocked=True)
 
     def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
-        """Return projects that a crash left open, except those in `but`."""
+        """Return the projects that a crash left open, except those in `but`."""
         named = [Path(path) for path in self._preferences.settings.unclosed]
         folders = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
         excluded = {path.resolve() for path in (self.project.folder, *but)}
@@ -200,12 +201,12 @@ class Projects:
 
     @property
     def is_written(self) -> bool:
-        """Whether all steps are on the disk, and the next one can be written."""
+        """Whether all steps are on disk and the next step can be written."""
         return self.project.write_failure is None
 
     @property
     def whole_on_disk(self) -> bool:
-        """Whether all steps are on the disk, in the original folder."""
+        """Whether all steps are on disk in the original folder."""
         failure = self.project.write_failure
         return failure is None or not (is_lost(failure) or self.project.journal.has_pending_rows)
 
@@ -224,7 +225,7 @@ class Projects:
         finally:
             self._mark_open(True)
         self._preferences.remember(folder)
-        # The same records under another name: views need not be rebuilt.
+        # The records are the same, so the views need not be rebuilt.
         self.history_changed.emit()
         self.saved.emit()
         self._notices.info(Finding("project.saved-as", folder=folder))

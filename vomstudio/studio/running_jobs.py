@@ -1,4 +1,4 @@
-"""Running jobs: worker processes, and their events passed to the thread that owns them."""
+"""Running jobs, whose worker processes send events to the owner's thread."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from vomstudio.studio.owner_thread import Post
 
 @dataclass
 class RunningJob:
-    """Running job as it is displayed.
+    """State of a running job, as displayed to the user.
 
     Parameters
     ----------
     title, stage : str
-        Translated.
-    total, done : int
-        Steps of the stage.
+        Translated title of the job and of its present stage.
+        total, done : int
+        Total number of steps in the stage, and number of completed steps.
     resumable : bool
-        Whether the result so far remains when it is stopped, as after a pause.
+        Whether stopping the job keeps the partial result, so that the job can be resumed.
     outcome : {"", "done", "stopped", "failed"}
         "" while it runs.
     """
@@ -50,7 +50,7 @@ class RunningJob:
     faults: list[Fault] = field(default_factory=list)
 
     def status(self) -> str:
-        """Return the stage, with its progress if known."""
+        """Return the stage, with its progress if it is known."""
         if not self.total:
             return self.stage
         return tr(
@@ -63,9 +63,9 @@ class RunningJob:
 
 
 class _Newest:
-    """Passes events of a job to the owner, dropping all but the newest step.
+    """Passes the events of a job to its owner, skipping all but the newest step.
 
-    Hundreds of steps in a moment, each displayed, would block the owner for a second.
+    Displaying hundreds of steps that arrive at once would block the owner for a second.
     """
 
     def __init__(self, post: Post, deliver: Callable[[Event], None]) -> None:
@@ -74,7 +74,7 @@ class _Newest:
         self._waiting: list[Event] | None = None
 
     def __call__(self, event: Event) -> None:
-        """Receive an event in the worker's thread."""
+        """Receive an event in the thread of the worker."""
         with self._lock:
             if isinstance(event, Step) and self._waiting is not None:
                 self._waiting[0] = event
@@ -116,8 +116,8 @@ class Jobs:
     ) -> RunningJob:
         """Start a job.
 
-        `on_done` or `on_failed` is called in the owner's thread when it ends. After `close` no
-        job is started and nothing called.
+        `on_done` or `on_failed` is called in the owner's thread when the job ends. After
+        `close`, no job is started and no callback is called.
 
         Parameters
         ----------
@@ -126,18 +126,18 @@ class Jobs:
         title : str
             Name of the job for the user.
         on_done, on_failed : callable
-            Called when the job ends.
+            Called when the job has succeeded or failed.
         quiet : bool
-            Whether to hide it.
+            Whether to hide the job from the user.
         resumable : bool
-            Whether the next job of this kind continues where it was stopped.
+            Whether the next job of this kind continues where this job was stopped.
         """
         lane = job.lane
         worker = self.workers[lane]
         try:
             number = worker.submit(job, request, _Newest(self._post, partial(self._deliver, lane)))
         except WorkerError as error:
-            # Reported like every other failure, once the caller has the job.
+            # Reported like every other failure, after the caller has received the job.
             self._next_refused_number -= 1
             number = self._next_refused_number
             failed = Failed(number, error.to_dict(), error.exit_code)
@@ -149,11 +149,11 @@ class Jobs:
         return begun
 
     def cancel(self, job: RunningJob) -> None:
-        """Request a job to stop; `on_failed` is called when it has."""
+        """Request that a job stops; `on_failed` is called when it has stopped."""
         job.worker.cancel(job.number)
 
     def visible(self) -> list[RunningJob]:
-        """Return the displayed jobs, oldest first."""
+        """Return the visible jobs, oldest first."""
         return [job for job in self.jobs.values() if not job.quiet]
 
     def _hand_over(self, lane: Lane, fault: Fault) -> None:
@@ -188,7 +188,7 @@ class Jobs:
         self.changed.emit()
 
     def finish(self, lane: Lane, timeout_s: float) -> None:
-        """Wait for the running job of a lane; its end is announced in the owner's event loop."""
+        """Wait for the running job of a lane; its callbacks are called later by the event loop."""
         self.workers[lane].finish(timeout_s)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Named views: camera and clipping box, stored as view state of the project."""
+"""Named views, which store the camera and clipping box with the project."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_NAME_LENGTH = 80
 
 @dataclass(frozen=True)
 class SavedView:
-    """Named view: camera as the viewport returns it, and clipping box, None if it was off."""
+    """Named view: state of the camera, and clipping box (None if clipping was off)."""
 
     name: str
     camera: dict[str, Any]
@@ -34,7 +34,7 @@ class SavedViews:
         self._read, self._keep = read, keep
 
     def all(self) -> list[SavedView]:
-        """Return all views, without those that cannot be read."""
+        """Return all readable views."""
         stored = self._read(VIEW_KEY)
         views: dict[str, SavedView] = {}
         for each in stored if isinstance(stored, list) else []:
@@ -46,7 +46,7 @@ class SavedViews:
         return list(views.values())[:MAX_VIEWS]
 
     def save(self, view: SavedView) -> None:
-        """Save a view, replacing one with the same name.
+        """Save a view, replacing an existing view with the same name.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Update of features whose surroundings were measured by an earlier rule."""
+"""Update of features whose surroundings were measured by an earlier version's rule."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vomstudio.studio.tools.local_surface import (
 
 
 class Surroundings:
-    """Measures the surroundings of features on open models again, as one edit."""
+    """Remeasures the surroundings of features on open models in one edit."""
 
     def __init__(
         self,
@@ -38,10 +38,10 @@ class Surroundings:
         self._offered_for = ""
 
     def why_not(self) -> Finding | None:
-        """Return why there is nothing to update; None if there is."""
+        """Return why no feature can be updated, or None if one can."""
         if self._background.is_busy:
             return Finding("surroundings.running")
-        # Called after every gesture for thousands of features that lie on a few models.
+        # Called after every gesture, for thousands of features on a few models.
         models = self._projects.records.count_by(find_model_of_earlier_rule)
         if not models:
             return Finding("surroundings.up-to-date")
@@ -60,7 +60,7 @@ class Surroundings:
         self._notices.info(Finding("surroundings.earlier-rule", count=count))
 
     def update(self) -> None:
-        """Measure in a thread; the edit follows at the end."""
+        """Remeasure all outdated features in a thread, and apply the edit at the end."""
         if self.why_not() is not None:
             return
         features = list(self._updatable_features())
@@ -81,7 +81,7 @@ class Surroundings:
         return self._projects.records.cached(features_of_earlier_rules)
 
     def _hashes(self) -> dict[str, str]:
-        """Return the content hashes of the open models by id."""
+        """Return the content hashes of the open models, keyed by id."""
         return {
             model.id: model.content_hash
             for model in self._projects.records.of(Model)

@@ -1,4 +1,4 @@
-"""Tools, at most one of which is active, and their context."""
+"""Host of the tools, of which at most one is active."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from vomstudio.studio.tools.tool_context import Tool
 T = TypeVar("T")
 
 NAVIGATE = "navigate"
-"""Name for no active tool."""
+"""Name that stands for no active tool."""
 
 
 class ToolHost:
-    """Host of the tools, and their `ToolContext`.
+    """Host of the tools, which also implements their `ToolContext`.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class ToolHost:
     active_changed : Signal
         Emitted when another tool becomes active.
     next_changed : Signal
-        Emitted when feature type or set of the next feature change.
+        Emitted when the feature type or the set of the next feature changes.
     preview : Preview or None
         Preview of the unfinished feature.
     let_go : Signal
@@ -79,12 +79,12 @@ class ToolHost:
         self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
 
     def of(self, kind: type[T]) -> T:
-        """Return the tool of a class."""
+        """Return the tool that is an instance of a class."""
         return next(tool for tool in self.tools.values() if isinstance(tool, kind))
 
     # --- active tool --------------------------------------------------------------------------
     def activate(self, name: str) -> None:
-        """Activate a tool, NAVIGATE for none. Rejected while another one is open."""
+        """Activate a tool; NAVIGATE deactivates all. Rejected while another tool is open."""
         if name == self.active_name:
             return
         if (previous := self.active) is not None:
@@ -99,7 +99,8 @@ class ToolHost:
         self._next_by_tool[self.active_name] = (self.next_type_id, self.next_set)
         self.active_name = name
         self.active_changed.emit(name)
-        # Each tool has its own type and set: beds are traced while joints are painted.
+        # Each tool has its own type and set, because beds may be traced while joints are
+        # painted.
         type_and_set = self._next_by_tool.get(name)
         if name != NAVIGATE and open_tool is None and type_and_set is not None:
             self.next_type_id, self.next_set = type_and_set
@@ -108,7 +109,7 @@ class ToolHost:
 
     @property
     def active(self) -> Tool | None:
-        """The active tool, None while navigating."""
+        """Active tool, or None while navigating."""
         return self.tools.get(self.active_name)
 
     @property
@@ -118,16 +119,16 @@ class ToolHost:
 
     @property
     def open_tool(self) -> Tool | None:
-        """The tool with an unfinished feature."""
+        """Tool with an unfinished feature, or None if there is no unfinished feature."""
         return next((tool for tool in self.tools.values() if tool.open), None)
 
     def finish(self) -> None:
-        """Finish the open feature, otherwise the action of the active tool."""
+        """Finish the open feature, or else the current action of the active tool."""
         if (tool := self.open_tool or self.active) is not None:
             tool.finish()
 
     def cancel(self) -> None:
-        """Discard the open feature, otherwise cancel the action of the active tool."""
+        """Discard the open feature, or else cancel the current action of the active tool."""
         if (tool := self.open_tool or self.active) is not None:
             tool.cancel()
 
@@ -137,14 +138,14 @@ class ToolHost:
             tool.pointer(event)
 
     def set_next(self, type_id: str, set_name: str) -> None:
-        """Set feature type and set of the next feature, and of the open one if it is new."""
+        """Set the type and set of the next feature, and of the open feature if it is new."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             tool.set_type(type_id, set_name)
         self.next_changed.emit()
 
     def begin(self) -> None:
-        """Reset types, sets and tool for another project."""
+        """Reset the types, sets and active tool for another project."""
         self.activate(NAVIGATE)
         self._next_by_tool.clear()
         self.next_type_id, self.next_set = "bedding", ""
@@ -152,7 +153,7 @@ class ToolHost:
         self.next_changed.emit()
 
     def keep_next_type(self) -> None:
-        """Choose another type for the next feature if the present one was removed."""
+        """Choose another type for the next feature if the present type was removed."""
         if self.next_type_id not in self._projects.records:
             self.next_type_id = self._projects.of(FeatureType)[0].id
 

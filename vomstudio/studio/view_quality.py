@@ -1,7 +1,7 @@
 """Directions of view onto an outcrop, and the effect of their errors.
 
-Along the intersection of two planes, both are seen edge on. Along the line in a fault plane
-that is perpendicular to its slip, the whole displacement is seen (textbook 4.2).
+A view along the intersection of two planes shows both planes edge-on. A view along the line in a
+fault plane perpendicular to the slip shows the whole displacement (textbook 4.2).
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from vomstudio.studio.model_loading import OpenModel
 
 @dataclass(frozen=True)
 class AxialDirection:
-    """Direction of view: an axial line, which stands for two mirrored views.
+    """Viewing direction as an axial line, which stands for two opposite views.
 
-    `error95_deg` is the larger half-angle of its joint 95 % region, None if unknown.
+    `error95_deg` is the larger half-angle of its joint 95 % region, or None if unknown.
     """
 
     line: Line
@@ -36,7 +36,8 @@ class AxialDirection:
 def direction_across_slip(slipped: Measurement) -> AxialDirection | Finding:
     """Return the line in a fault perpendicular to its slip, or why it is undefined.
 
-    Its error is that of the slip line, or of the plane if the slip line has none.
+    The error of the direction is that of the slip line, or of the plane if the slip line has no
+    error estimate.
     """
     if slipped.on_plane is None or slipped.line is None:
         return Finding("selection.no-slip")
@@ -67,21 +68,21 @@ def intersection_direction(planes: Iterable[Measurement]) -> AxialDirection | Fi
 def depth_along(
     direction: npt.ArrayLike, models: Mapping[str, OpenModel], records: Mapping[str, Record]
 ) -> tuple[float, bool]:
-    """Return the depth of a view through the boxes of all open models.
+    """Compute the depth of the bounding boxes of all open models along a direction.
 
     Parameters
     ----------
     direction : (3,) float64
-        Unit vector, World.
+        Unit vector in the World frame.
     models : mapping
     records : mapping
 
     Returns
     -------
     float
-        Depth, 0 without models.
+        Depth along the direction, or 0 if no model is open.
     bool
-        Whether it is in metres.
+        Whether the depth is in metres.
     """
     along, metric = [], True
     for model_id, opened in models.items():

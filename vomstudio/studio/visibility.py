@@ -1,4 +1,4 @@
-"""Hidden records: view state, stored with the project and not subject to undo."""
+"""Visibility of records, stored with the project as view state and not undoable."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Visibility:
         return id_ not in self.hidden
 
     def show_only(self, ids: Iterable[str]) -> None:
-        """Show only these features with their types; the models stay as they are."""
+        """Show only these features and their types, without changing the models."""
         ids = set(ids)
         features = self._projects.session.features()
         groups = {group_of(f) for f in features if f.id in ids}

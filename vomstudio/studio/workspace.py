@@ -1,4 +1,4 @@
-"""All parts of the application, connected, with or without a window."""
+"""Connection of all parts of the application, with or without a window."""
 
 from __future__ import annotations
 
@@ -44,14 +44,15 @@ from vomstudio.studio.visibility import Visibility
 
 
 class Workspace:
-    """Connects the parts, and contains only what concerns several of them.
+    """Connects the parts of the application and implements actions that involve several.
 
-    Views connect to these signals, never to a session, since another project may replace it.
+    Views must connect to these signals and never to a session, because a session ends when
+    another project is opened.
 
     Attributes
     ----------
     project_opened : Signal
-        Emitted when another project is open, before its models are loaded.
+        Emitted after another project has been opened, before its models are loaded.
     edited, history_changed : Signal
         Emitted after derived quantities have been updated.
     recovery_found : Signal
@@ -74,7 +75,7 @@ class Workspace:
         self._closed = False
 
         def hand_over(call: Call) -> None:
-            # The receiver may be gone by the time the call is made.
+            # The receiver may have been deleted by the time of the call.
             post(lambda: None if self._closed else call())
 
         def background(name: str, **options: Any) -> Background:
@@ -245,7 +246,7 @@ class Workspace:
         self.projects.discard()
 
     def close(self) -> None:
-        """Close the project and stop all workers despite errors, at the end of the program."""
+        """Close the project and stop all workers despite errors when the program ends."""
         self._closed = True
         for background in self._backgrounds:
             background.stop()
@@ -274,10 +275,10 @@ class Workspace:
         self.layers.write_soon()
 
     def _warn_of_namesakes(self, edit: Edit) -> None:
-        """Warn of features with the same name, since tables and layers identify them by name.
+        """Warn about equally named features, because tables and layers identify them by name.
 
-        Only renamed and imported features are checked: a single new one has the next free
-        number.
+        Only renamed and imported features are checked, because a single new feature is named by
+        the next free number.
         """
         new_records = {id_: r for id_, r in edit.after.items() if isinstance(r, Feature) and r.name}
         old_records = {id_: edit.before[id_] for id_ in new_records}

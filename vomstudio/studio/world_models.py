@@ -1,4 +1,4 @@
-"""Models of files in World: as the file states, as the user declares, or as in a project."""
+"""Models in the World frame, as stated by the file, the user or a project."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ from vomstudio.project.records import Model
 
 @dataclass(frozen=True, eq=False)
 class WorldModel:
-    """Model in World.
+    """Model in the World frame.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        In World, metres.
+        Data in the World frame, metres.
     crs : str or None
-        CRS of World, None for a local frame.
+        CRS of the World frame, or None for a local frame.
     metric : bool
-        Whether its unit is known.
+        Whether the length unit of the model is known.
     warnings : tuple of Finding
-        Warnings of its reader.
+        Warnings of the reader of its file.
     to_world : (4, 4) float64
-        Matrix from the frame of its file.
+        Matrix from the file frame to the World frame.
     project_model : Model, optional
-        Record that places it in a project; None if its file places it.
+        Record that defines the placement in a project. If None, the file defines it.
     registration : Registration, optional
-        Registration in the project or beside the file.
+        Registration stored in the project or beside the file.
     """
 
     data: Mesh | PointCloud
@@ -61,9 +61,9 @@ class WorldModel:
 
     @property
     def placed(self) -> bool:
-        """Whether north and up are those of the Earth.
+        """Whether the axes of the model are aligned with true north and up.
 
-        They are not for a model from photos without control points or GPS.
+        This is not the case for a model from photos without control points or GPS.
         """
         if self.project_model is not None:
             return self.project_model.frame.has_north
@@ -75,21 +75,20 @@ class WorldModel:
     def has_metric_unit(self) -> bool:
         """Whether lengths are in metres.
 
-        Files that state no unit are assumed to be in metres; photo models without scale are
-        not.
+        Files that state no unit are assumed to be in metres, except photo models without scale.
         """
         return self.metric or (self.project_model is None and self.placed)
 
     @property
     def registration_in_world(self) -> Registration | None:
-        """Registration of a file that has `data` as its coordinates."""
+        """Registration for a file that stores the coordinates of `data`."""
         if self.registration is None:
             return None
         return change_file_frame(self.registration, self.to_world)
 
     @property
     def axes(self) -> Axes:
-        """Meaning of World's axes for files and labels."""
+        """Meaning of the World axes, for files and labels."""
         return Axes(self.has_metric_unit, self.placed)
 
 
@@ -99,9 +98,9 @@ def read_in_world(
     options: FrameOptions = DEFAULT_FRAME,
     project: str | Path | None = None,
 ) -> WorldModel:
-    """Read the model of a file in World, as the file or the options state.
+    """Read a model and transform it to the World frame.
 
-    Files without a frame are assumed to be local, in metres, with z up.
+    A file that states no frame is assumed to have local coordinates in metres, with z up.
 
     Parameters
     ----------
@@ -109,7 +108,7 @@ def read_in_world(
     progress : Progress, optional
     options : FrameOptions, optional
     project : str or Path, optional
-        Folder of a project, whose placement of the model is used.
+        Folder of a project that defines the placement of the model.
 
     Raises
     ------
@@ -117,7 +116,7 @@ def read_in_world(
     """
     check_place(options, project)
     progress = progress or Silent()
-    # Readers start a stage when the libraries of the format are imported.
+    # Readers start their own stage after importing the libraries of the format.
     progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded = read_model(path, progress, options)
     progress.stage(tr("Preparing the model"))
@@ -142,9 +141,9 @@ def read_comparison_model(
     project: str | Path | None = None,
     options: FrameOptions = DEFAULT_FRAME,
 ) -> WorldModel:
-    """Read the model of a comparison, preferably as placed in the project.
+    """Read a model for a comparison, preferably with its placement in a project.
 
-    Raises as `read_in_world`.
+    Raises the errors of `read_in_world`.
     """
     if project is None:
         return read_in_world(path, progress, options)
@@ -170,14 +169,14 @@ def check_place(options: FrameOptions, project: str | Path | None) -> None:
 
 
 def find_project_model(project: str | Path, loaded: LoadedModel) -> Model:
-    """Return the record of a file's model in a project, which may be open in a window.
+    """Return the record of a loaded model in a project, which may be open in a window.
 
     Raises
     ------
     InputError
         If the folder is not a project.
     UsageError
-        If it does not contain this model.
+        If the project does not contain the model.
     """
     models = _models_of(project)
     same_file = [model for model in models if model.content_hash == loaded.content_hash]
@@ -201,7 +200,7 @@ def _models_of(project: str | Path) -> list[Model]:
 
 
 def place_as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
-    """Return a loaded model with the placement of its record."""
+    """Transform a loaded model to the World frame with the placement of its record."""
     frame = model.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     matrix = np.asarray(model.to_world, np.float64)

@@ -1,1 +1,1 @@
-"""Data sets and plots of PyVista, for scripts."""
+"""PyVista data sets and plots for use in scripts."""

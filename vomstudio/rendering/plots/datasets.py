@@ -1,7 +1,7 @@
-"""Models as data sets of PyVista.
+"""Conversion of models to PyVista data sets.
 
-Coordinates are World minus an integer origin near the middle, which `field_data["origin"]`
-contains.
+Coordinates are those of the World frame minus an integer origin near the centre of the model.
+The origin is stored in `field_data["origin"]`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vomstudio.geometry.mesh import Material, Mesh
 
 
 def local_origin(bounds: FloatArray) -> FloatArray:
-    """Return an integer origin (3,), in metres, near the middle of bounds (2, 3)."""
+    """Return an integer origin (3,), in metres, near the centre of bounds (2, 3)."""
     return np.asarray(np.round(np.mean(bounds, axis=0)), np.float64)
 
 
@@ -28,15 +28,15 @@ def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
     Parameters
     ----------
     mesh : Mesh
-        In World.
+        Mesh in the World frame.
     origin : (3,) float64
-        Subtracted from all coordinates.
+        Origin that is subtracted from all coordinates.
 
     Returns
     -------
     PolyData or MultiBlock
-        A block has active texture coordinates, and the names of its material and texture file
-        in `field_data["material"]` and `field_data["texture"]`.
+        Each block has active texture coordinates. Its `field_data` contains the names of its
+        material ("material") and texture file ("texture").
     """
     import pyvista
 
@@ -53,7 +53,7 @@ def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
 
 
 def cloud_dataset(cloud: PointCloud, origin: FloatArray) -> Any:
-    """Return points with colours, normals and fields as PolyData."""
+    """Return a point cloud as PolyData with colours, normals and fields."""
     import pyvista
 
     data = pyvista.PolyData(np.asarray(cloud.points) - origin)
@@ -73,7 +73,7 @@ def _block(mesh: Mesh, faces: Int32Array, origin: FloatArray, material: Material
     data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used] - origin, corners)
     _add_values(data, mesh.colors, mesh.fields, used)
     if mesh.uv is not None:
-        # VTK requires texture coordinates for every corner.
+        # VTK requires separate texture coordinates for every corner.
         data.active_texture_coordinates = np.nan_to_num(mesh.uv[used])
     if material is not None:
         data.add_field_data([material.name], "material")
@@ -106,7 +106,7 @@ def dataset_blocks(data: Any) -> Sequence[Any]:
 
 
 def texture_file(block: Any) -> Path | None:
-    """Return the texture file of a block, None if it does not exist."""
+    """Return the texture file of a block, or None if the file does not exist."""
     if "texture" not in block.field_data or block.active_texture_coordinates is None:
         return None
     path = Path(str(block.field_data["texture"][0]))

@@ -27,18 +27,18 @@ MODEL_COLOR = "#b8b2a8"
 
 @dataclass(frozen=True, eq=False)
 class DrawnFeature:
-    """Feature of a plot.
+    """Geometry and style of a feature in a plot.
 
     Parameters
     ----------
     line : (n, 3) float64
-        Vertices in World.
+        Vertices in the World frame.
     ring : (c, 3) float64 or None
-        Ring of a plane's disc.
+        Outline of the disc that shows a plane.
     anchor : (3,) float64
         Position of the label.
     color : str
-        #rrggbb.
+        Colour as "#rrggbb".
     """
 
     name: str
@@ -52,9 +52,10 @@ class DrawnFeature:
 def draw(
     plotter: Any, models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]
 ) -> Any:
-    """Add models and features in World to a plotter, and view the exposed side of the first.
+    """Add models and features to a plotter, and view the exposed side of the first model.
 
-    All coordinates are reduced by a common origin.
+    Models and features are in the World frame; a common origin is subtracted from all
+    coordinates.
     """
     origin = _origin(models, features)
     for model in models:
@@ -124,7 +125,7 @@ def _add_feature(plotter: Any, feature: DrawnFeature, origin: FloatArray) -> Non
 
 
 def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
-    """View the exposed side, with World's up direction up in the picture."""
+    """View the exposed side of the first model, with the up direction upwards in the image."""
     if not models:
         plotter.reset_camera()
         return
@@ -135,14 +136,14 @@ def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
 
 
 def off_screen_plotter() -> Any:
-    """Return a plotter without a window.
+    """Return a plotter that draws off screen.
 
-    `show` returns a static picture in a notebook, `screenshot` the pixels.
+    In a notebook, `show` displays a static picture; `screenshot` returns the pixels.
     """
     import pyvista
 
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
-        # VTK would choose this too, after a warning about the missing display.
+        # VTK would choose the same window, but only after a warning about the missing display.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     plotter: Any = pyvista.Plotter(off_screen=True)
     plotter.set_background("white")

@@ -1,4 +1,4 @@
-"""Colours of the points of a cloud that shows no field."""
+"""Point colours of a cloud that does not show a field."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from vomstudio.geometry.cloud import PointCloud
 
 
 def coloring(sample: PointCloud) -> Callable[[PointCloud, IntegerArray], ByteArray]:
-    """Return a function that colours points: by their colours, intensity or height.
+    """Return a function that colours points by their stored colours, intensity or height.
 
     All pieces of a cloud are coloured by the same rule, which is derived from a sample. The
-    function returns (n, 3) uint8 for rows (n,) of a piece.
+    function returns colours (n, 3) uint8 for rows (n,) of a piece.
     """
     if sample.colors is not None:
 

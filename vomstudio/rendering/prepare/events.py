@@ -1,7 +1,7 @@
-"""Results of the workers, which are handed over to the drawing thread piece by piece.
+"""Results that the workers hand over incrementally to the drawing thread.
 
-From then on only that thread uses them. VTK is not imported here, because the window uses these
-classes before VTK is loaded.
+After that, only the drawing thread may use them. VTK is not imported here, because the window
+uses these classes before VTK is loaded.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Stopped(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ModelBounds:
-    """The bounds (2, 3) of a model in its file frame are known."""
+    """Bounds (2, 3) of a model in its file frame."""
 
     data: Mesh | PointCloud
     bounds: FloatArray
@@ -41,7 +41,7 @@ class ModelBounds:
 class ProxyReady:
     """Simplified mesh that is drawn while the camera moves.
 
-    `rows` contains the vertex of the mesh for each point of `data`.
+    `rows` contains the mesh vertex that corresponds to each point of `data`.
     """
 
     data: vtkPolyData
@@ -50,7 +50,7 @@ class ProxyReady:
 
 @dataclass(frozen=True, eq=False)
 class MeshChunkReady:
-    """Chunk of a mesh, ready for drawing."""
+    """Chunk of a mesh that is ready for drawing."""
 
     chunk: FaceChunk
     data: vtkPolyData
@@ -59,29 +59,29 @@ class MeshChunkReady:
 
 @dataclass(frozen=True, eq=False)
 class NodeReady:
-    """Node of a cloud, with its points as `piece` in the order of `data`."""
+    """Node of a cloud; `piece` contains its points in the order of `data`."""
 
     chunk: PointChunk
     data: vtkPolyData
     spacing: float
-    """Metres between neighbours, in the file's frame."""
+    """Distance between neighbouring points in the file frame, metres."""
     row: int
     piece: NodePoints
 
 
 @dataclass(frozen=True, eq=False)
 class NodesDropped:
-    """Nodes that are no longer needed; their actors are removed when they are off the screen."""
+    """Nodes that are not needed any more; their actors are removed once they are off screen."""
 
     pieces: dict[int, NodePoints]
     nodes: CloudNodes
 
 
 class NodeStream(Protocol):
-    """Fetches the nodes of a cloud in the background, see `Streamer`. For the window's thread."""
+    """Stream of the nodes of a cloud, for the window's thread; see `Streamer`."""
 
     turn: int
-    """Number of the last view that needed other nodes."""
+    """Number of the last view that required different nodes."""
 
     def needed(self, view: CloudView) -> dict[int, float]: ...
 
@@ -92,21 +92,21 @@ class NodeStream(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class StreamStarted:
-    """The nodes for an overview of a cloud have been handed over."""
+    """Event after all nodes for an overview of a cloud have been handed over."""
 
     streamer: NodeStream
 
 
 @dataclass(frozen=True)
 class ViewDone:
-    """All nodes requested under this number have been handed over."""
+    """Event after all nodes that were requested with this number have been handed over."""
 
     turn: int
 
 
 @dataclass(frozen=True)
 class ChunksDone:
-    """Number of chunks, after the last one."""
+    """Event after the last chunk, with the number of chunks."""
 
     count: int
 
@@ -117,12 +117,12 @@ class TextureReady:
 
     material: int
     texture: Texture | None
-    """None if it could not be read."""
+    """Decoded texture, or None if the file could not be read."""
 
 
 @dataclass(frozen=True)
 class TexturesDone:
-    """All textures have been handed over."""
+    """Event after all textures have been handed over."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,12 +130,12 @@ class LocatorReady:
     """Cell locators of a model."""
 
     locators: list[vtkStaticCellLocator]
-    """One for each chunk of a mesh, in order; empty for a cloud."""
+    """One locator per chunk of a mesh, in order; empty for a cloud."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Finding to report to the user."""
+    """Finding that is reported to the user."""
 
     finding: Finding
 
@@ -167,4 +167,4 @@ Event = (
 )
 Emit = Callable[[Event], None]
 Submit = Callable[[Callable[[], None]], object]
-"""Runs jobs later, one after another."""
+"""Callable that schedules jobs, which run one after another."""

@@ -1,4 +1,4 @@
-"""Queue of models that are prepared in threads and handed over in order."""
+"""Queue of models that are prepared in threads and handed over in order of completion."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ NICENESS = 5
 
 
 class ModelQueue:
-    """Preparation of models.
+    """Queue for the preparation of models in threads.
 
-    Results of `next` belong to the calling thread; only the preparation itself runs in other
+    Results returned by `next` belong to the calling thread; only the preparation runs in other
     threads.
     """
 
@@ -52,7 +52,7 @@ class ModelQueue:
         self._streams: ThreadPoolExecutor | None = None
 
     def expect(self, model_id: str) -> threading.Event:
-        """Register a model to be prepared, unless the event is set before."""
+        """Register a model for preparation; setting the returned event cancels it."""
         self.forget(model_id)
         stop = self._stops[model_id] = threading.Event()
         return stop
@@ -70,7 +70,7 @@ class ModelQueue:
             stop.set()
 
     def close(self) -> None:
-        """Stop all workers, and wait for them."""
+        """Stop all workers and wait for them to end."""
         for stop in (*self._stops.values(), *self._field_stops.values()):
             stop.set()
         for pool in (self._pool, self._streams):
@@ -85,7 +85,7 @@ class ModelQueue:
         return bool(self._inbox)
 
     def next(self) -> tuple[str, Event] | None:
-        """Return the id of a model and a result, None if there are no results."""
+        """Return the next result with the id of its model, or None if there are no results."""
         while self._inbox:
             model_id, stop, event = self._inbox.popleft()
             if self._stops.get(model_id) is stop:
@@ -101,14 +101,14 @@ class ModelQueue:
         whole_side: int | None,
         budget: int,
     ) -> None:
-        """Prepare a registered model, see `preparation`."""
+        """Prepare a registered model; see the module `preparation`."""
         from vomstudio.rendering.prepare import preparation
 
         stop = self._stops[model_id]
         emit = self._emitter(model_id, stop, stop)
         pool = self._workers()
         if self._streams is None:
-            # A thread of its own, so that long preparation does not delay it.
+            # Uses a separate thread, so that a long preparation does not delay it.
             self._streams = thread_pool(1, "clouds", niceness=NICENESS)
         submit = _submitter(self._streams, stop)
 
@@ -127,7 +127,7 @@ class ModelQueue:
                     _submitter(pool, stop)(pictures)
                     preparation.prepare_mesh(data, origin, stop, emit)
                 else:
-                    # Starting a thread takes time, in which this thread waits too.
+                    # Starting a thread takes time, during which this thread would wait.
                     submit(lambda: None)
                     preparation.prepare_cloud(data, origin, stop, emit, submit, budget)
 
@@ -147,7 +147,7 @@ class ModelQueue:
         proxies: Sequence[IntegerArray],
         parts: Sequence[IntegerArray],
     ) -> None:
-        """Compute the colours of a field, see `preparation.prepare_field`."""
+        """Compute the colours of a field; see `preparation.prepare_field`."""
         from vomstudio.rendering.prepare import preparation
 
         # A computed field may be removed while it is being coloured.
@@ -168,7 +168,7 @@ class ModelQueue:
         return self._pool
 
     def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:
-        """Return the function with which a worker emits the results of a model."""
+        """Return the function through which a worker emits the results of a model."""
 
         def emit(event: Event) -> None:
             if stop.is_set():
@@ -193,10 +193,10 @@ class ModelQueue:
 
 
 def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:
-    """Return a function that runs work later in a pool.
+    """Return a function that submits jobs to a thread pool.
 
-    A pool that is being closed rejects work of its threads, which is not an error if the model
-    was removed.
+    A pool that is being closed rejects jobs from its own threads. This is not an error if the
+    model has been removed.
     """
 
     def submit(work: Callable[[], None]) -> None:

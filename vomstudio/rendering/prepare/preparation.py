@@ -62,7 +62,7 @@ NEUTRAL = (190, 186, 178)
 
 
 def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[slice]:
-    """Yield slices of a range; raise Stopped when `stop` is set."""
+    """Yield consecutive slices of a range; raise Stopped when `stop` is set."""
     for start in range(0, count, size):
         if stop.is_set():
             raise Stopped
@@ -70,10 +70,11 @@ def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[sli
 
 
 def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
-    """Return the bounds (2, 3) of the finite points, zeros if there are none."""
+    """Return the bounds (2, 3) of the finite points, or zeros if there are none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in pieces(len(points), stop):
-        # In rows of many points: a reduction along rows of three is eight times slower.
+        # Reduces long rows, because a reduction along rows of three elements is eight times
+        # slower.
         flat = np.ascontiguousarray(points[part]).reshape(-1)
         row_end = len(flat) // ROW * ROW
         for rows in (flat[:row_end].reshape(-1, ROW), flat[row_end:].reshape(-1, 3)):
@@ -87,7 +88,7 @@ def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
 
 
 def local_points(points: FloatArray, origin: FloatArray, stop: threading.Event) -> Float32Array:
-    """Return points minus origin as float32, subtracted in float64."""
+    """Subtract an origin from points in float64, and return float32."""
     out = np.empty((len(points), 3), np.float32)
     for part in pieces(len(points), stop):
         out[part] = points[part] - origin
@@ -103,7 +104,7 @@ def prepare_mesh(
     stop: threading.Event,
     emit: Emit,
 ) -> None:
-    """Emit proxy, chunks and locator of a mesh; textures come from `prepare_textures`."""
+    """Emit the proxy, chunks and locators of a mesh, without its textures."""
     points = local_points(mesh.vertices, origin, stop)
     groups = material_groups(mesh)
     colors = vertex_colors(mesh, groups, stop)
@@ -126,7 +127,7 @@ def prepare_mesh(
 
 
 def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
-    """Return the materials with their runs of faces; -1 for faces without a material."""
+    """Return each material with its range of faces; -1 stands for faces without material."""
     offsets = mesh.material_offsets
     if not mesh.materials:
         return [(-1, slice(0, len(mesh.faces)))]
@@ -143,7 +144,7 @@ def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
 def vertex_colors(
     mesh: Mesh, groups: list[tuple[int, slice]], stop: threading.Event
 ) -> ByteArray | None:
-    """Return vertex colours (n, 3) of the file or of reduced textures, None without both."""
+    """Return vertex colours (n, 3) from the file or else from downsampled textures."""
     if mesh.colors is not None:
         return np.array(mesh.colors, np.uint8)
     small = {
@@ -184,10 +185,11 @@ def make_proxy(
     colors: ByteArray | None,
     stop: threading.Event,
 ) -> tuple[vtkPolyData, Int32Array] | None:
-    """Return a mesh of about PROXY_FACES triangles, and its rows of `points`.
+    """Simplify a mesh to about PROXY_FACES triangles.
 
-    It has vertex colours. None if the mesh is small. All materials are merged first, because
-    separate decimation leaves gaps at their borders.
+    Returns the proxy, which has vertex colours, and the row of `points` for each of its
+    vertices, or None if the mesh is small. All materials are merged first, because decimating
+    them separately leaves gaps at their borders.
     """
     if len(faces) <= PROXY_ABOVE:
         return None
@@ -222,10 +224,10 @@ def make_proxy(
 
 
 def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, Int32Array]:
-    """Return the triangles with only the points they use, and the rows of these.
+    """Remove unused points, and return the new data with the original row of each point.
 
-    The result is sorted by locality. The decimation keeps all its points, which makes drawing
-    three times slower.
+    Points and triangles are sorted by location. The decimation retains all original points,
+    which makes drawing three times slower.
     """
     faces = vtk_data.to_array(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
     points = vtk_data.to_array(data.GetPoints().GetData())
@@ -252,7 +254,7 @@ def mesh_chunks(
     rows: slice,
     stop: threading.Event,
 ) -> Iterator[MeshChunkReady]:
-    """Yield the faces of a material in chunks of neighbours."""
+    """Yield the faces of a material in chunks of neighbouring faces."""
     faces = np.asarray(mesh.faces[rows])
     corner = points[faces[:, 0]]
     low = np.nanmin(corner, axis=0)
@@ -293,7 +295,7 @@ def mesh_chunks(
 
 
 def uv_per_metre(corners: Float32Array, uv: Float32Array) -> float:
-    """Return the square root of texture area over surface area: image widths per metre."""
+    """Return the texture scale in image widths per metre (square root of the area ratio)."""
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(np.linalg.norm(np.cross(a, b), axis=1).sum())
     s, t = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
@@ -304,8 +306,8 @@ def uv_per_metre(corners: Float32Array, uv: Float32Array) -> float:
 def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
     """Return the cell locator of a chunk.
 
-    Building one holds the interpreter lock, for 1.2 s with five million faces, so each chunk
-    has its own.
+    Each chunk has its own locator, because building one holds the interpreter lock (1.2 s for
+    five million faces).
     """
     locator = vtkStaticCellLocator()
     locator.SetDataSet(vtk_data.triangles(chunk.points, chunk.faces))
@@ -320,19 +322,19 @@ def prepare_textures(
     emit: Emit,
     whole_side: int | None = None,
 ) -> None:
-    """Emit every texture of the mesh, decoded and reduced, see `load_texture`.
+    """Emit every texture of a mesh, decoded and downsampled; see `load_texture`.
 
     Parameters
     ----------
     mesh : Mesh
     limit : int
-        Maximum side, pixels.
-    stop : Event
+        Maximum side length of a texture, pixels.
+        stop : Event
         Ends the work when set.
     emit : Emit
         Receives the events.
     whole_side : int, optional
-        Maximum side of textures that are not reduced, pixels.
+        Maximum side length of textures that are not divided into quarters, pixels.
     """
     loaded: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
@@ -365,19 +367,19 @@ def prepare_cloud(
     submit: Submit,
     budget: int = POINT_BUDGET,
 ) -> None:
-    """Emit the nodes for an overview, and a streamer that fetches the others.
+    """Emit the nodes for an overview of a cloud, and a streamer for the remaining nodes.
 
     Parameters
     ----------
     cloud : PointCloud
     origin : (3,) ndarray
-        Origin of the scene, World.
+        Origin of the scene in the World frame.
     stop : Event
         Ends the work when set.
     emit : Emit
         Receives the events.
     submit : callable
-        Runs a job after this one in the background.
+        Schedules a job to run in the background after this one.
     budget : int
         Maximum number of points in memory.
     """
@@ -405,9 +407,10 @@ def prepare_field(
     stop: threading.Event,
     emit: Emit,
 ) -> None:
-    """Emit the colours of a field for proxies and chunks, given the rows that each shows.
+    """Emit the colours of a field for the proxies and chunks of a model.
 
-    Nodes of clouds come and go, and are coloured when they are shown.
+    `proxies` and `parts` contain the rows that each of them shows. The nodes of clouds change
+    with the view, and are coloured when they are shown.
     """
 
     def check() -> None:

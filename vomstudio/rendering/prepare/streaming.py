@@ -1,8 +1,8 @@
-"""Streaming of the cloud nodes that the view needs, in the background.
+"""Background streaming of the cloud nodes that are required for the current view.
 
-The scene passes the view and receives the nodes that it needs. The streamer hands over those
-that are missing, and drops those that were not needed for longest to keep the point budget.
-Once a view is complete, nothing is done.
+The scene passes the view to the streamer and receives the list of required nodes. The streamer
+hands over the missing nodes. To stay within the point budget, it drops the nodes whose last use
+is longest ago. It is idle once a view is complete.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from vomstudio.rendering.view.camera import Camera, Eye
 from vomstudio.rendering.view.spatial_blocks import PointChunk
 
 SHOWN_SHARE = 0.5
-"""Maximum share of the point budget that is shown; the rest caches nodes of earlier views."""
+"""Maximum share of the point budget that is drawn; the remainder caches nodes of earlier views."""
 MAX_SHOWN_POINTS = 3_000_000
 
 
 def view_of(
     eye: Eye, camera: Camera, size: tuple[int, int], to_world: FloatArray, from_world: FloatArray
 ) -> CloudView:
-    """Return the view of an eye in the file's frame."""
+    """Transform the view of an eye to the file frame of a cloud."""
     linear = to_world[:3, :3]
     scale = float(np.cbrt(abs(np.linalg.det(linear)))) or 1.0
     position = from_world[:3, :3] @ eye.position + from_world[:3, 3]
     axes = np.stack([eye.right, eye.up, eye.direction]) @ linear / scale
     half = eye.half_height / scale if eye.orthographic else eye.half_height
-    # Closer than anything will ever be viewed, because the true near plane depends on the loaded
-    # nodes.
+    # The near plane is closer than any realistic view, because the true near plane depends on
+    # the loaded nodes.
     near_depth = max(1e-3 * camera.distance, 1e-6) / scale
     return CloudView(
         tuple(position.tolist()),
@@ -67,8 +67,8 @@ def view_of(
 class Streamer:
     """Streamer of the nodes of a cloud.
 
-    `begin` and submitted work run in a background thread, one after another; everything else
-    runs in the window's thread.
+    `begin` and submitted jobs run one after another in a background thread. All other methods
+    run in the window's thread.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Streamer:
         self._used: dict[int, int] = {}
         self._broken: set[int] = set()
         self.turn = 0
-        """Number of the last view that needed other nodes."""
+        """Number of the last view that required different nodes."""
 
     def begin(self) -> None:
         """Hand over the nodes for an overview."""
@@ -102,10 +102,10 @@ class Streamer:
         self._emit(LocatorReady([]))
 
     def needed(self, view: CloudView) -> dict[int, float]:
-        """Return the nodes that a view needs, most important first, with their spacing.
+        """Return the required nodes of a view, most important first, with their spacing.
 
-        The spacing is that at which the points of a node close the surface together with the
-        others.
+        At this point spacing, a node and the other required nodes together appear as a closed
+        surface.
         """
         max_points = min(int(self._nodes.budget * SHOWN_SHARE), MAX_SHOWN_POINTS)
         rows = self._nodes.choose(view, max_points)
@@ -114,13 +114,14 @@ class Streamer:
         return self._nodes.closing(rows)
 
     def closing(self, rows: list[int]) -> dict[int, float]:
-        """Return the same as `needed` for given nodes."""
+        """Return the spacing, as `needed` does, for given nodes."""
         return self._nodes.closing(np.array(rows, np.int64))
 
     def look(self, view: CloudView) -> dict[int, float] | None:
-        """Return and fetch the needed nodes, None if the view is unchanged.
+        """Fetch and return the required nodes, or return None if the view is unchanged.
 
-        ViewDone with the number in `turn` follows when all are handed over.
+        A `ViewDone` event with the number in `turn` follows after all nodes have been handed
+        over.
         """
         if view == self._view:
             return None

@@ -1,4 +1,4 @@
-"""Textures, decoded in the background."""
+"""Textures that are decoded in the background."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_FILE_PIXELS = 1 << 30
 
 
 class TextureProblem(Exception):
-    """Error of a picture that cannot be drawn; `finding` states its name and the reason."""
+    """Error for a texture that cannot be drawn; `finding` states its name and the reason."""
 
     def __init__(self, finding: Finding) -> None:
         super().__init__(finding.message)
@@ -27,16 +27,16 @@ class TextureProblem(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One resolution of a texture, with the rows from the bottom.
+    """Mipmap level of a texture, with rows from bottom to top.
 
     Parameters
     ----------
     width, height : int
-        Size of the whole picture, pixels.
+        Size of the complete picture, pixels.
     tiles : tuple of arrays
-        The whole picture, or its quarters: lower left, lower right, upper left, upper right.
-        Each has a rim of one pixel from its neighbours, across the border of the picture from
-        the far side.
+        The complete picture as one tile, or its quarters in the order lower left, lower right,
+        upper left, upper right. Each quarter has a border of one pixel that repeats the adjacent
+        pixels; at the edge of the picture, these are the pixels of the opposite edge.
     """
 
     width: int
@@ -46,9 +46,9 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Picture with its mipmap levels, the finest first, each with half the previous side.
+    """Texture with its mipmap levels, the finest first, each half the size of the previous.
 
-    `note` is a finding about a picture that had to be reduced, else None.
+    `note` is a finding about a picture that had to be downsampled, or None.
     """
 
     path: Path
@@ -57,7 +57,7 @@ class Texture:
 
 
 def open_picture(path: Path):  # type: ignore[no-untyped-def]
-    """Open a picture of a texture."""
+    """Open the picture file of a texture."""
     from vomstudio.core.files.untrusted import pictures
 
     try:
@@ -87,7 +87,7 @@ def reason(error: Exception) -> str:
 
 
 def overview(path: Path) -> ByteArray | None:
-    """Return a small RGB version (rows from the top) for vertex colours, None if unreadable."""
+    """Return a small RGB picture for vertex colours, or None if it cannot be read."""
     try:
         with open_picture(path) as picture:
             picture.draft("RGB", (OVERVIEW_SIDE, OVERVIEW_SIDE))
@@ -99,15 +99,15 @@ def overview(path: Path) -> ByteArray | None:
 
 
 def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Texture:
-    """Decode a picture with its coarser levels.
+    """Decode a texture and compute its coarser mipmap levels.
 
     Parameters
     ----------
     path : Path
     limit : int
-        Maximum side, pixels.
-    whole_side : int, optional
-        Levels with a longer side are divided into quarters.
+        Maximum side length, pixels.
+        whole_side : int, optional
+        Maximum side length of undivided levels, pixels. Larger levels are divided into quarters.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
             raise TextureProblem(
                 Finding("display.texture-damaged", file=str(path), reason=reason(error))
             ) from error
-    # Each copy of a large texture is a gigabyte.
+    # Copies are avoided, because a large texture takes a gigabyte.
     del picture
     image = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
     levels = [make_level(np.asarray(image), whole_side)]
@@ -151,7 +151,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
 
 
 def make_level(pixels: ByteArray, whole_side: int | None) -> Level:
-    """Return a level from pixels (height, width, 3) with the first row at the bottom."""
+    """Create a level from pixels (height, width, 3), whose first row is at the bottom."""
     height, width = pixels.shape[:2]
     if whole_side is None or max(height, width) <= whole_side or min(height, width) < 2:
         return Level(width, height, (pixels,))

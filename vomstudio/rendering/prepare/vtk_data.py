@@ -1,10 +1,11 @@
-"""numpy arrays as VTK data sets; each array is a private copy or kept alive by VTK.
+"""Conversion of NumPy arrays to VTK data sets, which copy or keep alive each array.
 
-PyVista is not used, because it is slower here. Its import takes 0.5 to 0.9 s after that of VTK,
-during which no picture can be drawn. A small data set takes 0.13 ms instead of 0.03 to 0.06,
-and a scene has thousands; a cloud of 500,000 points 0.4 ms instead of 0.03, since each point
-becomes a cell; a texture of 2048 x 2048 pixels 30 to 80 ms instead of 0.1. Only a mesh of a
-million faces is faster, 0.13 ms instead of 0.25 to 0.6.
+PyVista is not used here, because it is slower. Importing it takes 0.5 to 0.9 s after VTK has
+been imported, and no picture can be drawn during this time. Creating a small data set takes 0.13
+ms instead of 0.03 to 0.06 ms, and a scene has thousands of them. A cloud of 500,000 points takes
+0.4 ms instead of 0.03 ms, because each point becomes a cell, and a texture of 2048 x 2048 pixels
+takes 30 to 80 ms instead of 0.1 ms. Only a mesh of a million faces is faster (0.13 ms instead of
+0.25 to 0.6 ms).
 """
 
 from __future__ import annotations
@@ -33,18 +34,18 @@ from vomstudio.core.arrays import (
     IntArray,
 )
 
-# VTK's helpers have no types: the type of the result depends on the argument.
+# VTK's helpers are untyped, because the type of the result depends on the argument.
 numpy_to_vtk: Callable[..., Any] = numpy_support.numpy_to_vtk
 _vtk_to_numpy: Callable[..., Any] = numpy_support.vtk_to_numpy
 
 
 def to_array(values: vtkDataArray) -> AnyArray:
-    """Return the values of a VTK array without a copy: (n,) or (n, components)."""
+    """Return the values (n,) or (n, components) of a VTK array without copying them."""
     return np.asarray(_vtk_to_numpy(values))
 
 
 def vtk_points(points: Float32Array) -> vtkPoints:
-    """Return points (n, 3) float32 that share the array."""
+    """Return VTK points that share the memory of an array (n, 3) float32."""
     out = vtkPoints()
     out.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32)))
     return out
@@ -57,7 +58,7 @@ def triangles(
     uv: Float32Array | None = None,
     colors: ByteArray | None = None,
 ) -> vtkPolyData:
-    """Return a triangle mesh; faces (m, 3) are rows of points (n, 3)."""
+    """Create a triangle mesh from points (n, 3) and faces (m, 3), which are rows of points."""
     data = vtkPolyData()
     data.SetPoints(vtk_points(points))
     data.SetPolys(triangle_cells(faces))
@@ -71,7 +72,7 @@ def triangles(
 
 
 def triangle_cells(faces: Int32Array) -> vtkCellArray:
-    """Return triangles (m, 3), which are rows of points, as cells."""
+    """Return triangles (m, 3), given as rows of points, as VTK cells."""
     cells = vtkCellArray()
     flat = np.ascontiguousarray(faces, np.int32).reshape(-1)
     offsets = np.arange(0, len(flat) + 1, 3, dtype=np.int32)
@@ -80,7 +81,7 @@ def triangle_cells(faces: Int32Array) -> vtkCellArray:
 
 
 def point_set(points: Float32Array, colors: ByteArray | None = None) -> vtkPolyData:
-    """Return points without cells, as vtkPointGaussianMapper draws them."""
+    """Return points without cells, as required by vtkPointGaussianMapper."""
     data = vtkPolyData()
     data.SetPoints(vtk_points(points))
     if colors is not None:
@@ -89,19 +90,19 @@ def point_set(points: Float32Array, colors: ByteArray | None = None) -> vtkPolyD
 
 
 def set_colors(data: vtkPolyData, colors: ByteArray) -> None:
-    """Set RGB or RGBA (n, 3 or 4) uint8 per point as the active scalars."""
+    """Set RGB or RGBA point colours (n, 3 or 4) uint8 as the active scalars."""
     data.GetPointData().SetScalars(color_array(colors))
 
 
 def color_array(colors: ByteArray) -> vtkUnsignedCharArray:
-    """Copy colours to an array of VTK."""
+    """Copy colours to a VTK array."""
     array: vtkUnsignedCharArray = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8))
     array.SetName("rgb")
     return array
 
 
 def cells_of_sizes(sizes: Sequence[int] | IntArray) -> vtkCellArray:
-    """Return cells of consecutive points, with the given numbers of points."""
+    """Return cells of consecutive points with the given numbers of points per cell."""
     offsets = np.concatenate([[0], np.cumsum(np.asarray(sizes, np.int64))]).astype(np.int32)
     cells = vtkCellArray()
     cells.SetData(
@@ -123,14 +124,14 @@ def uniform_cells(first: int, count: int, size: int) -> vtkCellArray:
 
 
 def show(actor: vtkActor, data: vtkPolyData) -> None:
-    """Set the data of an actor whose mapper is one of polygons."""
+    """Set the data of an actor that has a polygon mapper."""
     mapper = actor.GetMapper()
     assert isinstance(mapper, vtkPolyDataMapper)
     mapper.SetInputData(data)
 
 
 def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
-    """Draw only the inner side of all these planes; None for everything."""
+    """Clip an actor by planes, of which it shows the inner side, or by none."""
     if planes is None:
         actor.GetMapper().RemoveAllClippingPlanes()
     else:
@@ -138,7 +139,7 @@ def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
 
 
 def image(pixels: ByteArray) -> vtkImageData:
-    """Return pixels (height, width, channels) uint8, first row at the bottom, as a VTK image."""
+    """Convert pixels (height, width, channels) uint8, bottom row first, to a VTK image."""
     height, width, channels = pixels.shape
     out = vtkImageData()
     out.SetDimensions(width, height, 1)
@@ -147,12 +148,12 @@ def image(pixels: ByteArray) -> vtkImageData:
 
 
 def matrix(values: FloatArray) -> vtkMatrix4x4:
-    """Copy a matrix (4, 4) to VTK."""
+    """Copy a matrix (4, 4) to a VTK matrix."""
     out = vtkMatrix4x4()
     out.DeepCopy(np.asarray(values, np.float64).reshape(-1).tolist())
     return out
 
 
 def rgb(color: tuple[float, float, float]) -> ByteArray:
-    """Return RGB 0..1 as (3,) uint8."""
+    """Convert an RGB colour with components from 0 to 1 to (3,) uint8."""
     return np.asarray(np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)), np.uint8)

@@ -1,7 +1,7 @@
-"""Labels and symbols of the features over the outcrop. Qt, no VTK.
+"""Labels and symbols of the features over the outcrop, painted with Qt only.
 
-Nothing overlaps: symbols and labels take places in the image in the order of their importance.
-Those without a place are left out, and a symbol becomes a dot in its type's colour.
+Symbols and labels are placed in order of importance and do not overlap. Labels that do not fit
+are omitted, and symbols that do not fit become dots in the colour of their type.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from vomstudio.rendering.view.symbols import MIN_DISC_PIXELS, Signs, SymbolSet
 Project = Callable[[FloatArray], tuple[FloatArray, BoolArray]]
 
 MAX_HIDDEN_FRAMES = 6
-"""Frames of a moving view for which a label with a hidden place stays, because the depth of a
-coarse model varies."""
+"""Number of frames for which a label remains after its position has been hidden in a moving
+view, because the depth of a coarse model varies."""
 SYMBOL_HALF_SIZE = 13.0
-"""Half the side of the square around a symbol without other symbols, pixels."""
+"""Half the side of the square around a symbol that is kept free of other symbols, pixels."""
 DOT_DIAMETER = 6.0
 NEW_LABEL_CLEARANCE = 10.0
 CAP_LENGTH = 1.2
@@ -38,24 +38,25 @@ MAX_DOUBLE_CASED_STROKES = 1200
 PICK_DISTANCE = 7.0
 LABEL_GAP = 7.0
 LINE_POSITIONS = (0.25, 0.75, 0.0, 1.0)
-"""Positions along a feature's line of label and symbol if its anchor is hidden."""
+"""Alternative positions of label and symbol along a feature's line if its anchor is hidden."""
 SYMBOL_GAP = 17.0
-# Called for thousands of drawings at every change: a Python loop takes three times as long.
+# Called for thousands of drawings at every change; a Python loop would take three times as long.
 MAX_LABELLED_FEATURES = 30
-"""Features above which only selected ones are labelled by default."""
+"""Number of features above which only selected features are labelled by default."""
 _ID, _EXTENT, _LABEL, _SYMBOL = map(attrgetter, ("id", "extent", "label", "symbol"))
 
 
 @dataclass(frozen=True, eq=False)
 class _Ready:
-    """Visible drawings, prepared once for all frames until they change.
+    """Data of the visible drawings, cached until the drawings change.
 
     Parameters
     ----------
     rows : dict of str to int
         Row of each drawing by id.
     places : (n, 5, 3) float64
-        World positions for label and symbol: the anchor, then places along the line.
+        Possible positions of label and symbol in the World frame: the anchor, then points along
+        the line.
     sizes : (n, 2) float64
         Sizes of the labels, pixels.
     """
@@ -75,7 +76,7 @@ class _Ready:
         return len(self.drawings)
 
     def among(self, ids: Iterable[str]) -> IntArray:
-        """Return the rows of these ids, without those that are missing."""
+        """Return the rows of the drawings with these ids, ignoring missing ids."""
         rows = self.rows
         return np.array([rows[id_] for id_ in ids if id_ in rows], np.int64)
 
@@ -86,7 +87,7 @@ class _Ready:
         return flags
 
     def numbers(self, values: Mapping[str, int]) -> IntArray:
-        """Return the value (n,) of each drawing by its id, 0 if missing."""
+        """Return the value (n,) of each drawing, or 0 if `values` does not contain its id."""
         result = np.zeros(self.count, np.int64)
         rows_and_numbers = [
             (self.rows[id_], number) for id_, number in values.items() if id_ in self.rows
@@ -98,13 +99,14 @@ class _Ready:
 
 
 class Annotations:
-    """Labels, symbols and strokes that Qt paints over the view."""
+    """Labels, symbols and strokes that are painted over the view."""
 
     def __init__(self) -> None:
         self.labels = painting.LabelCache()
         self.label_boxes: list[tuple[str, QRectF]] = []
         self.label_mode = "auto"
-        """Labelled features: "all", "selected", "none", or "auto" for all of a few."""
+        """Labelled features: "all", "selected", "none", or "auto" (all if there are only a
+        few)."""
         self._numbers: dict[tuple[str, float], QPixmap] = {}
         self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
         self._ready: _Ready | None = None
@@ -117,7 +119,7 @@ class Annotations:
         self._owners: IntArray = np.zeros(0, np.int64)
 
     def forget(self) -> None:
-        """Prepare the drawings again after a change."""
+        """Discard the cached data after a change of the drawings."""
         self._previous = self._ready or self._previous
         self._ready = None
 
@@ -127,7 +129,7 @@ class Annotations:
         self._previous = self._ready = None
 
     def at(self, x: float, y: float) -> str | None:
-        """Return the feature whose label or symbol is at a pixel."""
+        """Return the id of the feature whose label or symbol is at a pixel, or None."""
         for key, box in self.label_boxes:
             if box.contains(x, y):
                 return key
@@ -166,11 +168,11 @@ class Annotations:
             Ids of the selected features.
         camera : Camera
         project : callable
-            Returns pixels of World points, and whether they are visible.
+            Returns the pixels of points in the World frame, and whether each is visible.
         size : tuple of float
             Width and height of the picture.
         kept_free : iterable of QRectF, optional
-            Rectangles without labels.
+            Rectangles in which no label is placed.
         moving : bool, optional
             Whether the camera is moving.
         """
@@ -217,7 +219,7 @@ class Annotations:
         )
 
     def _measure(self, drawings: list[FeatureDrawing]) -> tuple[FloatArray, FloatArray]:
-        """Return places and sizes of the labels; unchanged drawings are reused."""
+        """Return the positions and sizes of the labels, reusing those of unchanged drawings."""
         places, sizes = (
             np.zeros((len(drawings), 1 + len(LINE_POSITIONS), 3)),
             np.zeros((len(drawings), 2)),
@@ -241,12 +243,13 @@ class Annotations:
         return places, sizes
 
     def _choose_positions(self, ready: _Ready, is_visible: BoolArray, moving: bool) -> IntArray:
-        """Return the place (n,) of each label: the last one while visible, else a visible one.
+        """Return the index (n,) of each label's position, preferably the previous one.
 
-        A long trace is thus labelled however near the viewer is.
+        If the previous position is hidden, a visible one is chosen, so that a long trace is
+        labelled even in a close view.
         """
         last_positions = ready.numbers(self._position_by_id)
-        # Return to the anchor once the view is at rest.
+        # Return to the anchor once the view has come to rest.
         preferred = last_positions if moving else np.zeros_like(last_positions)
         is_kept = is_visible[np.arange(ready.count), preferred] | ~is_visible.any(axis=1)
         if moving:
@@ -284,10 +287,10 @@ class Annotations:
         candidates = inside & (is_patient | is_selected[rows]) & (~ready.discs | small)
         was_shown = ready.flags(self._symbols_shown)[rows]
         order = order_by_importance(is_selected[rows], was_shown, extents, moving=moving)
-        # With a margin, because a symbol may be partly outside the image.
+        # Includes a margin, because a symbol may be partly outside the image.
         room = LabelGrid(size[0] + 40.0, size[1] + 40.0)
         full, dots, discs = [], [], []
-        # A few selected symbols are drawn over all others; many would overlap each other.
+        # A few selected symbols are drawn over all others, but many would overlap each other.
         selected_rows = np.flatnonzero(is_selected[rows])
         certain = (
             set(selected_rows.tolist()) if len(selected_rows) <= MAX_SELECTED_ON_TOP else set()
@@ -313,7 +316,7 @@ class Annotations:
         self._remember(self._symbols_shown, ready, rows[full].tolist(), is_visible)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colors = [ready.drawings[i].color for i in rows]
-        # The first in the order is drawn last, over the others.
+        # The most important symbol is drawn last, over the others.
         self._paint_dots(painter, signs.pixels, discs[::-1], colors, MIN_DISC_PIXELS)
         self._paint_dots(painter, signs.pixels, dots[::-1], colors, DOT_DIAMETER)
         strokes, owners = signs.strokes(full)
@@ -339,7 +342,7 @@ class Annotations:
             painter.drawPixmap(QPointF(x - half, y - half), self._dot(colors[i], width, ratio))
 
     def _dot(self, color: tuple[float, float, float], width: float, ratio: float) -> QPixmap:
-        """Return a dot as a small picture: drawing round points takes Qt ten times as long."""
+        """Return a dot as a small picture, because Qt draws round points ten times more slowly."""
         key = (color, width, ratio)
         pixmap = self._dots.get(key)
         if pixmap is None:
@@ -363,7 +366,7 @@ class Annotations:
     ) -> None:
         if not len(strokes):
             return
-        # Flat ends, slightly longer, take a third of the time of round ones.
+        # Slightly longer strokes with flat ends take a third of the time of round ends.
         along = strokes[:, 1] - strokes[:, 0]
         along *= CAP_LENGTH / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
         longer = strokes + np.stack([-along, along], axis=1)
@@ -373,15 +376,15 @@ class Annotations:
             groups.setdefault((bool(is_selected[owner]), colors[owner]), []).append(line)
         shade = QColor(painting.DARK)
         shade.setAlphaF(0.85)
-        # Selected strokes over all others.
+        # Selected strokes are drawn over all others.
         for selected in (False, True):
             selected_groups = {color: part for (s, color), part in groups.items() if s == selected}
             stroke_lines = [line for part in selected_groups.values() for line in part]
             if not stroke_lines:
                 continue
             wider = 2.0 if selected else 0.0
-            # A light casing within the dark one, since a symbol may lie on the line of its own
-            # trace. Very many symbols have only one casing to save time.
+            # A light casing inside the dark one separates a symbol from the line of its own
+            # trace. If there are very many symbols, only one casing is drawn to save time.
             casing = [(shade, 6.2), (painting.TEXT, 4.6)]
             for tint, wide in (
                 casing if len(stroke_lines) < MAX_DOUBLE_CASED_STROKES else [(painting.TEXT, 4.6)]
@@ -424,7 +427,7 @@ class Annotations:
 
     # --- labels ------------------------------------------------------------------------------
     def _labels_selection_only(self, ready: _Ready) -> bool:
-        """Return whether only selected features have labels: many labels hide the rock."""
+        """Return whether only selected features are labelled to avoid hiding the rock."""
         is_many = int(ready.labelled.sum()) > MAX_LABELLED_FEATURES
         return self.label_mode == "selected" or (self.label_mode == "auto" and is_many)
 
@@ -449,7 +452,8 @@ class Annotations:
             candidates &= is_selected
         order = order_by_importance(is_selected, was_shown, ready.extents, moving=moving)
         corners = ready.numbers(self._corners)
-        # While the view moves, a new label needs more space, or it would vanish at the next step.
+        # While the view moves, a new label needs more space, so that it does not vanish at the
+        # next step.
         clear = np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if moving else None
         placed = place_labels(
             grid, anchors, ready.sizes, order[candidates[order]], gap, corners, clear
@@ -467,7 +471,7 @@ class Annotations:
     def _patient(
         self, ready: _Ready, is_visible: BoolArray, shown: dict[str, int], moving: bool
     ) -> BoolArray:
-        """Return which are visible; while the view moves also those visible a few frames ago."""
+        """Return which drawings are visible, or were visible recently if the view is moving."""
         if not moving or not shown:
             return is_visible
         return is_visible | ready.flags(
@@ -477,7 +481,7 @@ class Annotations:
     def _remember(
         self, shown: dict[str, int], ready: _Ready, shown_rows: Iterable[int], is_visible: BoolArray
     ) -> None:
-        """Count for each shown row the frames in which it has not been visible."""
+        """Count the frames for which each shown row has been invisible."""
         previous = dict(shown)
         shown.clear()
         for row in shown_rows:
@@ -492,7 +496,7 @@ def _flat(color: QColor, width: float) -> QPen:
 
 
 def _places(drawing: FeatureDrawing) -> FloatArray:
-    """Return the places (5, 3) of a drawing in World."""
+    """Return the possible label positions (5, 3) of a drawing in the World frame."""
     line = np.asarray(drawing.line, float).reshape(-1, 3)
     anchor = np.asarray(drawing.anchor, float)
     if len(line) < 2:
@@ -502,7 +506,7 @@ def _places(drawing: FeatureDrawing) -> FloatArray:
 
 
 def _blank(width: float, height: float, ratio: float) -> QPixmap:
-    """Return a transparent picture of this size in logical pixels."""
+    """Return a transparent picture of a given size in logical pixels."""
     pixmap = QPixmap(int(np.ceil(width * ratio)), int(np.ceil(height * ratio)))
     pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(Qt.GlobalColor.transparent)

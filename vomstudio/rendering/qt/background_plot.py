@@ -1,4 +1,4 @@
-"""Plotter window of PyVista in a program that already runs Qt."""
+"""PyVista plotter window for a program that already runs Qt."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def create_plotter(app: Any) -> Any:
-    """Return a plotter for the running QApplication, which draws on changes, not periodically."""
+    """Return a plotter for the running QApplication that draws only when something changes."""
     import pyvistaqt
 
     plotter: Any = pyvistaqt.BackgroundPlotter(app=app, auto_update=False)

@@ -1,4 +1,4 @@
-"""Colour bars and the clipping box over the outcrop. Qt, no VTK."""
+"""Painting of colour bars and the clipping box over the outcrop, with Qt only."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from vomstudio.rendering.view.scalars import MISSING, Scale
 BAR_WIDTH = 16.0
 MAX_BAR_HEIGHT = 300.0
 TOP = 42.0
-"""Below the message bar."""
+"""Top of the colour bars, below the message bar."""
 PAD = 9.0
 MAX_TITLE_WIDTH = 190.0
 MAX_ROWS = 40
-"""Maximum number of named classes."""
+"""Maximum number of classes that are listed."""
 MISSING_TEXT = to_translate("no value")
 
 BOX_COLOR = QColor("#f0e442")
@@ -30,7 +30,7 @@ HANDLE_RADIUS = 12.5
 
 
 class ColorBar:
-    """Colour bar with its top right corner at (right, top), ending above `bottom`.
+    """Colour bar whose upper-right corner is at (right, top) and which ends above `bottom`.
 
     `captions` contains the title and further lines, such as the model's name.
     """
@@ -57,7 +57,7 @@ class ColorBar:
             max_rows = max(1, int((room - self._head - self._foot - 2.0 * PAD) / row))
             self._rows = list(scale.categories)
             if len(self._rows) > MAX_ROWS:
-                # So many categories are told apart by their borders.
+                # Borders distinguish categories with similar colours.
                 self._left_out, self._rows = len(self._rows), []
             elif len(self._rows) > max_rows:
                 self._left_out = len(self._rows) - (max_rows - 1)
@@ -84,9 +84,9 @@ class ColorBar:
         )
 
     def _ticks(self, tall: float) -> list[tuple[float, str]]:
-        """Return position 0..1 from the bottom and text of the ticks.
+        """Return the position (0 to 1 from the bottom) and the text of each tick.
 
-        These are both ends, and round values that do not overlap others.
+        The ticks are both ends of the scale, and round values whose texts do not overlap.
         """
         scale, width = self.scale, self.scale.high - self.scale.low
         if width <= 0.0:
@@ -154,7 +154,7 @@ class ColorBar:
         table = np.ascontiguousarray(self.scale.table[::-1])
         strip = QImage(table.data, 1, len(table), 3, QImage.Format.Format_RGB888)
         metrics = QFontMetricsF(self._font)
-        # Half a line above and below, where the texts of the ends extend beyond.
+        # Adds half a line above and below, because the texts of the ends extend beyond the bar.
         half = metrics.capHeight() / 2.0 + 1.0
         ramp = QRectF(left, top + half, BAR_WIDTH, self._inner - 2.0 * half)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
@@ -173,7 +173,7 @@ class ColorBar:
 def lay_out_bars(
     shown: Sequence[tuple[Scale, Sequence[str]]], width: float, height: float
 ) -> list[ColorBar]:
-    """Lay out bars from the right, above the scale bar; those that do not fit are left out."""
+    """Lay out colour bars from right to left above the scale bar; omit those that do not fit."""
     bars: list[ColorBar] = []
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
     for scale, captions in shown:
@@ -196,19 +196,19 @@ def draw_clip_box(
     hot: int | None,
     letters: Sequence[str],
 ) -> None:
-    """Draw edges and handles of a clipping box.
+    """Draw the edges and handles of a clipping box.
 
     Parameters
     ----------
     painter : QPainter
     corners : (8, 2) float64
-        Pixels of ClipBox.corners, NaN behind the viewer.
+        Pixels of `ClipBox.corners`; NaN for corners behind the viewer.
     centres : (6, 2) float64
         Pixels of the handles, in the order of FACES.
     usable : sequence of bool
         Whether each handle can be dragged.
     hot : int or None
-        Handle under the pointer.
+        Handle under the cursor.
     letters : sequence of str
         Names of the three axes.
     """

@@ -1,4 +1,4 @@
-"""Moves of the view's camera, except those by the mouse."""
+"""Camera moves of the view, except those made with the mouse."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 
 
 class CameraMoves(QObject):
-    """Moves of the camera. Callers that move the camera themselves must call `moved`."""
+    """Camera moves. Callers that move the camera directly must call `moved`."""
 
     changed = Signal()
     restored = Signal()
@@ -30,7 +30,7 @@ class CameraMoves(QObject):
         self._fitted: FloatArray | None = None
 
     def moved(self) -> None:
-        """Draw once in the next paint, and refine after a delay."""
+        """Request a drawing in the next paint, and its refinement after a delay."""
         self._fitted = None
         self._picture.stir()
         self.changed.emit()
@@ -43,9 +43,9 @@ class CameraMoves(QObject):
         self._frame_all()
 
     def frame(self, points_world: FloatArray) -> None:
-        """Show all these World points (n, 3), keeping the view direction.
+        """Show all points (n, 3) of the World frame, keeping the view direction.
 
-        They are kept in view when the widget is resized before the camera moves.
+        They are kept in view if the widget is resized before the camera is moved.
         """
         points = np.asarray(points_world, float)
         self.fit(points)
@@ -57,25 +57,25 @@ class CameraMoves(QObject):
         self.moved()
 
     def resized(self) -> None:
-        """Keep everything in view if the camera has not moved since it was framed."""
+        """Frame the same points again unless the camera has been moved since."""
         if self._fitted is not None:
             self.frame(self._fitted)
 
     def stay(self) -> None:
-        """Do not frame again when the widget is resized."""
+        """Keep the camera when the widget is resized."""
         self._fitted = None
 
     def set_pivot(self, point_world: FloatArray) -> None:
-        """Orbit about this World point; the view does not change."""
+        """Set the pivot of rotations, a point in the World frame; the view does not change."""
         self.camera.set_pivot(np.asarray(point_world, float))
         self._picture.redraw_once()
 
     def standard_view(self, name: str) -> None:
         """Look in a named direction, and frame everything visible.
 
-        Names are those of the view direction ("north" looks from the south): north, northeast,
-        east, southeast, south, southwest, west, northwest, down, up; "top" is "down", "bottom"
-        is "up".
+        Names refer to the view direction ("north" is the view from the south): north, northeast,
+        east, southeast, south, southwest, west, northwest, down, up. "top" is the same as
+        "down", and "bottom" the same as "up".
         """
         trend, plunge = STANDARD_VIEWS[VIEW_ALIASES.get(name, name)]
         self.camera.look_along(trend, plunge)
@@ -84,13 +84,14 @@ class CameraMoves(QObject):
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
         """Look along a direction, keeping the pivot.
 
-        Image up is the projection of Up, or North if the view is within 1 degree of vertical.
+        The projection of Up points upwards in the image, or North if the view is within 1 degree
+        of vertical.
         """
         self.camera.look_along(trend_deg, plunge_deg)
         self.moved()
 
     def set_orthographic(self, orthographic: bool) -> None:
-        """Switch the projection; the size at the pivot's distance does not change."""
+        """Switch the projection, keeping the scale at the distance of the pivot."""
         if orthographic != self.camera.orthographic:
             self.camera.orthographic = orthographic
             self.moved()
@@ -106,15 +107,15 @@ class CameraMoves(QObject):
         return self.camera.orthographic
 
     def view_direction(self) -> tuple[float, float]:
-        """Return trend and plunge of the view direction, degrees, plunge positive downwards."""
+        """Return the trend and plunge (positive downwards) of the view direction, degrees."""
         return self.camera.trend_plunge()
 
     def metres_per_pixel(self) -> float:
-        """Return metres per logical pixel at the pivot's distance (anywhere if orthographic)."""
+        """Return the scale at the distance of the pivot, in metres per logical pixel."""
         return self.camera.metres_per_pixel(self._pane.extent()[1])
 
     def seen(self) -> tuple[FloatArray, float, float]:
-        """Return the World point (3,) in the middle of the view, and the view's size.
+        """Return the centre (3,) of the view in the World frame, and the size of the view.
 
         The size is in metres, at the distance of the pivot.
 
@@ -128,11 +129,11 @@ class CameraMoves(QObject):
     # -- stored view state
 
     def camera_state(self) -> dict[str, Any]:
-        """Return the view as plain values for `set_camera_state`."""
+        """Return the state of the camera as plain values for `set_camera_state`."""
         return self.camera.to_dict()
 
     def set_camera_state(self, state: dict[str, Any]) -> None:
-        """Restore a view. Raises ValueError, without a change, if it is not valid."""
+        """Restore a camera state. Raises ValueError, without a change, if it is not valid."""
         self.camera.restore(state)
         self.restored.emit()
         self.moved()

@@ -1,4 +1,4 @@
-"""Clipping box of a view with handles on its faces."""
+"""Clipping box of a view, with handles on its faces."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ FACE_PIXELS = 14.0
 
 
 class ClipHandles(QObject):
-    """Clipping box.
+    """Clipping box with draggable faces.
 
     Attributes
     ----------
     box : ClipBox or None
-        Box outside which nothing is drawn or picked.
+        Nothing is drawn or picked outside this box.
     handles : bool
         Whether its faces can be dragged.
     hot : int or None
@@ -35,7 +35,7 @@ class ClipHandles(QObject):
     """
 
     changed = Signal(object)
-    """ClipBox, while a handle is dragged"""
+    """Emits the ClipBox while a handle is dragged."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class ClipHandles(QObject):
         self._life, self._picture, self._annotations = life, picture, annotations
 
     def set_box(self, box: ClipBox | None, *, handles: bool = True) -> None:
-        """Draw and pick only inside a box, None for everything; optionally with handles."""
+        """Set the clipping box, or None for no clipping, and whether it has handles."""
         if handles != self.handles:
             self.handles = handles
             self._pane.update()
@@ -75,13 +75,13 @@ class ClipHandles(QObject):
     # -- contents of the box
 
     def holds(self, points: FloatArray) -> BoolArray:
-        """Return whether World points (n, 3) are inside the box."""
+        """Return whether points (n, 3) in the World frame are inside the box."""
         if self.box is None:
             return np.ones(len(points), np.bool_)
         return self.box.holds(points)
 
     def meets(self, drawing: FeatureDrawing) -> bool:
-        """Return whether a part of a feature is inside the box."""
+        """Return whether any part of a feature is inside the box."""
         if self.box is None:
             return True
         points = drawing.line if len(drawing.line) else drawing.anchor
@@ -90,7 +90,7 @@ class ClipHandles(QObject):
     # -- drag of a face
 
     def places(self) -> tuple[FloatArray, FloatArray, list[bool]]:
-        """Return the pixels of corners and handles, and which handles can be dragged."""
+        """Return the pixels of the corners and handles, and which handles can be dragged."""
         assert self.box is not None
         extent = self._pane.extent()
         corners, _ = self._camera.project(self.box.corners(), extent)
@@ -106,7 +106,7 @@ class ClipHandles(QObject):
         return corners, pixels, usable
 
     def face_at(self, x: float, y: float) -> int | None:
-        """Return the face whose handle is at a pixel."""
+        """Return the face whose handle is at a pixel, or None."""
         if self.box is None or not self.handles:
             return None
         _, pixels, usable = self.places()
@@ -116,7 +116,7 @@ class ClipHandles(QObject):
         return best if off[best] <= FACE_PIXELS else None
 
     def drag_face(self, face: int, x: float, y: float) -> None:
-        """Move a face to the line of sight through a pixel, if they meet."""
+        """Move a face along its axis so that it follows the cursor at a pixel."""
         assert self.box is not None
         axis, side = FACES[face]
         origin, direction = self._camera.ray(x, y, self._pane.extent())
@@ -130,7 +130,7 @@ class ClipHandles(QObject):
         self.changed.emit(self.box)
 
     def release_face(self) -> None:
-        """End the drag of a face."""
+        """End dragging a face."""
         self._picture.schedule_rest()
         self._pane.update()
 

@@ -23,9 +23,9 @@ def compass_box(height: float) -> QRectF:
 
 
 def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_known: bool) -> None:
-    """Draw a level ring with a needle to North, as the camera sees it.
+    """Draw a horizontal ring with a needle pointing North, as seen by the camera.
 
-    `frame` contains the rows right, up, direction of the camera in World.
+    The rows of `frame` are the right, up and view directions of the camera in the World frame.
     """
     box = compass_box(height)
     centre = box.center()
@@ -64,7 +64,7 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
             continue
         turned = math.radians(90.0 * k)
         at = place((math.sin(turned), math.cos(turned), 0.0), radius + 9.0)
-        # In a horizontal view letters meet at the needle: the first keeps its place.
+        # In a horizontal view the letters meet at the needle, and only the first one is drawn.
         if any(math.hypot(at.x() - q.x(), at.y() - q.y()) < 13.0 for q in occupied):
             continue
         occupied.append(at)
@@ -88,7 +88,7 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
 
 
 def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
-    """Return a round length in metres and in pixels, at most a sixth of the view."""
+    """Return a round length in metres and its pixels, at most a sixth of the view's width."""
     longest = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
     length = round_length(max(longest, 1e-6))
     return length, length / metres_per_pixel
@@ -108,7 +108,7 @@ def draw_scale_bar(
     orthographic: bool,
     unit_known: bool = True,
 ) -> None:
-    """Draw a scale bar of a round length."""
+    """Draw a scale bar with a round length."""
     length, pixels = scale_bar(metres_per_pixel, width)
     right = width - MARGIN
     left = right - pixels

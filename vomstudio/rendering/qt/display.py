@@ -1,4 +1,4 @@
-"""Appearance of the models in the view: display mode, light, points and fields."""
+"""Appearance of the models in the view: display mode, lighting, points and fields."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ModelAppearance(QObject):
     """Appearance of the models; `captions` contains their names if several show a field."""
 
     field_shown = Signal(str)
-    """Model id, when the colours of its field are available from `scale_of`."""
+    """Emits the model id when the colour scale of its field is available from `scale_of`."""
 
     def __init__(
         self, life: SceneLife, picture: ScenePicture, models: ShownModels, parent: QObject
@@ -37,12 +37,12 @@ class ModelAppearance(QObject):
         models.removed.connect(self._forget_field)
 
     def set_mode(self, mode: str) -> None:
-        """Set the mode: textured, vertex_colors, plain shaded, wireframe, points or field."""
+        """Set the display mode, one of `scene.appearance.DISPLAY_MODES`."""
         self._mode = mode
 
         def apply(scene: Scene) -> None:
             if mode != "field":
-                # Colours of a field that is not shown would only use memory.
+                # The colours of a field that is not displayed would only use memory.
                 for model_id in list(scene.models):
                     scene.set_field(model_id, None)
             scene.set_mode(mode)
@@ -56,7 +56,7 @@ class ModelAppearance(QObject):
         self._change(lambda scene: scene.set_lit(mode, lit))
 
     def set_point_size(self, pixels: float | None) -> None:
-        """Set the size of cloud points in logical pixels; None closes the surface."""
+        """Set the size of cloud points in logical pixels; None closes the gaps between points."""
         self._change(lambda scene: scene.set_point_size(pixels))
 
     def set_eye_dome(self, on: bool) -> None:
@@ -74,9 +74,9 @@ class ModelAppearance(QObject):
     # -- fields
 
     def set_field(self, model_id: str, style: FieldStyle | None, caption: str = "") -> None:
-        """Set the field that a model shows in the display mode "field", None for none.
+        """Set the field of a model for the display mode "field", or None to remove it.
 
-        `caption` is the name of the model, shown if several models show a field.
+        `caption` is the name of the model; it is shown if several models show a field.
         """
         self.captions[model_id] = caption
         if style == self._styles.get(model_id):
@@ -91,7 +91,7 @@ class ModelAppearance(QObject):
             self._picture.renew()
 
     def scale_of(self, model_id: str) -> Scale | None:
-        """Return the colour scale of a model that shows a field."""
+        """Return the colour scale of a model's field, or None if the model shows no field."""
         scene = self._life.scene
         model = None if scene is None else scene.models.get(model_id)
         if model is None or model.field is None or self._mode != "field":
@@ -99,7 +99,7 @@ class ModelAppearance(QObject):
         return model.field.scale
 
     def scales(self) -> list[tuple[Scale, str]]:
-        """Return the scales of all fields shown, with the ids of their models."""
+        """Return the colour scales of all displayed fields, with the ids of their models."""
         scene = self._life.scene
         if scene is None:
             return []
@@ -114,7 +114,7 @@ class ModelAppearance(QObject):
             self._color(model_id)
 
     def _color(self, model_id: str) -> None:
-        """Compute the colours of a model's field in a worker if they are shown."""
+        """Start to compute the colours of a model's field if the field is displayed."""
         scene = self._life.scene
         model = None if scene is None else scene.models.get(model_id)
         style = self._styles.get(model_id)

@@ -1,4 +1,4 @@
-"""Picking of features by pixel."""
+"""Picking of features at a pixel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def feature_at(
     *,
     discs: bool = True,
 ) -> str | None:
-    """Return the id of the feature at a pixel: the nearest line, else the front-most disc.
+    """Return the id of the feature with the nearest line, or else the front-most disc.
 
     `extent` is the size of the picture.
     """

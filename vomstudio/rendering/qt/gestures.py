@@ -1,7 +1,7 @@
 """Mouse gestures over the viewport: camera moves and events for the tools.
 
-A click is press and release within `MAX_CLICK_PX`; a longer movement is a drag, whose meaning
-is fixed at its start.
+A click is a press and a release within `MAX_CLICK_PX`. A longer movement is a drag, whose action
+is determined at its start.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ BUTTONS = {
 
 
 class GestureView(Pane, Protocol):
-    """Widget as the gestures use it."""
+    """Protocol of the widget that receives gestures."""
 
     preview: Preview | None
 
@@ -51,11 +51,11 @@ class GestureView(Pane, Protocol):
     def world_of(self, hit: Hit) -> FloatArray: ...
 
     def hover(self, x: float, y: float, *, free: bool) -> None:
-        """Handle the cursor at a pixel; `free` if it is over no vertex of the preview."""
+        """Handle the cursor at a pixel; `free` means that it is not over a preview vertex."""
 
 
 class Moves(Protocol):
-    """Moves of the camera."""
+    """Protocol for camera moves."""
 
     camera: Camera
 
@@ -66,7 +66,7 @@ class Moves(Protocol):
 
 
 class Faces(Protocol):
-    """Handles on the faces of a box."""
+    """Protocol for the handles on the faces of a box."""
 
     def face_at(self, x: float, y: float) -> int | None: ...
 
@@ -76,17 +76,18 @@ class Faces(Protocol):
 
 
 class Gestures(QObject):
-    """Mouse gestures.
+    """Mouse gestures of the viewport.
 
     Attributes
     ----------
     orbit_button : MouseButton
-        The right button leaves drags with the left one to the tool.
+        Button that orbits. If it is the right button, drags with the left button are passed to
+        the tool.
     tool_takes_keys : bool
-        Whether the tool uses Shift with the left button, which else pans, and the wheel with
-        Ctrl or Shift.
+        Whether the tool uses Shift with the left button, which otherwise pans, and Ctrl or Shift
+        with the wheel.
     cursor : QPointF or None
-        Position of the mouse, None outside.
+        Position of the cursor, or None if it is outside the view.
     hot_handle : int or None
         Vertex of the preview under the cursor.
     held_face : int or None
@@ -118,13 +119,13 @@ class Gestures(QObject):
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
         self._hover.timeout.connect(self._emit_hover)
-        # A tool whose measurements lag behind its drag catches up when the cursor stops.
+        # A tool whose measurements are delayed during a drag updates them when the cursor stops.
         self._still = QTimer(self)
         self._still.setInterval(STILL_MS)
         self._still.timeout.connect(self._stand_still)
 
     def set_turntable(self, enabled: bool) -> None:
-        """Orbit with Z up, or freely like a trackball."""
+        """Set whether orbiting keeps the z axis upright or is free, as with a trackball."""
         self._turntable = enabled
 
     def stop(self) -> None:
@@ -132,7 +133,7 @@ class Gestures(QObject):
         self._still.stop()
 
     def handle_at(self, x: float, y: float) -> int | None:
-        """Return the vertex of the preview at a pixel."""
+        """Return the preview vertex at a pixel, or None."""
         preview = self._view.preview
         if preview is None or not len(preview.line):
             return None
@@ -179,7 +180,7 @@ class Gestures(QObject):
         event.accept()
 
     def _begin_action(self, event: QMouseEvent) -> None:
-        """Determine the action of a drag once the button has moved far enough."""
+        """Determine the action of a drag once the cursor has moved far enough."""
         assert self._press is not None
         if self.held_face is not None:
             self._action = "face"
@@ -250,7 +251,7 @@ class Gestures(QObject):
         self._moves.moved()
 
     def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
-        """Pass a movement to the tool, in steps without gaps for its brush."""
+        """Pass a drag to the tool, in steps that leave no gaps in a brush stroke."""
         movement, steps = at - last, 1
         preview, camera = self._view.preview, self._camera
         brush = preview.brush if preview is not None else None
@@ -296,7 +297,7 @@ class Gestures(QObject):
 
     def double_click(self, event: QMouseEvent) -> None:
         if self.orbit_button != Qt.MouseButton.LeftButton:
-            # Quick strokes of a brush are not double clicks.
+            # Quick brush strokes are not double clicks.
             self.press(event)
             return
         self._press = self._last = event.position()
@@ -310,7 +311,7 @@ class Gestures(QObject):
         self.pointer.emit(event_made)
 
     def wheel(self, event: QWheelEvent) -> None:
-        # Some systems turn the wheel sideways while Shift is held.
+        # Some systems report a horizontal wheel movement while Shift is held.
         turned = event.angleDelta()
         notches = (turned.y() or turned.x()) / 120.0
         if notches == 0.0:

@@ -1,4 +1,4 @@
-"""Overlays that change only with the camera."""
+"""Overlays that change only when the camera moves."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Size = tuple[float, float]
 
 
 class Overlays:
-    """Labels, colour bars, compass and scale bar.
+    """Overlays of the view: labels, colour bars, compass and scale bar.
 
     Attributes
     ----------
     north_known, unit_known : bool
-        Whether World's y is North, and its unit the metre.
+        Whether the y axis of the World frame points North, and whether its unit is the metre.
     bars : list of ColorBar
-        Colour bars as last painted.
+        Colour bars of the last paint.
     """
 
     def __init__(self, camera: Camera, captions: Mapping[str, str]) -> None:
-        """Create overlays; `captions` contains the names of models if several show a field."""
+        """Create overlays; `captions` contains the model names if several models show a field."""
         self._camera = camera
         self._captions = captions
         self.annotations = Annotations()
@@ -61,9 +61,9 @@ class Overlays:
         selected : frozenset of str
             Ids of the selected features.
         scales : list of (Scale, str)
-            Scales of the fields shown, with the ids of their models.
+            Colour scales of the displayed fields, with the ids of their models.
         project : callable
-            Returns pixels of World points, and whether they are visible.
+            Returns the pixels of points in the World frame, and whether each is visible.
         moving : bool
             Whether the camera is moving.
         """

@@ -1,7 +1,7 @@
-"""Painting of text, labels and previews over the outcrop. Qt, no VTK.
+"""Painting of text, labels and previews over the outcrop, with Qt only.
 
-All sizes are in logical pixels from the top left corner, so that they are sharp at any scaling
-of the screen.
+Sizes and positions are in logical pixels from the upper-left corner, so that the overlays are
+sharp at any screen scaling.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from vomstudio.studio.tools.interaction_types import Outline
 
 MIN_POINT_SIZE = 9.0
 
-# Okabe and Ito's colour-blind safe palette; each verdict also has a shape and a word.
+# Colour-blind safe palette by Okabe and Ito; each verdict also has a shape and a word.
 VERDICT_COLORS = {"good": "#00a878", "doubtful": "#f0a500", "poor": "#e0402a"}
 
 PANEL = QColor(18, 20, 23, 205)
@@ -38,7 +38,7 @@ DARK = QColor(20, 20, 22)
 
 
 def system_font(factor: float = 1.0, *, bold: bool = False) -> QFont:
-    """Return the system's font, at least 9 pt."""
+    """Return the system font with a size of at least 9 pt."""
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
     size = font.pointSizeF() if font.pointSizeF() > 0 else MIN_POINT_SIZE
     font.setPointSizeF(max(MIN_POINT_SIZE, size * factor))
@@ -47,7 +47,7 @@ def system_font(factor: float = 1.0, *, bold: bool = False) -> QFont:
 
 
 def to_color(rgb: tuple[float, float, float], alpha: float = 1.0) -> QColor:
-    """Convert red, green and blue, 0 to 1, to a colour of Qt."""
+    """Convert red, green and blue values from 0 to 1 to a QColor."""
     r, g, b = (min(max(float(v), 0.0), 1.0) for v in rgb)
     return QColor.fromRgbF(r, g, b, alpha)
 
@@ -56,9 +56,10 @@ _letters: dict[tuple[str, str, float], QImage] = {}
 
 
 def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font: QFont) -> None:
-    """Draw white text with a dark outline, legible on any rock.
+    """Draw white text with a dark outline, which is legible on any background.
 
-    Letters are cached as small images: stroking the outlines took 3 ms of every step of a drag.
+    Letters are cached as small images, because stroking the outlines took 3 ms per step of a
+    drag.
     """
     ratio = painter.device().devicePixelRatioF()
     metrics = QFontMetricsF(font)
@@ -83,7 +84,7 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
         inner.fillPath(path, TEXT)
         inner.end()
         _letters[key] = image
-    # Whole device pixels keep the letters sharp.
+    # Integer device pixels keep the letters sharp.
     x_left = round((x - rim) * ratio) / ratio
     top = round((baseline - metrics.ascent() - rim) * ratio) / ratio
     painter.drawImage(QPointF(x_left, top), image)
@@ -157,14 +158,14 @@ class LabelCache:
 
 
 def polyline(points: FloatArray) -> QPolygonF:
-    """Convert points (n, 2) to a polyline of Qt."""
+    """Convert points (n, 2) to a Qt polygon."""
     return QPolygonF([QPointF(float(x), float(y)) for x, y in points])
 
 
 def draw_runs(
     painter: QPainter, pixels: FloatArray, is_visible: BoolArray, color: QColor, width: float
 ) -> None:
-    """Draw a line through pixels (n, 2): with a halo if visible, faint if hidden."""
+    """Draw a line through pixels (n, 2), with a halo where visible and faint where hidden."""
     if len(pixels) < 2:
         return
     is_seen_run = is_visible[:-1] & is_visible[1:]
@@ -258,7 +259,7 @@ def draw_handle(
     hot: bool,
     marked: bool = False,
 ) -> None:
-    """Draw a vertex: larger under the cursor, with a second ring if marked."""
+    """Draw a vertex, which is larger under the cursor and has a second ring if marked."""
     radius = 6.5 if hot else 4.6
     fill = QColor(color)
     if not is_visible:
@@ -292,7 +293,7 @@ def draw_name(painter: QPainter, x: float, y: float, text: str, room: QRect) -> 
 
 
 def draw_verdict_shape(painter: QPainter, box: QRectF, verdict: str) -> None:
-    """Draw the shape of a verdict: good circle, doubtful triangle, poor square."""
+    """Draw the shape of a verdict: circle for good, triangle for doubtful, square for poor."""
     painter.setPen(QPen(TEXT, 1.2))
     painter.setBrush(QColor(VERDICT_COLORS.get(verdict, "#9a9a9a")))
     if verdict == "good":

@@ -1,4 +1,4 @@
-"""Camera positions of photos over the outcrop: shown, labelled under the cursor, picked."""
+"""Display and picking of camera positions over the outcrop."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ CAMERA_PIXELS = 9.0
 
 
 class PhotoCameras:
-    """Camera positions of photos.
+    """Camera positions of photos in the view.
 
     Attributes
     ----------
     frusta : sequence of Frustum
-        In World.
+        Cameras in the World frame.
     selection : frozenset of str
         Names of the emphasised photos.
     hot : str or None
@@ -43,12 +43,12 @@ class PhotoCameras:
         self._life, self._picture = life, picture
 
     def furnish(self, scene: Scene) -> None:
-        """Pass the state to a scene that starts."""
+        """Pass the state to a new scene."""
         scene.cameras.show(self.frusta)
         scene.cameras.choose(self.selection)
 
     def show(self, frusta: Sequence[Frustum]) -> None:
-        """Show the cameras of photos, in World."""
+        """Show the cameras of photos, given in the World frame."""
         previous = self.frusta
         self.frusta, self.hot = tuple(frusta), None
         if not previous and not self.frusta:
@@ -72,7 +72,7 @@ class PhotoCameras:
             self._picture.redraw_features()
 
     def at(self, x: float, y: float) -> str | None:
-        """Return the photo whose camera is at a pixel."""
+        """Return the name of the photo whose camera is at a pixel, or None."""
         if not self.frusta:
             return None
         extent = self._pane.extent()

@@ -18,7 +18,7 @@ from vomstudio.studio.tools.interaction_types import BrushRing, Preview
 
 
 class Projector(Protocol):
-    """Viewer of World: the viewport's camera, or a photo."""
+    """Projection from the World frame to pixels, by the viewport's camera or a photo."""
 
     @property
     def direction(self) -> FloatArray: ...
@@ -29,7 +29,7 @@ class Projector(Protocol):
 
 
 MAX_DOTS = 200
-"""Maximum number of points on the border of a painted area that the reading avoids."""
+"""Maximum number of border points of a painted area that the reading box avoids."""
 
 
 class PreviewPainter:
@@ -38,9 +38,9 @@ class PreviewPainter:
     Parameters
     ----------
     project : callable
-        Returns pixels of World points, and which are visible.
+        Returns the pixels of points in the World frame, and whether each is visible.
     place : ReadingPosition
-        Remembers the position of the reading.
+        Stores the position of the reading box.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class PreviewPainter:
         self._paint_reading(preview, PickedPoints(pixels, at, rubber, self._border(preview), clear))
 
     def _paint_reading(self, preview: Preview, picked: PickedPoints) -> None:
-        """Paint the reading, or only its first line if the whole text does not fit."""
+        """Paint the reading, or only its first line if the complete text does not fit."""
         boxes = [ReadoutBox(preview.reading, preview.verdict)]
         if len(preview.reading) > 1:
             boxes.append(ReadoutBox(preview.reading[:1], preview.verdict))
@@ -117,7 +117,7 @@ class PreviewPainter:
         boxes[number].paint(self._painter, QRectF(*box))
 
     def _border(self, preview: Preview) -> FloatArray:
-        """Return pixels (d, 2) on the border of the painted area."""
+        """Return pixels (d, 2) along the border of the painted area."""
         if preview.area is None or not len(preview.area.border):
             return np.zeros((0, 2))
         edges = preview.area.border[:: len(preview.area.border) // MAX_DOTS + 1]
@@ -125,9 +125,9 @@ class PreviewPainter:
         return self._camera.project(places, self._extent)[0]
 
     def _paint_brush(self, brush: BrushRing, color: QColor) -> float:
-        """Paint the brush, parallel to the surface if known, else to the image.
+        """Paint the brush ring parallel to the surface, or to the image if that is unknown.
 
-        Returns its half width in pixels.
+        Returns half the width of the ring in pixels.
         """
         normal = self._camera.direction if brush.normal is None else brush.normal
         ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent)
@@ -135,7 +135,7 @@ class PreviewPainter:
         return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
     def _paint_line(self, line: FloatArray, color: QColor, wide: float) -> None:
-        """Paint a World line, divided finely to distinguish its hidden parts."""
+        """Paint a line of the World frame, subdivided to distinguish its hidden parts."""
         pixels, _ = self._camera.project(line, self._extent)
         if not np.isfinite(pixels).all():
             return

@@ -19,12 +19,12 @@ _SIDE, _TOP = 10.0, 6.0
 
 
 class ReadoutBox:
-    """Reading in a box.
+    """Reading that is painted in a box.
 
     Parameters
     ----------
     lines : sequence of str
-        Text, the most important line first.
+        Lines of text, the most important line first.
     verdict : {"good", "doubtful", "poor"} or None
     """
 
@@ -64,7 +64,7 @@ class ReadoutBox:
         painter.restore()
 
     def _paint_head(self, painter: QPainter, box: QRectF, edge: QColor) -> float:
-        """Paint shape, attitude and word of the verdict. Return the end of the line."""
+        """Paint the shape, attitude and word of the verdict. Return the end of the line."""
         x, line = box.left() + _SIDE, box.top() + _TOP
         first_metrics, icon = self._metrics[0], self._icon()
         if self._verdict:

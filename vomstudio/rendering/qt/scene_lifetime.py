@@ -1,6 +1,6 @@
 """Lifetime of the scene, from the import of VTK until the view is closed.
 
-The import takes most of a second, and runs in a thread once the window is on the screen.
+The import takes nearly a second, and runs in a thread once the window is visible.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ _IMPORT_S = 60.0
 
 
 class SceneLife(QObject):
-    """Lifetime of the scene.
+    """Creation and release of the scene.
 
     Attributes
     ----------
     scene : Scene or None
-        None before the start and after the end.
+        Scene, or None before its creation and after its release.
     closed : bool
-        Whether the end has been reached.
+        Whether the scene has been released.
     """
 
     started = Signal()
 
     def __init__(self, camera: Camera, furnish: Callable[[Scene], None], parent: QObject) -> None:
-        """Create it; `furnish` starts a scene and passes it the contents of the first picture."""
+        """Store `furnish`, which starts a new scene and passes it its first contents."""
         super().__init__(parent)
         self.scene: Scene | None = None
         self.closed = False
@@ -45,7 +45,7 @@ class SceneLife(QObject):
         self._background = Background(poster(self), "vtk import", threads=1)
 
     def begin(self) -> None:
-        """Start the import once the window is on the screen; further calls have no effect."""
+        """Start the import once the window is visible; further calls have no effect."""
         if not self._begun and not self.closed:
             self._begun = True
             QTimer.singleShot(0, self._import)
@@ -66,14 +66,14 @@ class SceneLife(QObject):
         self.started.emit()
 
     def when_started(self, job: Callable[[], None]) -> None:
-        """Run a job now or, without a scene, when there is one."""
+        """Run a job now if the scene exists, or else when it has been created."""
         if self.scene is not None:
             job()
         else:
             self._waiting.append(job)
 
     def stop(self) -> None:
-        """Prevent the start."""
+        """Prevent the creation of the scene."""
         self.closed = True
         self._background.stop(wait_s=_IMPORT_S)
         self._waiting.clear()
@@ -91,6 +91,6 @@ def _import_scene() -> None:
 
 
 def _import_readers() -> None:
-    # Needed as soon as a model is opened.
+    # Imported here because it is needed as soon as a model is opened.
     import PIL.JpegImagePlugin  # noqa: F401
     import vtkmodules.vtkFiltersCore  # noqa: F401

@@ -1,7 +1,8 @@
-"""Schedule of drawing the scene, and the resulting picture.
+"""Scheduling of scene drawing, and the resulting picture.
 
-While the camera moves the scene is drawn only inside a paint (once per step, coalesced by
-`update()`); at rest it is drawn piece by piece by a zero timer. An idle view draws nothing.
+While the camera moves, the scene is drawn only inside a paint event (once per step, coalesced by
+`update()`). At rest it is drawn incrementally by a timer with zero delay. An idle view draws
+nothing.
 """
 
 from __future__ import annotations
@@ -23,18 +24,18 @@ if TYPE_CHECKING:
 REST_MS = 250
 """Time without moves after which the camera is at rest."""
 REFRESH_DELAY_MS = 30
-"""Delay after a change, so that several changes are drawn together."""
+"""Delay of drawing after a change, so that several changes are drawn together."""
 
 
 class ScenePicture(QObject):
-    """Picture of the scene.
+    """Picture of the scene, and its schedule.
 
     Attributes
     ----------
     image : QImage or None
-        Last picture, None before the first.
+        Last picture, or None before the first one.
     moving : bool
-        Whether the camera moves, or has only just stopped.
+        Whether the camera is moving or has just stopped.
     """
 
     first_frame = Signal()
@@ -77,7 +78,7 @@ class ScenePicture(QObject):
     # -- requests
 
     def stir(self) -> None:
-        """Draw once in the next paint because the camera moves, and refine after a delay."""
+        """Draw once in the next paint because the camera has moved, and refine after a delay."""
         self.moving = True
         self._dirty = True
         if self._life.scene is not None:
@@ -94,7 +95,7 @@ class ScenePicture(QObject):
         self._view.update()
 
     def redraw_once(self) -> None:
-        """Draw once as `redraw`, while refinement at rest continues."""
+        """Draw the models once, while refinement at rest continues."""
         self._dirty = True
         self._view.update()
 
@@ -104,9 +105,9 @@ class ScenePicture(QObject):
         self._view.update()
 
     def renew(self) -> None:
-        """Draw the whole picture again because the models look different.
+        """Draw the complete picture again because the appearance of the models has changed.
 
-        The old picture stays until then, unless proxies can be drawn at once.
+        The previous picture remains until then, unless proxies can be drawn immediately.
         """
         scene = self._life.scene
         if scene is None:
@@ -120,17 +121,17 @@ class ScenePicture(QObject):
             self._rest_timer.start(1)
 
     def arrived(self, *, first: bool) -> None:
-        """Draw new content after a delay that combines pieces, at once if it is the `first`."""
+        """Draw new content after a short delay, or immediately if it is the `first`."""
         if first:
             self.redraw_once()
         self._rest_soon()
 
     def schedule_rest(self) -> None:
-        """Start to refine: the camera has stopped."""
+        """Schedule the refinement because the camera has stopped."""
         self._rest_timer.start(REFRESH_DELAY_MS)
 
     def rescale(self) -> None:
-        """Adapt to another size of the widget, or another screen."""
+        """Adapt to a new size of the widget or to another screen."""
         self.outdated.emit()
         scene = self._life.scene
         if scene is None:
@@ -195,11 +196,11 @@ class ScenePicture(QObject):
             if not picture.complete and not picture.refining:
                 self._rest_soon()
         elif picture.layering and not self._refine.isActive():
-            # The view was hidden in between.
+            # The view has been hidden in the meantime.
             self._refine.start()
 
     def painted(self) -> None:
-        """Finish a paint; after the first one with a scene, warm up the driver."""
+        """Finish a paint, and warm up the driver after the first paint with a scene."""
         scene = self._life.scene
         if scene is not None and not self._first_done:
             self._first_done = True
@@ -224,13 +225,12 @@ class ScenePicture(QObject):
         if scene is None or not self._view.isVisible():
             return
         if scene.picture.layering and not scene.picture.refining and not self._dirty:
-            # Its last band requests rest again if anything is left to do.
+            # The last band schedules the refinement again if anything is left to draw.
             return
         if not self._dirty:
             scene.nodes.look_around()
         if scene.picture.complete and not self._dirty:
-            # The picture is complete; labels without a place during the movement may have one
-            # now.
+            # The picture is complete; labels that did not fit during the movement may fit now.
             self.outdated.emit()
             self._view.update()
             self.drawn.emit()
@@ -261,7 +261,7 @@ class ScenePicture(QObject):
         elif picture.layering and not self._dirty and not self._features_dirty:
             done = picture.draw_band()
         else:
-            # The next paint starts again.
+            # The next paint starts the drawing again.
             return
         if not done:
             self._refine.start()
@@ -270,11 +270,11 @@ class ScenePicture(QObject):
         self.drawn.emit()
         self._view.update()
         if not scene.picture.complete:
-            # More content has arrived while this frame was being drawn.
+            # Additional content arrived while this frame was being drawn.
             self._rest_timer.start(REFRESH_DELAY_MS)
 
     def _grab(self, scene: Scene) -> None:
-        # The image shares the memory of the array, which must live as long.
+        # The image shares the memory of the array, which must be kept alive.
         self._pixels = np.ascontiguousarray(scene.canvas.pixels()[::-1])
         height, width = self._pixels.shape[:2]
         self.image = QImage(

@@ -1,4 +1,4 @@
-"""Features over the outcrop: drawings, selection and picking."""
+"""Features shown over the outcrop: drawings, selection and picking."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class ShownFeatures:
-    """Features of the view.
+    """Features that are shown in the view.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class ShownFeatures:
         Parameters
         ----------
         inside : callable
-            Returns whether a part of a feature is not clipped.
+            Returns whether any part of a feature is inside the clipping box.
         cut : callable
             Returns whether clipping is on.
         """
@@ -54,13 +54,13 @@ class ShownFeatures:
         self._annotations, self._inside, self._cut = annotations, inside, cut
 
     def furnish(self, scene: Scene) -> None:
-        """Pass the drawings to a scene that starts."""
+        """Pass the drawings to a new scene."""
         if self.drawings:
             scene.set_features(self.drawings)
         scene.set_selected(self.selected)
 
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
-        """Add, replace or (None) remove drawings by id, all at once."""
+        """Add or replace drawings by id, and remove those with the value None."""
         for key, drawing in changes.items():
             if drawing is None:
                 self.drawings.pop(key, None)
@@ -79,14 +79,14 @@ class ShownFeatures:
         self._picture.redraw_features()
 
     def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
-        """Show the area that a brush is touching, None for none."""
+        """Show the area touched by a brush, or None to remove it."""
         scene = self._life.scene
         if scene is not None:
             scene.features.set_live(area, color)
             self._picture.redraw_features()
 
     def at(self, x: float, y: float, *, discs: bool = True) -> str | None:
-        """Return the id of the feature at a pixel: label, symbol, line or disc, in this order."""
+        """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
         if (feature_id := self._annotations.at(x, y)) is not None:
             return feature_id
         # Clipped features cannot be picked.
@@ -94,7 +94,7 @@ class ShownFeatures:
         return feature_at(candidates, x, y, self._camera, self._pane.extent(), discs=discs)
 
     def uncut(self) -> Mapping[str, FeatureDrawing]:
-        """Return the drawings that are not completely clipped, by id."""
+        """Return the drawings that are not completely clipped, keyed by id."""
         if not self._cut():
             return self.drawings
         return {key: drawing for key, drawing in self.drawings.items() if self._inside(drawing)}

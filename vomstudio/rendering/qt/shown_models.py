@@ -1,4 +1,4 @@
-"""Models of the view, prepared in the background and handed over piece by piece."""
+"""Models in the view, which are prepared in the background and shown incrementally."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 
 TAKE_S = 0.010
-"""Time for accepting results before the window handles other events."""
+"""Maximum time spent on accepting results before the window handles other events, seconds."""
 
 
 class ShownModels(QObject):
-    """Models of the view.
+    """Models that are shown in the view.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class ShownModels(QObject):
     stage = Signal(str, str)
     """model id and "shown", "complete" or "pickable" """
     problem = Signal(object)
-    """Finding about content that cannot be drawn correctly."""
+    """Emits a finding about content that cannot be drawn correctly."""
     chunked = Signal(str)
-    """Model id, when all of its chunks are present and can be recoloured."""
+    """Emits the model id when all of its chunks are present and can be recoloured."""
     colored = Signal(str, object)
     """model id and FieldReady"""
     placed = Signal(str)
-    """Model id, when its placement has changed."""
+    """Emits the model id when its placement has changed."""
     removed = Signal(str)
 
     _handed = Signal()
@@ -82,16 +82,16 @@ class ShownModels(QObject):
         *,
         frame_camera: bool,
     ) -> None:
-        """Show a model; it is prepared in the background.
+        """Show a model after its preparation in the background.
 
         Parameters
         ----------
         model_id : str
         data : Mesh or PointCloud
         to_world : (4, 4) float64
-            Similarity from the file's frame to World.
+            Similarity transform from the file frame to the World frame.
         frame_camera : bool
-            Whether to view the whole model as soon as its size is known.
+            Whether to frame the model as soon as its bounds are known.
         """
         if self._life.closed:
             return
@@ -141,7 +141,7 @@ class ShownModels(QObject):
             self._picture.redraw()
 
     def hide_elements(self, model_id: str, hidden: BoolArray | None) -> None:
-        """Hide these faces or points (n,) of a model; None for none."""
+        """Hide the marked faces or points (n,) of a model; None shows all."""
         self._elements.pop(model_id, None)
         if hidden is not None:
             self._elements[model_id] = hidden
@@ -151,7 +151,7 @@ class ShownModels(QObject):
             self._picture.redraw()
 
     def set_to_world(self, model_id: str, to_world: FloatArray) -> None:
-        """Change the placement of a model, as after registering it."""
+        """Change the placement of a model, for example after its registration."""
         if model_id not in self._transforms:
             return
         self._transforms[model_id] = np.array(to_world, np.float64)
@@ -166,17 +166,17 @@ class ShownModels(QObject):
         return self._transforms[model_id]
 
     def reached(self, model_id: str) -> frozenset[str]:
-        """Return the stages that a model has reached, see `stage`."""
+        """Return the stages of display that a model has reached; see `stage`."""
         return frozenset(self._stages.get(model_id, ()))
 
     def _leave_camera(self) -> None:
-        """Keep a restored view, which models must not change."""
+        """Keep a restored view; new models do not move the camera."""
         self._framing.clear()
 
     # -- results of the workers
 
     def _take(self) -> None:
-        """Accept results of the workers, for a few milliseconds at a time."""
+        """Accept results of the workers for a few milliseconds."""
         scene = self._life.scene
         if scene is None:
             return
@@ -216,7 +216,7 @@ class ShownModels(QObject):
         if model_id in self._framing:
             self._framing.discard(model_id)
             self._moves.fit(model.corners_world())
-            # The camera is not moving: draw new content in its final quality.
+            # The camera is at rest, so new content is drawn in its final quality.
             self._picture.moving = False
             self._picture.schedule_rest()
 

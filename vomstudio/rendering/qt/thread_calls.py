@@ -1,4 +1,4 @@
-"""Calls from other threads into the thread of the window."""
+"""Calls that other threads post to the thread of the window."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from vomstudio.studio.owner_thread import Call, Post
 
 
 class _Courier(QObject):
-    """Carries calls into the thread that it was created in, until the program ends.
+    """Passes calls to the thread in which it was created, until the program ends.
 
-    A thread must not emit a signal of an object that a window deletes: if Qt deletes it at that
-    moment, the process dies.
+    A thread must not emit a signal of an object that a window may delete: if Qt deletes the
+    object at that moment, the process crashes.
     """
 
     _called = Signal(object)
@@ -25,7 +25,7 @@ class _Courier(QObject):
         super().__init__()
         self._called.connect(self._make, Qt.ConnectionType.QueuedConnection)
         self._sending, self._closed = threading.Lock(), False
-        # Before PySide deletes the objects of Qt, which it also does at exit.
+        # Runs before PySide deletes the Qt objects, as it also does at exit.
         atexit.register(self.close)
 
     def close(self) -> None:
@@ -45,9 +45,9 @@ _courier = cache(_Courier)
 
 
 def poster(owner: QObject) -> Post:
-    """Return a function that makes calls in the GUI thread, unless the owner has been deleted.
+    """Return a function that posts calls to the GUI thread while the owner exists.
 
-    Call this in the GUI thread.
+    `poster` itself must be called in the GUI thread.
     """
     return partial(_post, _courier(), owner)
 

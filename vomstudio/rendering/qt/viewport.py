@@ -1,9 +1,9 @@
-"""3-D view: a plain Qt widget over an off-screen VTK scene.
+"""3-D view, a plain Qt widget that shows an off-screen VTK scene.
 
-VTK draws into a window that never appears; its pixels become a QImage. The widget paints the
-image and, over it, labels, compass, scale bar and preview. Qt does not know the graphics
-context, so that there is no order of teardown, a grab of the window is never black, and moving
-the cursor repaints the overlays without drawing the outcrop again.
+VTK draws into an invisible window, whose pixels are copied to a QImage. The widget paints the
+image and, over it, the labels, compass, scale bar and preview. Because Qt does not use the
+graphics context, the order of teardown is irrelevant, a screenshot of the window is never black,
+and moving the cursor repaints the overlays without drawing the outcrop again.
 
 `ScenePicture` schedules the drawing of the scene.
 """
@@ -52,20 +52,20 @@ if TYPE_CHECKING:
 
 
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
-"""Background of the scene, until the scene exists."""
+"""Background colour of the view before the scene exists."""
 
 
 class Viewport(QWidget):
-    """3-D view, see the module. Pixels are logical, from the widget's top left corner.
+    """3-D view. Pixels are logical, measured from the upper-left corner of the widget.
 
     Attributes
     ----------
     camera, moves, gestures
-        The camera, its moves, and the gestures of the mouse.
+        Camera, its moves, and the mouse gestures.
     models, features, photos, display, clip
         Contents, their appearance, and the clipping box.
     overlays, reading_place
-        Overlays, and the position of the live reading.
+        Overlays, and the position of the reading box.
     """
 
     pointer = Signal(object)
@@ -77,11 +77,12 @@ class Viewport(QWidget):
     model_stage = Signal(str, str)
     """model id and "shown", "complete" or "pickable" """
     problem = Signal(object)
-    """Finding about content that cannot be drawn correctly."""
+    """Emits a finding about content that cannot be drawn correctly."""
     field_shown = Signal(str)
-    """Model id, when the colours of its field are available from `display.scale_of`."""
+    """Emits the model id when the colour scale of its field is available from
+    `display.scale_of`."""
     clip_changed = Signal(object)
-    """ClipBox, while a handle is dragged"""
+    """Emits the ClipBox while a handle is dragged."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -122,14 +123,14 @@ class Viewport(QWidget):
         return QSize(900, 600)
 
     def extent(self) -> tuple[float, float]:
-        """Width and height in logical pixels, at least 1 each."""
+        """Return the width and height in logical pixels, at least 1 each."""
         return float(max(self.width(), 1)), float(max(self.height(), 1))
 
     # -- start and end
 
     @property
     def scene(self) -> Scene | None:
-        """Scene of VTK, None before the start and after the end."""
+        """VTK scene, or None before its creation and after its release."""
         return self._life.scene
 
     @property
@@ -159,8 +160,8 @@ class Viewport(QWidget):
     def shutdown(self) -> None:
         """Stop all workers and release VTK.
 
-        The view cannot be used afterwards; further calls have no effect. The window calls it
-        before it closes.
+        The view cannot be used afterwards; further calls have no effect. The window calls this
+        method before it closes.
         """
         if self._life.closed:
             return
@@ -179,14 +180,14 @@ class Viewport(QWidget):
         return None if scene is None else scene.pick(x, y, self.extent())
 
     def world_of(self, hit: Hit) -> FloatArray:
-        """Return the World position (3,) of a hit."""
+        """Return the position (3,) of a hit in the World frame."""
         m = self.models.to_world(hit.model_id)
         return np.asarray(m[:3, :3] @ np.array(hit.position) + m[:3, 3])
 
     def project(self, points_world: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return pixels (n, 2) of World points (n, 3), and whether each is visible.
+        """Project points (n, 3) of the World frame to pixels (n, 2), and test their visibility.
 
-        A point is visible inside the view and not behind the surface as last drawn.
+        A point is visible if it is inside the view and not behind the surface as last drawn.
         """
         points = np.asarray(points_world, np.float64).reshape(-1, 3)
         pixels, depth = self.camera.project(points, self.extent())
@@ -209,18 +210,18 @@ class Viewport(QWidget):
         return pixels, is_visible & self.clip.holds(points)
 
     def ray(self, x: float, y: float) -> tuple[FloatArray, FloatArray]:
-        """Return origin and unit direction in World of the line of sight through a pixel."""
+        """Return the World origin and unit direction of the line of sight through a pixel."""
         return self.camera.ray(x, y, self.extent())
 
     def looking(self) -> ViewSnapshot | None:
-        """Return the current view as numbers, None before the first picture."""
+        """Return a numerical description of the current view, or None before the first picture."""
         scene = self._life.scene
         return None if scene is None else scene.looking(self.devicePixelRatioF())
 
     # -- overlays
 
     def set_preview(self, preview: Preview | None) -> None:
-        """Show the preview of an unfinished tool, None for none."""
+        """Show the preview of an unfinished feature, or None to remove it."""
         previous, self.preview = self.preview, preview
         area = None if preview is None else preview.area
         if area is not (None if previous is None else previous.area):
@@ -229,14 +230,14 @@ class Viewport(QWidget):
         self.update()
 
     def set_label_mode(self, mode: str) -> None:
-        """Label all features, selected ones or none; "auto" labels all if they are few."""
+        """Set which features are labelled; "auto" labels all if there are only a few."""
         self.overlays.annotations.label_mode = mode
         self._picture.redraw_features()
 
     def set_frame(self, *, north_known: bool, unit_known: bool = True) -> None:
-        """Set whether World's y is North, and its unit the metre.
+        """Set whether the y axis of the World frame points North and its unit is the metre.
 
-        Otherwise the compass shows "local frame", and the scale bar counts units.
+        Otherwise the compass shows "local frame", and the scale bar shows model units.
         """
         self.overlays.north_known = north_known
         self.overlays.unit_known = unit_known
@@ -272,7 +273,7 @@ class Viewport(QWidget):
             painter.fillRect(QRectF(0.0, 0.0, width, height), BACKGROUND)
             painter.end()
             return base
-        # Painting is fastest in Qt's native byte order.
+        # Painting is fastest in the native byte order of Qt.
         base = image.convertToFormat(QImage.Format.Format_RGB32)
         if scene is not None and (scene.models or self.features.drawings):
             painter = QPainter(base)
@@ -317,7 +318,7 @@ class Viewport(QWidget):
         self.gestures.wheel(event)
 
     def hover(self, x: float, y: float, *, free: bool) -> None:
-        """Handle the cursor at a pixel; `free` if it is over no vertex of the preview."""
+        """Handle the cursor at a pixel; `free` means that it is not over a preview vertex."""
         self.clip.hover(x, y, free=free)
         self.photos.hover(x, y)
 

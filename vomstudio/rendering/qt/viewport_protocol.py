@@ -9,7 +9,7 @@ Extent = tuple[float, float]
 
 
 class Pane(Protocol):
-    """Widget that shows the scene. Pixels are logical, from its top left corner."""
+    """Widget that shows the scene. Pixels are logical, from its upper-left corner."""
 
     def extent(self) -> Extent: ...
 

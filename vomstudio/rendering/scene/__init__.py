@@ -1,1 +1,1 @@
-"""VTK scene: models, features, cameras, picking."""
+"""VTK scene with models, features, cameras and picking."""

@@ -39,7 +39,7 @@ class Intake:
         self._sight, self._frame = sight, frame
 
     def take(self, model: ModelScene, event: Event) -> None:
-        """Accept a result of a worker for a model."""
+        """Accept a worker's result for a model."""
         match event:
             case ProxyReady():
                 self._add_proxy(model, event)
@@ -114,7 +114,7 @@ class Intake:
         self._frame.outdate()
 
     def part(self, model: ModelScene, data: vtkPolyData) -> Part:
-        """Create a hidden actor on the canvas, with its properties."""
+        """Create a hidden actor on the canvas, and return it with its properties."""
         bounds = np.array(data.GetBounds()).reshape(3, 2)
         mapper: vtkPolyDataMapper
         if isinstance(model.data, Mesh):

@@ -1,4 +1,4 @@
-"""Appearance of models: display mode, light, point size, colours of fields."""
+"""Appearance of models: display mode, lighting, point size and field colours."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.view.scalars import reader
 
 DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field")
-"""In "field" a model shows its field, else its textures."""
+"""In the mode "field", a model shows its field, or its textures if it has no field."""
 LIT_MODES = frozenset({"plain shaded"})
-"""Modes with light by default; colours are easier to read without."""
+"""Display modes that are lit by default; colours are easier to read without lighting."""
 PLAIN_COLOR = (0.76, 0.74, 0.70)
 
 
@@ -22,7 +22,7 @@ class Appearance:
         self.mode = "textured"
         self.lit = {mode: mode in LIT_MODES for mode in DISPLAY_MODES}
         self.point_size: float | None = None
-        """Logical pixels; None closes the surface that the points lie on."""
+        """Point size in logical pixels; None closes the gaps between points."""
         self.point_scale = 1.0
         """Device pixels per logical pixel."""
 
@@ -33,9 +33,9 @@ class Appearance:
         return self.mode == "field" and model.field is not None
 
     def tint(self, model: ModelScene) -> None:
-        """Apply the colours of the field, or restore the model's colours."""
+        """Apply the field colours of a model, or restore its original colours."""
         if isinstance(model.data, PointCloud):
-            # Nodes are coloured when they are shown.
+            # Nodes of clouds are coloured when they are shown.
             for part in model.parts:
                 self.untint(part)
                 self.dress(model, part)
@@ -67,7 +67,7 @@ class Appearance:
             part.uploaded, part.tinted = False, False
 
     def tint_node(self, model: ModelScene, part: Part) -> bool:
-        """Colour a node by the field before it is shown. Return whether its colours changed."""
+        """Apply field colours to a node before it is shown. Return whether its colours changed."""
         ready = model.field
         if part.tinted or part.piece is None or ready is None or not self.shows_field(model):
             return False
@@ -76,12 +76,12 @@ class Appearance:
         part.own_scalars = values.GetScalars()
         values.SetScalars(vtk_data.color_array(ready.scale.colors(read(part.piece.rows))))
         part.uploaded, part.tinted = False, True
-        # The point size remains that of the view.
+        # Keep the point size of the view.
         part.actor.GetMapper().SetScalarVisibility(True)
         return True
 
     def dress(self, model: ModelScene, part: Part) -> None:
-        """Set the look of a part for the display mode."""
+        """Set the appearance of a part for the display mode."""
         actor, mapper, look = part.actor, part.actor.GetMapper(), part.actor.GetProperty()
         look.SetColor(*PLAIN_COLOR)
         look.SetPointSize(max(1.0, round((self.point_size or 2.0) * self.point_scale)))

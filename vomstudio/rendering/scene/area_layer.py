@@ -1,7 +1,8 @@
-"""Painted areas of surfaces, translucent over the outcrop.
+"""Painted areas of surfaces, drawn translucently over the outcrop.
 
-An area may have a hundred thousand faces, so areas are divided into a fixed number of bins with
-an actor each: a change of one area rebuilds only its bin. The selected areas and the area that
+An area may have a hundred thousand faces. Areas are therefore divided into a fixed number of
+bins with one actor each, so that a change of one area rebuilds only its bin. The selected areas
+and the area that
 is being painted are drawn a second time by separate actors.
 """
 
@@ -21,7 +22,7 @@ from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
 
 Color = tuple[float, float, float]
-# Returns the metres per device pixel at a place (3,) in World.
+# Returns the metres per device pixel at a point (3,) in the World frame.
 Pixel = Callable[[FloatArray], float]
 
 BINS = 32
@@ -32,8 +33,8 @@ SELECTED_BORDER_WIDTH = 3.0
 MIN_DOT, MAX_DOT = 3.0, 9.0
 WHITE = (1.0, 1.0, 1.0)
 
-# Offsets in steps of the depth buffer by which an area is drawn before its surface. While the
-# camera moves, a large model is drawn as a proxy, whose surface is rougher.
+# Offsets, in depth-buffer steps, by which an area is drawn in front of its surface. While the
+# camera moves, a large model is drawn as a proxy, which has a rougher surface.
 OVER_SURFACE = -60.0
 PROXY_OFFSET = -600.0
 
@@ -44,7 +45,7 @@ class _Piece:
     def __init__(self, renderer: vtkRenderer, opacity: float, width: float) -> None:
         self.fill, self.dots, self.border = vtkActor(), vtkActor(), vtkActor()
         self.opacity, self.width = opacity, width
-        # Centre of the dots, and the mean distance between neighbours.
+        # Centre of the dots, and mean distance between neighbouring dots.
         self.place: FloatArray | None = None
         self.spacing = 0.0
         for actor in (self.fill, self.dots, self.border):
@@ -62,7 +63,7 @@ class _Piece:
             vtk_data.clip(actor, planes)
 
     def set(self, areas: list[tuple[Area, Color, Color]], origin: FloatArray) -> None:
-        """Set areas with the colours of their fill and border."""
+        """Set the areas with their fill and border colours."""
         faces = [(a, a.corners, color) for a, color, _ in areas if a.corners.ndim == 3]
         dots = [(a, _shuffled(a.corners), color) for a, color, _ in areas if a.corners.ndim == 2]
         edges = [(a, a.border, color) for a, _, color in areas]
@@ -95,14 +96,14 @@ class _Piece:
             self._space(max(self.spacing / pixel(self.place), 1e-3), scale)
 
     def _space(self, spacing: float, scale: float) -> None:
-        """Set dots `spacing` pixels apart: large enough nearby, few enough from afar."""
+        """Adapt the size and number of the dots to their `spacing` in pixels."""
         size = min(max(1.3 * spacing, MIN_DOT * scale), MAX_DOT * scale)
         halvings = max(0, math.floor(2.0 * math.log2(size / spacing) - 1.0))
         layers = max((size / spacing) ** 2 / 2.0**halvings, 1.0)
         self.dots.GetProperty().SetPointSize(size)
         self.dots.GetProperty().SetOpacity(1.0 - (1.0 - self.opacity) ** (1.0 / layers))
         data = self.dots.GetMapper().GetInput()
-        # They are shuffled, so that the first of them represent all.
+        # The dots are shuffled, so that the first of them represent all dots.
         count = -(-data.GetNumberOfPoints() // 2**halvings)
         if data.GetNumberOfCells() != count:
             data.SetVerts(vtk_data.uniform_cells(0, count, 1))
@@ -110,7 +111,7 @@ class _Piece:
 
 
 class AreaLayer:
-    """Areas drawn on the models, with selected and live ones emphasised."""
+    """Layer of the areas on the models, in which selected and live areas are emphasised."""
 
     def __init__(self) -> None:
         self.scale = 1.0
@@ -130,11 +131,11 @@ class AreaLayer:
 
     @property
     def is_emphasis_only(self) -> bool:
-        """Return whether only the emphasis has changed since the last drawing."""
+        """Whether only the emphasis has changed since the last drawing."""
         return not self._stale
 
     def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
-        """Add the actors; `emphasis` draws selected and live areas."""
+        """Add the actors to the renderers; `emphasis` draws selected and live areas."""
         self._renderer, self._emphasis = renderer, emphasis
         self._all_stale()
 
@@ -143,7 +144,7 @@ class AreaLayer:
         self._all_stale()
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
-        """Draw only the inner side of all these planes."""
+        """Clip all areas by planes, of which the inner side is drawn."""
         self._planes = planes
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):
             if piece is not None:
@@ -175,7 +176,7 @@ class AreaLayer:
         self._selected = ids
 
     def set_live(self, area: Area | None, color: Color) -> None:
-        """Show the area that a brush is touching, None for none."""
+        """Show the area touched by a brush, or None to remove it."""
         self._live = None if area is None else (area, color)
         self._live_stale = True
 
@@ -212,8 +213,9 @@ class AreaLayer:
 
 
 def area_box(area: Area) -> FloatArray:
-    """Return the lowest and highest corner (2, 3) in World."""
-    # Column by column: a reduction along rows of three is many times slower.
+    """Return the minimum and maximum corners (2, 3) of an area in the World frame."""
+    # Reduces column by column, because a reduction along rows of three elements is many times
+    # slower.
     corners = area.corners if len(area.corners) else area.border
     columns = corners.reshape(-1, 3).T
     box = [[column.min() for column in columns], [column.max() for column in columns]]
@@ -229,11 +231,11 @@ def _shuffled(points: Float32Array) -> Float32Array:
 
 
 def _spacing(points: Float32Array) -> float:
-    """Return the approximate mean distance between neighbours on the surface."""
+    """Return the approximate mean distance between neighbouring points on the surface."""
     if len(points) < 3:
         return 0.0
     values = np.linalg.eigvalsh(np.cov(points.T.astype(np.float64)))
-    # A disc of radius R has variances of R^2 / 4 in its plane.
+    # A disc of radius R has a variance of R^2 / 4 along each axis in its plane.
     area = 4.0 * np.pi * float(np.sqrt(max(values[1], 0.0) * values[2]))
     return float(np.sqrt(area / len(points)))
 

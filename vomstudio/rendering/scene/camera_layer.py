@@ -1,4 +1,4 @@
-"""Camera positions of photos, as small pyramids over the outcrop."""
+"""Camera positions of photos, drawn as small pyramids over the outcrop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CHOSEN_OPACITY = 0.42
 
 
 class CameraLayer:
-    """Layer of cameras, five actors for any number of cameras."""
+    """Layer of cameras, which needs five actors for any number of cameras."""
 
     def __init__(self) -> None:
         self.scale = 1.0
@@ -34,7 +34,7 @@ class CameraLayer:
 
     @property
     def stale(self) -> bool:
-        """Return whether the cameras have changed since the last drawing."""
+        """Whether the cameras have changed since the last drawing."""
         return self._stale
 
     def attach(self, renderer: vtkRenderer) -> None:
@@ -45,7 +45,8 @@ class CameraLayer:
             actor.SetMapper(mapper)
             look = actor.GetProperty()
             look.LightingOff()
-            # Without writing depth, from which hidden points of the rock are determined.
+            # Does not write depth, because hidden points of the rock are determined from the
+            # depth.
             actor.ForceTranslucentOn()
             look.SetColor(
                 *(DARK if name == "halo" else CHOSEN_COLOR if name.endswith("+") else COLOR)
@@ -65,7 +66,7 @@ class CameraLayer:
         self._stale = True
 
     def show(self, frusta: Sequence[Frustum]) -> None:
-        """Set the cameras, in World."""
+        """Set the cameras, given in the World frame."""
         self.frusta = tuple(frusta)
         self._stale = True
 
@@ -75,13 +76,13 @@ class CameraLayer:
         self._stale = True
 
     def corners(self) -> FloatArray:
-        """Return World points (n, 3) around all cameras."""
+        """Return points (n, 3) that bound all cameras, in the World frame."""
         if not self.frusta:
             return np.zeros((0, 3))
         return np.concatenate([np.vstack([f.tip, f.corners]) for f in self.frusta])
 
     def refresh(self) -> None:
-        """Update the actors; called before every drawing of the layer."""
+        """Update the actors. Called before every drawing of the layer."""
         if not self._stale or not self._actors:
             return
         self._stale = False
@@ -103,7 +104,7 @@ class CameraLayer:
                 actor.GetProperty().SetLineWidth(width[name] * self.scale)
 
     def _faces(self, frusta: Sequence[Frustum]) -> vtkPolyData:
-        """Return the faces of the photos."""
+        """Return a polygon for each photo."""
         data = vtkPolyData()
         if frusta:
             runs = [f.outline[:-1] - self._origin for f in frusta]

@@ -14,7 +14,7 @@ from vomstudio.rendering.view.camera import Camera, Eye
 
 
 class SceneVisibility:
-    """Visibility; `eye` is the one last applied to the canvas, None before."""
+    """Visibility of the contents; `eye` was last applied to the canvas (None at first)."""
 
     def __init__(self, camera: Camera, canvas: Canvas, contents: Contents) -> None:
         self.camera = camera
@@ -22,7 +22,7 @@ class SceneVisibility:
         self._canvas, self._contents = canvas, contents
 
     def apply(self, camera: Camera | None = None) -> Eye:
-        """Apply the camera, or another one, to the canvas."""
+        """Apply the scene's camera, or the given one, to the canvas."""
         camera = self.camera if camera is None else camera
         corners = np.concatenate([self._contents.corners(), self._contents.corners_over()])
         self.eye = eye = camera.eye(corners)
@@ -30,7 +30,7 @@ class SceneVisibility:
         return eye
 
     def parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:
-        """Return the parts of the models in view, nearest first, see `parts_in_view`."""
+        """Return the parts of the models in view, nearest first; see `parts_in_view`."""
         assert self.eye is not None
         models, planes = self._contents.models.values(), self._contents.planes
         return visible_parts.parts_in_view(
@@ -49,25 +49,25 @@ class SceneVisibility:
         visible_parts.size_points(model, part, self.eye, self.camera, height, look)
 
     def texels_per_pixel(self) -> dict[int, float]:
-        """Return texels per pixel by the id of each skin in view."""
+        """Return the texels per pixel for each skin in view, keyed by its `id`."""
         assert self.eye is not None
         return visible_parts.texels_per_pixel(
             self.parts(), self.eye, self.camera, self._canvas.size[1]
         )
 
     def pixel_at(self, place: FloatArray) -> float:
-        """Return the metres per device pixel at a place in World."""
+        """Return the metres per device pixel at a point in the World frame."""
         depth = float((place - self.camera.position) @ self.camera.direction)
         return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
 
     def is_in_front(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
-        """Return whether World points (n, 3) are in the picture, not behind its surface.
+        """Return whether points (n, 3) are in the picture and not behind its surface.
 
         Parameters
         ----------
         points : (n, 3) ndarray
-            World.
-        slack : float
+            Points in the World frame.
+            slack : float
             Tolerated distance behind the surface, metres.
         """
         width, height = self._canvas.size

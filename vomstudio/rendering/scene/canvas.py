@@ -1,8 +1,8 @@
-"""Off-screen window in which VTK draws, and its pixels.
+"""Off-screen window for drawing with VTK, and its pixels.
 
-There are three layers: layer 0 is the surface of the models, layer 1 the features over them,
-layer 2 the selected or live features. Colour and depth of a complete layer are saved; a later
-change of the layers above restores them instead of drawing the layer again.
+There are three layers: layer 0 contains the surface of the models, layer 1 the features over
+them, and layer 2 the selected or live features. The colour and depth of a completed layer are
+saved. When a layer above changes later, they are restored instead of drawing the layer again.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ from vomstudio.rendering.scene.dirty_region import Spot
 from vomstudio.rendering.scene.offscreen_buffers import Buffers
 from vomstudio.rendering.view.camera import Eye
 
-# A uniform neutral colour: a gradient costs a software renderer 12 ms per frame.
+# Uniform neutral colour, because a gradient takes a software renderer 12 ms per frame.
 BACKGROUND = (0.36, 0.375, 0.39)
 
 SOFTWARE_TEXTURE_SIDE = 4096
 SOFTWARE_WHOLE_SIDE = 2048
-"""Larger textures are uploaded in quarters by a software renderer."""
+"""Maximum side length, in pixels, of textures that a software renderer uploads undivided."""
 SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "basic render", "swr")
 
 
 class Canvas:
-    """Canvas of VTK.
+    """Off-screen VTK window with three layers.
 
     Attributes
     ----------
     size : (int, int)
         Width and height in device pixels.
     origin : (3,) float64 or None
-        Origin in World of VTK's 32-bit coordinates, None without contents.
+        World position of the origin of VTK's 32-bit coordinates, or None without contents.
     software : bool
-        Whether a software renderer draws.
+        Whether a software renderer is used.
     texture_limit : int
-        Maximum side of a texture, pixels.
+        Maximum side length of a texture, pixels.
     whole_texture_side : int or None
-        Maximum side of a texture that is uploaded in one piece, None for any.
+        Maximum side length of a texture that is uploaded in one piece, pixels; None for any.
     frames : int
-        Number of pictures drawn.
+        Number of pictures that have been drawn.
     surface_saved, features_saved : bool
-        Whether the surface of the models, and that with the features, is saved.
+        Whether the picture of the models, and the picture with features, is saved.
     """
 
     def __init__(self) -> None:
@@ -82,13 +82,13 @@ class Canvas:
 
     @property
     def buffers(self) -> Buffers:
-        """Saved pictures in graphics memory."""
+        """Pictures that are saved in graphics memory."""
         assert self._buffers is not None, "the canvas is not open"
         return self._buffers
 
     def open(self, width: int, height: int) -> None:
         window = vtkRenderWindow()
-        # VTK creates this class on every platform; only it has buffers of its own.
+        # VTK creates this class on every platform, and only this class has its own buffers.
         assert isinstance(window, vtkOpenGLRenderWindow)
         window.SetOffScreenRendering(1)
         window.SetMultiSamples(0)
@@ -105,10 +105,10 @@ class Canvas:
         self.emphasis.AddObserver(vtkCommand.StartEvent, self._begin_emphasis)
         for renderer in (surface, self.layer, self.emphasis):
             renderer.SetAutomaticLightCreation(0)
-            # Plain blending: the weighted kind needs three more full-screen passes.
+            # Uses plain blending, because weighted blending needs three more full-screen passes.
             renderer.SetUseOIT(False)
             window.AddRenderer(renderer)
-        # A headlight lights everything that is visible.
+        # A headlight illuminates everything that is visible.
         light = vtkLight()
         light.SetLightTypeToHeadlight()
         surface.AddLight(light)
@@ -119,7 +119,7 @@ class Canvas:
         self._buffers = Buffers(window)
 
     def detect_driver(self) -> None:
-        """Draw once, and detect the graphics driver."""
+        """Draw once to detect the graphics driver."""
         window = self.window
         window.Render()
         report = window.ReportCapabilities().lower()
@@ -130,7 +130,7 @@ class Canvas:
         self.whole_texture_side = SOFTWARE_WHOLE_SIDE if self.software else None
 
     def make_current(self) -> None:
-        """Make this canvas the target of graphics calls."""
+        """Make the graphics context of this canvas current."""
         self.window.MakeCurrent()
 
     def close(self) -> None:
@@ -154,17 +154,17 @@ class Canvas:
 
     @property
     def start(self) -> FloatArray:
-        """Return the origin (3,) in World, zeros without contents."""
+        """Origin (3,) in the World frame, or zeros without contents."""
         return np.zeros(3) if self.origin is None else self.origin
 
     def placement(self, to_world: FloatArray, origin: FloatArray) -> vtkMatrix4x4:
-        """Return the placement of data in a file's frame minus an origin of their own."""
+        """Return the placement of data from which a local origin was subtracted."""
         values = to_world.copy()
         values[:3, 3] = to_world[:3, :3] @ origin + to_world[:3, 3] - self.start
         return vtk_data.matrix(values)
 
     def add(self, actor: vtkActor) -> None:
-        """Add an actor to the surface."""
+        """Add an actor to the layer of the models."""
         if self._window is not None:
             self.surface.AddActor(actor)
 
@@ -174,13 +174,13 @@ class Canvas:
             actor.ReleaseGraphicsResources(self._window)
 
     def look(self, eye: Eye, distance: float, view_angle_deg: float) -> None:
-        """Draw from now on as the eye sees.
+        """Set the view for subsequent drawings.
 
         Parameters
         ----------
         eye : Eye
         distance : float
-            Distance of the scale of an orthographic view, metres.
+            Distance at which the scale of an orthographic view is defined, metres.
         view_angle_deg : float
             Vertical angle of view.
         """
@@ -205,7 +205,7 @@ class Canvas:
         before_layer: Callable[[], None] | None = None,
         before_emphasis: Callable[[], None] | None = None,
     ) -> None:
-        """Draw these layers.
+        """Draw the requested layers.
 
         `before_layer` and `before_emphasis` are called before layers 1 and 2, and may call
         `confine`.
@@ -223,14 +223,14 @@ class Canvas:
         self.frames += 1
 
     def confine(self, spot: Spot | None) -> None:
-        """Restrict drawing to a part of the picture, None for all."""
+        """Restrict drawing to a part of the picture; None removes the restriction."""
         camera = self.surface.GetActiveCamera()
         camera.SetUseScissor(spot is not None)
         if spot is not None:
             camera.SetScissorRect(vtkRecti(spot.left, spot.bottom, *spot.size))
 
     def wait(self) -> None:
-        """Wait until everything has been drawn."""
+        """Wait until the graphics card has drawn everything."""
         self.window.WaitForCompletion()
 
     def _layer_starts(self, *_: object) -> None:
@@ -251,7 +251,7 @@ class Canvas:
         self.buffers.restore("surface", spot)
 
     def keep_features(self, spot: Spot | None = None) -> None:
-        """Save the picture with features, or only the part that was drawn again."""
+        """Save the picture with features, or only the part that was redrawn."""
         self.buffers.save("features", spot)
         self.features_saved = True
 
@@ -261,13 +261,13 @@ class Canvas:
     # -- results
 
     def pixels(self) -> ByteArray:
-        """Return the last picture (height, width, 4), first row at the bottom."""
+        """Return the last picture (height, width, 4), bottom row first."""
         width, height = self.size
         self.window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels, 0)
         return np.asarray(vtk_data.to_array(self._pixels), np.uint8).reshape(height, width, 4)
 
     def depth(self) -> Float32Array:
-        """Return the depth (height, width) of the last picture with features.
+        """Return the depth buffer (height, width) of the last picture with features.
 
         Values are 0 at the near plane and 1 at the far plane; they are read once per picture.
         """
@@ -279,7 +279,7 @@ class Canvas:
         return self._depth
 
     def surface_depth(self) -> Float32Array:
-        """Return the depth of the models alone, if saved, because features must not hide them."""
+        """Return the depth of the models, without features if that is saved."""
         depth = self.depth()
         if not self.surface_saved:
             return depth

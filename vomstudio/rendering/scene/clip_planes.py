@@ -1,4 +1,4 @@
-"""Faces of the clipping box as planes of VTK."""
+"""Faces of the clipping box as VTK planes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.rendering.view.clipping import FACES, ClipBox
 
 
 class ClipPlanes:
-    """Clipping planes; nothing is drawn or picked outside `box`, None for everything."""
+    """Clipping planes of `box`, outside which nothing is drawn; None disables clipping."""
 
     def __init__(self) -> None:
         self.box: ClipBox | None = None
@@ -22,17 +22,17 @@ class ClipPlanes:
         self._cutting: list[int] = []
 
     def place(self, models: Iterable[FloatArray], origin: FloatArray) -> bool:
-        """Move the planes to the faces of the box. Return whether the planes of `cut` changed.
+        """Move the planes to the faces of the box. Return whether those for `cut` have changed.
 
-        Models are cut only by the planes that they cross: a software renderer takes a third
-        longer with all six.
+        Models are clipped only by the planes that they cross, because a software renderer takes
+        a third longer with all six planes.
 
         Parameters
         ----------
         models : iterable of (n, 3) float64
-            World corners around each model.
+            Corners of a box around each model, in the World frame.
         origin : (3,) float64
-            Origin of VTK's coordinates in World.
+            Origin of VTK's coordinates in the World frame.
         """
         cutting: list[int] = []
         if self.box is not None:
@@ -55,12 +55,12 @@ class ClipPlanes:
         vtk_data.clip(actor, collection(planes) if planes else None)
 
     def every(self) -> vtkPlaneCollection:
-        """Return all six planes, for features over the models."""
+        """Return all six planes, which clip the features over the models."""
         return collection(self._planes)
 
 
 def collection(planes: list[vtkPlane]) -> vtkPlaneCollection:
-    """Return a collection of planes for VTK."""
+    """Return a VTK collection of planes."""
     out = vtkPlaneCollection()
     for plane in planes:
         out.AddItem(plane)

@@ -16,7 +16,7 @@ from vomstudio.rendering.scene.model_scene import ModelScene
 
 @dataclass(frozen=True)
 class Contents:
-    """Models with their appearance and clipping, and features and cameras over them."""
+    """Models with their appearance and clipping, and the features and cameras over them."""
 
     models: dict[str, ModelScene] = field(default_factory=dict)
     look: Appearance = field(default_factory=Appearance)
@@ -28,13 +28,13 @@ class Contents:
         return [model for model in self.models.values() if model.visible]
 
     def corners(self, *, close: bool = False) -> FloatArray:
-        """Return the World corners (n, 3) of the visible models.
+        """Return box corners (n, 3) of the visible models in the World frame.
 
-        With `close`, they are the corners of the models' chunks.
+        If `close`, these are the corners of the models' chunks.
         """
         corners = [model.corners_world(close=close) for model in self.visible()]
         return np.concatenate([np.zeros((0, 3)), *corners])
 
     def corners_over(self) -> FloatArray:
-        """Return the World corners (n, 3) of features and cameras."""
+        """Return box corners (n, 3) of the features and cameras in the World frame."""
         return np.concatenate([self.features.corners(), self.cameras.corners()])

@@ -1,4 +1,4 @@
-"""Part of the picture that a change affects, and the features visible in it."""
+"""Part of the picture affected by a change, and the features visible in it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from vomstudio.rendering.view.camera import Eye
 
 @dataclass(frozen=True)
 class Spot:
-    """Rectangle of device pixels, from the lower left corner of the picture.
+    """Rectangle of device pixels, measured from the lower-left corner of the picture.
 
-    Its edges are the first and the last column and row.
+    The edges are the first and last column and row, inclusive.
     """
 
     left: int
@@ -27,13 +27,13 @@ class Spot:
         return self.right - self.left + 1, self.top - self.bottom + 1
 
     def wider(self, margin: int) -> Spot:
-        """Return a rectangle with a margin on each side, pixels."""
+        """Return the rectangle enlarged by a margin in pixels on each side."""
         return Spot(
             self.left - margin, self.bottom - margin, self.right + margin, self.top + margin
         )
 
     def within(self, size: tuple[int, int]) -> Spot:
-        """Return the part within a picture, at least one pixel at its edge."""
+        """Return the part inside a picture, or at least one pixel at the picture's edge."""
         (left, right), (bottom, top) = (
             np.clip((low, high), 0, end - 1).tolist()
             for low, high, end in (
@@ -45,10 +45,10 @@ class Spot:
 
 
 def find_spot(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | None:
-    """Return where lines between World points (n, 3) may be visible.
+    """Return the part of the picture in which lines between points (n, 3) may be visible.
 
-    None if they may be anywhere because points are behind the viewer. The rectangle may be
-    outside the picture.
+    Points are in the World frame. Returns None if the lines may be anywhere because points are
+    behind the viewer. The rectangle may be outside the picture.
     """
     off = points - eye.position
     depth = off @ eye.direction
@@ -72,9 +72,10 @@ def find_spot(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | Non
 
 
 def visible_in_spot(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, int]) -> BoolArray:
-    """Return whether boxes (n, 2, 3) in World may be visible in a rectangle.
+    """Return whether World boxes (n, 2, 3) may be visible in a rectangle.
 
-    The result is true for all that are and for a few that are not; false for a box of NaN.
+    The result is true for all visible boxes and for a few that are not visible. It is false for
+    a box of NaN.
     """
     width, height = size
     centre = boxes.mean(axis=1) - eye.position
@@ -85,7 +86,7 @@ def visible_in_spot(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, in
         (eye.up, spot.bottom, spot.top + 1, height / 2.0),
     ):
         for sign, limit in ((1.0, first_pixel), (-1.0, last_pixel)):
-            # Plane through the eye, or along the view, that contains an edge of the rectangle.
+            # Plane that contains an edge of the rectangle and the eye (or the view direction).
             off = (limit - middle) * eye.half_height
             normal, shift = sign * height / 2.0 * axis, 0.0
             if eye.orthographic:

@@ -1,11 +1,13 @@
-"""Eye-dome lighting: pixels behind their neighbours are darkened, by their distance.
+"""Eye-dome lighting, which darkens pixels according to their depth behind neighbours.
 
-It shows the shape of a cloud without normals. Christian Boucheny, Visualisation scientifique
+It shows the shape of a cloud that has no normals. The method is that of Christian Boucheny,
+Visualisation scientifique
 interactive de grands volumes de donnees, PhD thesis, Grenoble (2009), with logarithms of depth
 as in Markus Schuetz, Potree, master's thesis, TU Wien (2016).
 
-One pass over the finished picture of the models, before the features are drawn over it, in
-horizontal bands so that a software renderer can do it between the events of a window.
+It is a single pass over the finished picture of the models, before the features are drawn over
+it. The pass is divided into horizontal bands, so that a software renderer can process them
+between the events of a window.
 """
 
 from __future__ import annotations
@@ -71,7 +73,7 @@ void main() {
 
 
 class EyeDome:
-    """Eye-dome lighting, created and used with one window's context."""
+    """Eye-dome lighting, bound to the graphics context of one window."""
 
     def __init__(self) -> None:
         self._quad: vtkOpenGLQuadHelper | None = None
@@ -89,7 +91,7 @@ class EyeDome:
         orthographic: bool,
         scale: float,
     ) -> None:
-        """Draw rows[0] to rows[1] of `source`, shaded, into the window's buffer.
+        """Shade rows[0] to rows[1] of `source`, and draw them into the window's buffer.
 
         Parameters
         ----------
@@ -98,10 +100,10 @@ class EyeDome:
         size : tuple of int
             Width and height of the buffer.
         rows : tuple of int
-            First and last row to draw.
+            First and last row that are drawn.
         near, far, distance : float
-            Metres.
-        orthographic : bool
+            Depth of the near and far planes, and distance of the pivot, metres.
+            orthographic : bool
             Whether the projection is parallel.
         scale : float
             Device pixels per logical pixel.

@@ -1,4 +1,4 @@
-"""Lines and discs of the features as a few actors, for any number of features."""
+"""Lines and discs of all features, drawn by a small number of actors."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ SELECTED_WIDTH = 5.0
 HALO_EXTRA = 2.0
 SELECTED_HALO_EXTRA = 4.0
 THIN_ABOVE = 4000
-"""Number of line points above which halos are omitted while the camera moves."""
+"""Number of line points above which halos are omitted while the camera is moving."""
 
 MAX_PARTIAL_CHANGES = 64
-"""Maximum number of changes that are drawn over the saved picture of all others."""
+"""Maximum number of changed features that are redrawn over the saved picture of the others."""
 
 DISC_OPACITY = 0.32
 HIDDEN_OPACITY = 0.28
 DARK = (20, 20, 22)
 BRIGHT = (255, 255, 255)
 
-# Offsets in steps of the depth buffer (1/65536 of its range) by which lines are drawn before
-# their surface, and by which the faint copy is drawn before everything. The first must cover the
-# rise of a slanting surface across half a line's width, or the near half of the halo is cut off.
+# Offsets, in depth-buffer steps (1/65536 of its range), by which lines are drawn in front of
+# their surface, and by which their faint copy is drawn in front of everything. The first must
+# exceed the depth change of an inclined surface across half a line width, or the near half of
+# the halo is cut off.
 OVER_SURFACE = -150.0
 HIDDEN_LINE_OFFSET = -65000.0
 
@@ -41,7 +42,7 @@ HIDDEN_LINE_OFFSET = -65000.0
 class FeatureLayer:
     """Registered drawings and their actors.
 
-    `drawings` is in the order of their creation, in which they are drawn.
+    `drawings` is in order of creation, which is also the order of drawing.
     """
 
     def __init__(self) -> None:
@@ -62,17 +63,18 @@ class FeatureLayer:
         self._next = count()
 
     def changed(self) -> FloatArray | None:
-        """Return World points (n, 3) of the drawings that have changed since the last drawing.
+        """Return points (n, 3) of the features that have changed since the last drawing.
 
-        The selection and the live area do not count. None if anything may have changed.
+        Points are in the World frame. Changes of the selection and the live area are ignored.
+        Returns None if anything may have changed.
         """
         if self._stale or not self.areas.is_emphasis_only:
             return None
         return np.concatenate([np.zeros((0, 3)), *(spots(drawing) for drawing in self._changed)])
 
     def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
-        """Add the actors; `emphasis` draws the selection over all others."""
-        # Polygons are not shifted: only the lines of this layer are.
+        """Add the actors to the renderers; `emphasis` draws the selection over all features."""
+        # Polygons have no offset; only the lines of this layer have one.
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
         vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
         vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(0.0, 0.0)
@@ -85,8 +87,8 @@ class FeatureLayer:
             actor.SetMapper(mapper)
             look = actor.GetProperty()
             look.LightingOff()
-            # Drawn in this order without writing depth: lines with an offset would hide their own
-            # points from `Scene.seen`.
+            # Drawn in this order without writing depth, because lines with an offset would hide
+            # their own points in the test of visibility.
             actor.ForceTranslucentOn()
             selected = name.endswith("+")
             offset = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
@@ -112,13 +114,13 @@ class FeatureLayer:
         self._stale = True
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
-        """Draw only the inner side of all these planes."""
+        """Clip all features by planes, of which the inner side is drawn."""
         self.areas.clip(planes)
         for actor in self._actors.values():
             vtk_data.clip(actor, planes)
 
     def set_scale(self, scale: float) -> None:
-        """Set device pixels per logical pixel; widths are logical."""
+        """Set the device pixels per logical pixel; line widths are logical."""
         self.scale = scale
         self.areas.scale = scale
         self._stale = True
@@ -150,7 +152,7 @@ class FeatureLayer:
         self._chosen_stale = True
 
     def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
-        """Show the area that a brush is touching, None for none."""
+        """Show the area touched by a brush, or None to remove it."""
         self.areas.set_live(area, color)
 
     def shown(self) -> list[FeatureDrawing]:
@@ -158,11 +160,11 @@ class FeatureLayer:
 
     @property
     def points(self) -> int:
-        """Return the number of points of all visible lines."""
+        """Total number of points of all visible lines."""
         return self._runs.points
 
     def corners(self) -> FloatArray:
-        """Return the World corners (8, 3) of all drawings, or none."""
+        """Return the box corners (8, 3) of all drawings in the World frame, or (0, 3)."""
         return self._corners
 
     def refresh(
@@ -170,14 +172,15 @@ class FeatureLayer:
         pixel: Pixel | None = None,
         is_needed: Callable[[FloatArray], BoolArray] | None = None,
     ) -> None:
-        """Update the actors; called before every drawing of the layer.
+        """Update the actors. Called before every drawing of the layer.
 
         Parameters
         ----------
         pixel : callable, optional
-            Returns the metres per device pixel at a place in World.
+            Returns the metres per device pixel at a point in the World frame.
         is_needed : callable, optional
-            Returns for boxes (n, 2, 3) in World which features to draw, by default all.
+            Returns which features to draw, given their World boxes (n, 2, 3). By default all
+            features are drawn.
         """
         if not self._actors:
             return
@@ -197,11 +200,11 @@ class FeatureLayer:
             return
         self.areas.refresh(moving=self.thin, pixel=pixel)
         if self._chosen_stale:
-            # Selected features are drawn again over all others, so that a change of the selection
+            # Selected features are redrawn over all features, so that a change of the selection
             # does not rebuild the large arrays.
             self._chosen_stale = False
-            # In the order of the others, so that crossing features always overlap in the same
-            # way.
+            # Drawn in the same order as the other features, so that crossing features always
+            # overlap in the same way.
             keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)
             visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
             runs = lines_of(visible, self._origin)

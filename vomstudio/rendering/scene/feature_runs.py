@@ -1,4 +1,4 @@
-"""Lines and discs of all features as arrays for the graphics card."""
+"""Arrays of the lines and discs of all features for the graphics card."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ BLOCK_SIZE = 128
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """Runs of points.
+    """Sequences of points, such as polylines or rings.
 
     Parameters
     ----------
     points : (n, 3) float32
-        Points minus the origin.
+        Points minus the scene origin.
     sizes : (m,) int
         Number of points of each run.
     colors : (n, 3) uint8
@@ -37,7 +37,7 @@ class Runs:
     def of(
         cls, runs: list[FloatArray], colors: list[tuple[float, float, float]], origin: FloatArray
     ) -> Runs:
-        """Create runs (k, 3) in World, each in one colour."""
+        """Create runs from points (k, 3) in the World frame, with one colour per run."""
         sizes = np.array([len(run) for run in runs], np.int64)
         points = np.concatenate([np.zeros((0, 3)), *runs]) - origin
         rgb_by_color = {color: vtk_data.rgb(color) for color in set(colors)}
@@ -57,16 +57,16 @@ class Runs:
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Arrays of a block of features.
+    """Cached arrays for a block of features.
 
     Parameters
     ----------
     shown : list of FeatureDrawing
         Visible drawings of the block.
     boxes : (n, 2, 3) float64
-        Lowest and highest World corner of line and disc of each, NaN without both.
+        Minimum and maximum World corners of each feature's line and disc; NaN if it has neither.
     box : (2, 3) or (0, 3) float64
-        Box around them and their areas.
+        Bounding box of all features in the block, including their areas.
     """
 
     shown: list[FeatureDrawing]
@@ -77,7 +77,7 @@ class _Block:
 
 
 class FeatureRuns:
-    """Runs of features in blocks, so that a change rebuilds only one block of thousands."""
+    """Runs of features in blocks, so that a change rebuilds only a single block."""
 
     def __init__(self) -> None:
         self._origin: FloatArray = np.zeros(3)
@@ -86,7 +86,7 @@ class FeatureRuns:
         self._built: dict[int, _Block] = {}
 
     def set_origin(self, origin: FloatArray) -> None:
-        """Set the origin (3,) of points in World."""
+        """Set the origin (3,), in the World frame, that is subtracted from all points."""
         self._origin = origin
         self._built.clear()
 
@@ -111,21 +111,21 @@ class FeatureRuns:
 
     @property
     def points(self) -> int:
-        """Return the number of points of visible lines."""
+        """Total number of points of the visible lines."""
         return sum(len(block.lines.points) for block in self._all())
 
     def lines(self) -> Runs:
-        """Return the visible lines."""
+        """Return the lines of the visible features."""
         return Runs.joined(block.lines for block in self._all())
 
     def discs(self) -> Runs:
-        """Return the visible discs."""
+        """Return the discs of the visible features."""
         return Runs.joined(block.discs for block in self._all())
 
     def some(self, is_needed: Callable[[FloatArray], BoolArray]) -> tuple[Runs, Runs]:
-        """Return lines and discs of visible features that `wanted` selects by their boxes.
+        """Return the lines and discs of the visible features selected by their boxes.
 
-        `wanted` receives boxes (n, 2, 3), lowest and highest World corner.
+        `is_needed` receives World boxes (n, 2, 3), as minimum and maximum corners.
         """
         blocks = self._all()
         boxes = np.concatenate([np.zeros((0, 2, 3)), *(each.boxes for each in blocks)])
@@ -134,7 +134,7 @@ class FeatureRuns:
         return lines_of(selected, self._origin), discs_of(selected, self._origin)
 
     def box(self) -> FloatArray:
-        """Return the lowest and highest World corner (2, 3), (0, 3) without visible features."""
+        """Return the bounds (2, 3) of the visible features, or (0, 3) without visible features."""
         boxes = np.concatenate([np.zeros((0, 3)), *(block.box for block in self._all())])
         return boxes if not len(boxes) else np.stack([boxes.min(axis=0), boxes.max(axis=0)])
 
@@ -158,7 +158,7 @@ class FeatureRuns:
 
 
 def spots(drawing: FeatureDrawing) -> FloatArray:
-    """Return the World points (n, 3) of line and disc of a drawing."""
+    """Return the World points (n, 3) of the line and disc of a drawing."""
     line = np.asarray(drawing.line, float).reshape(-1, 3)
     if drawing.disc is None:
         return line
@@ -166,14 +166,14 @@ def spots(drawing: FeatureDrawing) -> FloatArray:
 
 
 def _boxes_of(runs: list[FloatArray]) -> FloatArray:
-    """Return the lowest and highest corner (n, 2, 3) of each run, NaN without points."""
+    """Return the bounding box (n, 2, 3) of each run, NaN for a run without points."""
     boxes = np.full((len(runs), 2, 3), np.nan)
     sizes = np.array([len(run) for run in runs], np.int64)
     filled = np.flatnonzero(sizes)
     if len(filled):
         points = np.concatenate(runs)
         starts = (np.cumsum(sizes) - sizes)[filled]
-        # Points that are not finite do not count, unless a run has no others.
+        # Non-finite points are ignored, unless a run has no finite points.
         points[~np.isfinite(points).all(axis=1)] = np.nan
         boxes[filled, 0] = np.fmin.reduceat(points, starts, axis=0)
         boxes[filled, 1] = np.fmax.reduceat(points, starts, axis=0)
@@ -181,13 +181,13 @@ def _boxes_of(runs: list[FloatArray]) -> FloatArray:
 
 
 def lines_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
-    """Return the lines of drawings with at least two points."""
+    """Return the lines of all drawings whose line has at least two points."""
     lines = [(np.asarray(d.line, float).reshape(-1, 3), d.color) for d in drawings]
     return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
 
 
 def discs_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
-    """Return the discs of drawings with at least three corners."""
+    """Return the discs of all drawings whose disc has at least three corners."""
     rings = [(np.asarray(d.disc, float), d.color) for d in drawings if d.disc is not None]
     return _runs([(ring, color) for ring, color in rings if len(ring) >= 3], origin)
 

@@ -1,6 +1,6 @@
-"""Drawing of the scene: at once while the camera moves, piece by piece at rest.
+"""Drawing of the scene, immediately during camera moves and incrementally at rest.
 
-A model that is slow to draw is represented by its proxy while the camera moves. At rest its
+While the camera moves, a model that is slow to draw is represented by its proxy. At rest its
 chunks are added in batches to the same buffers; the owner of the scene calls `refine` between
 the events of its loop until the frame is complete. With a software renderer, thousands of
 features are drawn in bands between events: `draw_band`.
@@ -29,22 +29,22 @@ from vomstudio.rendering.view.camera import Eye
 from vomstudio.rendering.view.frame_timing import SLOW_FRAME_S, Pace
 
 BAND_POINTS = 25_000
-"""So many points of features a software renderer draws, with halo and hidden line, within some
-50 ms."""
+"""Number of feature points that a software renderer draws in about 50 ms, including halos and
+hidden lines."""
 MAX_BANDS = 12
 
 
 class FramePicture:
-    """Picture of a scene.
+    """Picture of a scene, and its drawing.
 
     Attributes
     ----------
     eye_dome : bool
         Whether clouds at rest have eye-dome lighting.
     showing_proxy : bool
-        Whether the last picture shows proxies.
+        Whether the last picture contains proxies.
     more_to_come : bool
-        Whether it lacks proxies that the next one will show.
+        Whether the next picture will show proxies that the last one lacks.
     """
 
     def __init__(
@@ -82,12 +82,12 @@ class FramePicture:
         return self._frame.pending is not None
 
     def abandon(self) -> None:
-        """Discard a frame that is being refined, and mark the last one as incomplete."""
+        """Discard the frame that is being refined, and mark the last picture as incomplete."""
         self._bands = []
         self._frame.abandon()
 
     def release(self) -> None:
-        """Release its graphics resources."""
+        """Release the graphics resources."""
         self._dome.release(self._canvas.window)
 
     # -- at once
@@ -101,14 +101,14 @@ class FramePicture:
         return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
     def draw(self, *, moving: bool) -> None:
-        """Draw a picture now, with proxies if the models take too long."""
+        """Draw a picture now, using proxies if drawing the models takes too long."""
         if moving and not self._was_moving:
             self.pace.begin_moving()
         self._was_moving = moving
         self.abandon()
         self._sight.apply()
         self._nodes.look_around(fetch=not moving)
-        # The point size affects the drawing time, so it is set first.
+        # Set first, because the point size affects the drawing time.
         self._sight.size_points()
         proxy = self.slow
         self.more_to_come = False
@@ -143,7 +143,7 @@ class FramePicture:
             self._begin_bands()
 
     def _proxies(self) -> list[Part]:
-        """Return the proxies of the models, which are drawn while the models take too long."""
+        """Return the proxies that are drawn if drawing the models takes too long."""
         visible = self._contents.visible()
         entries = self._sight.parts(every_node=True)
         nodes, self.more_to_come = proxies.coarse_nodes(entries, self.pace.moving_sets)
@@ -158,20 +158,20 @@ class FramePicture:
         return parts
 
     def draw_features(self) -> None:
-        """Draw the features again over the last picture of the models.
+        """Redraw the features over the last picture of the models.
 
-        If `layering` is set afterwards, call `draw_band` until it is not; otherwise `refine`.
+        Afterwards call `draw_band` while `layering` is true, or else `refine`.
         """
         begun, self._bands = self._bands, []
         canvas, frame, eye = self._canvas, self._frame, self._sight.eye
         if not canvas.surface_saved or eye is None:
             if not self.refining:
                 self.draw(moving=False)
-            # Otherwise the frame that is being refined will show them.
+            # Otherwise the features will appear in the frame that is being refined.
             return
         depth = eye.depth(self._contents.corners_over())
         if len(depth) and (depth.min() < eye.near or depth.max() > eye.far):
-            # The saved depth has another range: these features would be clipped.
+            # The saved depth has another range, so that these features would be clipped.
             self.draw(moving=False)
             return
         if self.refining and begun:
@@ -196,9 +196,9 @@ class FramePicture:
     # -- piece by piece
 
     def begin_rest(self) -> None:
-        """Start the complete frame of a camera at rest."""
+        """Start the complete frame for a camera at rest."""
         if self._sight.eye is not None:
-            # The last complete picture determines hidden points until there is another.
+            # The last complete picture determines hidden points until the next one is complete.
             self._canvas.depth()
         self._was_moving = False
         self._sight.apply()
@@ -209,12 +209,12 @@ class FramePicture:
         self._frame.begin(self._sight.parts())
 
     def refine(self) -> bool:
-        """Draw one small piece of the frame at rest. Return whether the frame is complete."""
+        """Draw a small part of the frame at rest. Return whether the frame is complete."""
         frame, canvas = self._frame, self._canvas
         if frame.pending is None:
             return True
         if self._bands and frame.pending:
-            # More of the models has arrived, which is below the features.
+            # More parts of the models have arrived, which must be drawn below the features.
             self._bands = []
             canvas.restore_surface()
         if self._bands:
@@ -224,12 +224,12 @@ class FramePicture:
         if not frame.pending and not frame.first and self._shade_band():
             return False
         started = time.perf_counter()
-        # Features, with the copy of the surface below them, are a separate piece.
+        # The features, including copying the surface below them, are a separate step.
         is_last = not frame.pending
         count = self.pace.next_batch([part for _, part in frame.pending])
         tint = self._contents.look.tint_node
         if any([tint(*entry) for entry in frame.pending[:count]]):
-            # They must be uploaded to the graphics card again.
+            # The parts must be uploaded to the graphics card again.
             count = self.pace.next_batch([part for _, part in frame.pending])
         batch = [part for _, part in frame.pending[:count]]
         frame.pending = frame.pending[count:]
@@ -255,12 +255,12 @@ class FramePicture:
 
     @property
     def domed(self) -> bool:
-        """Whether the picture at rest has eye-dome lighting."""
+        """Whether eye-dome lighting is applied to the picture at rest."""
         visible = self._contents.visible()
         return self.eye_dome and any(isinstance(m.data, PointCloud) for m in visible)
 
     def _shade_band(self) -> bool:
-        """Shade a part of the finished surface. Return False if everything is shaded."""
+        """Shade the next part of the finished surface. Return False if all of it is shaded."""
         if not self.domed:
             return False
         canvas, frame, eye = self._canvas, self._frame, self._sight.eye
@@ -300,7 +300,7 @@ class FramePicture:
         layer: bool,
         keep: bool,
     ) -> None:
-        """Draw the models or, over their saved picture, the features; `keep` saves the result."""
+        """Draw the models, or the features over their saved picture; `keep` saves the result."""
         canvas = self._canvas
         if layer:
             canvas.features_saved = False
@@ -321,7 +321,7 @@ class FramePicture:
             canvas.keep_surface()
 
     def _render_layer(self, *, keep: bool) -> None:
-        """Draw the features over the saved picture of the models, or start their bands."""
+        """Draw the features over the saved picture of the models, or start to draw in bands."""
         if keep and self._wants_bands:
             self._canvas.restore_surface()
             self._begin_bands()
@@ -334,7 +334,7 @@ class FramePicture:
         return self._canvas.software and points > BAND_POINTS and self._sight.eye is not None
 
     def _begin_bands(self) -> None:
-        """Save the picture, which shows only the models, as the background of the bands."""
+        """Save the picture, which contains only the models, as the background of the bands."""
         canvas = self._canvas
         self._contents.cameras.refresh()
         canvas.keep_features()
@@ -343,7 +343,7 @@ class FramePicture:
         canvas.features_saved = False
 
     def draw_band(self) -> bool:
-        """Draw the features in the next band. Return whether it was the last."""
+        """Draw the features in the next band. Return whether it was the last band."""
         canvas, eye = self._canvas, self._sight.eye
         if not self._bands or eye is None:
             self._bands = []
@@ -357,7 +357,7 @@ class FramePicture:
         return not self._bands
 
     def _render_emphasis(self) -> None:
-        """Draw selected and live features over the saved picture of everything else."""
+        """Draw the selected and live features over the saved picture of everything else."""
         self._contents.features.refresh_emphasis(self._sight.pixel_at)
         self._canvas.render(
             erase=False,
@@ -368,7 +368,7 @@ class FramePicture:
         )
 
     def _render_spot(self, spot: Spot, eye: Eye, *, emphasis: bool = True) -> None:
-        """Draw the features again where some have changed; `emphasis` includes the selection."""
+        """Redraw a part of the picture with changed features; `emphasis` includes the selection."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
         spot = spot.wider(width).within(canvas.size)
@@ -399,6 +399,6 @@ class FramePicture:
 
 
 def bands(height: int, count: int) -> list[tuple[int, int]]:
-    """Return the first and the end row of `count` bands, from the bottom."""
+    """Divide the rows of a picture, from the bottom, into `count` bands (first, end)."""
     ends = [round(k * height / count) for k in range(count + 1)]
     return list(itertools.pairwise(ends))

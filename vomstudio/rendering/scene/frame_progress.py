@@ -1,4 +1,4 @@
-"""Progress of the picture of a camera at rest."""
+"""Progress of the picture for a camera at rest."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ Entry = tuple[ModelScene, Part]
 
 
 class FrameProgress:
-    """Progress of a frame.
+    """Progress of a frame that is drawn incrementally.
 
     Attributes
     ----------
     pending : list or None
-        Parts that the frame still lacks, None without a frame.
+        Parts that remain to be drawn, or None if no frame is being drawn.
     first : bool
-        Whether none of its parts has been drawn.
+        Whether no part of the frame has been drawn yet.
     bands : list or None
-        First and end rows that are still to be shaded, None before shading.
+        First and end rows of the bands that remain to be shaded, or None before shading.
     complete : bool
         Whether the last picture is complete.
     """
@@ -42,24 +42,24 @@ class FrameProgress:
         self.complete = not self._outdated
 
     def abandon(self) -> None:
-        """Discard the frame, and mark the last one as incomplete."""
+        """Discard the frame, and mark the last picture as incomplete."""
         self.pending = None
         self.complete = False
 
     def outdate(self) -> None:
-        """Mark both frames as incomplete: content has been added that they do not show."""
+        """Mark the frame and the last picture as incomplete because content has been added."""
         self.complete = False
         self._outdated = True
 
     def admit(self, model: ModelScene, part: Part) -> bool:
-        """Add a part to the frame. Return False if it is too late."""
+        """Add a part to the frame. Return False if it is too late to add it."""
         if self.pending is None or self.bands is not None:
             return False
         self.pending.append((model, part))
         return True
 
     def dismiss(self, parts: Iterable[Part]) -> None:
-        """Remove parts that do not exist any more."""
+        """Remove parts that no longer exist."""
         dropped_ids = {id(part) for part in parts}
         if self.pending is not None and dropped_ids:
             self.pending = [entry for entry in self.pending if id(entry[1]) not in dropped_ids]

@@ -1,9 +1,9 @@
-"""Textures on the graphics card at the level that the view needs, uploaded in pieces.
+"""Textures on the graphics card, uploaded in pieces at the level required for the view.
 
-A software renderer allocates textures in main memory, and most of that time is spent on fresh
-pages. A level in quarters (see `textures.Level`) is therefore uploaded one quarter at a time,
-and drawn by a shader that selects the quarter; until all four are present, the previous level
-remains.
+A software renderer allocates textures in main memory, and spends most of the upload time on new
+memory pages. A level in quarters (see `textures.Level`) is therefore uploaded one quarter at a
+time, and drawn by a shader that selects the quarter. The previous level remains in use until all
+four quarters are present.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.prepare.textures import Texture
 
 QUARTER_NAMES = ("actortexture", "quarter1", "quarter2", "quarter3")
-"""The first is VTK's name of an actor's texture."""
+"""Names of the quarters in the shader; the first is VTK's name for the texture of an actor."""
 
-# Each quarter has a rim of one texel from its neighbour, or from the far side of the picture,
-# which repeats: the result equals that of the undivided picture bit by bit.
+# Each quarter has a border of one texel from its neighbour or, because the picture repeats, from
+# its opposite side. The result is identical to that of the undivided picture.
 QUARTERS_SHADER = """
   vec2 lower = vec2(textureSize(actortexture, 0) - 2);
   vec2 upper = vec2(textureSize(quarter3, 0) - 2);
@@ -40,7 +40,7 @@ QUARTERS_SHADER = """
 
 
 class Skin:
-    """Texture of a material; `level` is the uploaded level, None before the first."""
+    """Texture of a material; `level` is the uploaded level (None before the first upload)."""
 
     def __init__(self, texture: Texture) -> None:
         self.texture = texture
@@ -55,12 +55,12 @@ class Skin:
         return self.level is None or self.level > self.target_level
 
     def want(self, texels_per_pixel: float | None) -> None:
-        """Choose the coarsest level with about a texel per pixel.
+        """Choose the coarsest level with about one texel per pixel.
 
         Parameters
         ----------
         texels_per_pixel : float or None
-            Texels of the finest level per pixel, None if the material is not in view.
+            Texels of the finest level per pixel, or None if the material is not in view.
         """
         coarsest = len(self.texture.levels) - 1
         if texels_per_pixel is not None:
@@ -70,9 +70,9 @@ class Skin:
             self.target_level = coarsest if self.level is None else self.level
 
     def upload_piece(self, renderer: vtkRenderer, *, mipmap: bool) -> bool:
-        """Upload a piece of the target level. Return True once it is complete.
+        """Upload a piece of the target level. Return True once the level is complete.
 
-        The actors must then apply it by `wear`.
+        The texture must then be applied to the actors with `wear`.
         """
         window = renderer.GetRenderWindow()
         window.MakeCurrent()
@@ -94,7 +94,7 @@ class Skin:
         return True
 
     def wear(self, actor: vtkActor) -> bool:
-        """Apply the uploaded texture to an actor. Return False if there is none yet."""
+        """Apply the uploaded texture to an actor. Return False if nothing is uploaded yet."""
         if not self._uploaded:
             return False
         wear(actor, self._uploaded)
@@ -119,7 +119,7 @@ class Skin:
 
 
 def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
-    """Apply a texture, whole or in quarters, to an actor."""
+    """Apply a texture, undivided or in quarters, to an actor."""
     remove_textures(actor)
     actor.SetTexture(pieces[0])
     if len(pieces) > 1:
@@ -131,8 +131,8 @@ def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
 
 
 def remove_textures(actor: vtkActor) -> None:
-    """Remove the textures of an actor and the shader code for them."""
-    # VTK accepts None for no texture, unlike its stubs.
+    """Remove the textures of an actor and their shader code."""
+    # VTK accepts None as no texture, although its type stubs do not.
     actor.SetTexture(cast(vtkTexture, None))
     actor.GetProperty().RemoveAllTextures()
     actor.GetShaderProperty().ClearAllFragmentShaderReplacements()

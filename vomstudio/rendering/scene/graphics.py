@@ -1,4 +1,4 @@
-"""Vendor, renderer and version of OpenGL, as the driver states them."""
+"""OpenGL vendor, renderer and version as reported by the driver."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import sys
 
 
 def versions() -> dict[str, str]:
-    """Return "vendor", "renderer" and "version" of a small off-screen window.
+    """Return the "vendor", "renderer" and "version" of OpenGL in an off-screen window.
 
-    A broken driver may end the process.
+    A broken driver may crash the process.
     """
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  makes the window one of OpenGL
     from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
@@ -28,6 +28,6 @@ def versions() -> dict[str, str]:
 
 
 def main() -> int:
-    """Print them as one line of JSON."""
+    """Print the OpenGL versions as one line of JSON."""
     sys.stdout.write(json.dumps(versions()) + "\n")
     return 0

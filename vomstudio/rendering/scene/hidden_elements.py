@@ -1,4 +1,4 @@
-"""Hidden faces and points of models, which are not drawn and not picked."""
+"""Hiding of faces and points of models, which are then neither drawn nor picked."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 
 def hide(model: ModelScene, hidden: BoolArray | None) -> None:
-    """Hide these faces or points (n,), None for none."""
+    """Hide the marked faces or points (n,) of a model; None shows all."""
     previous, model.hidden = model.hidden, hidden
     for number, part in enumerate(model.parts):
         _dress(model, number, part, previous)
@@ -21,7 +21,7 @@ def hide(model: ModelScene, hidden: BoolArray | None) -> None:
 
 
 def hide_newest(model: ModelScene) -> None:
-    """Hide elements of the part that was added last."""
+    """Hide elements of the part of a model that was added last."""
     if model.hidden is not None:
         _dress(model, len(model.parts) - 1, model.parts[-1], None)
 
@@ -42,7 +42,7 @@ def _dress(model: ModelScene, number: int, part: Part, previous: BoolArray | Non
             return
         at = points.points
         if model.hidden is not None:
-            # Hidden points are moved to a visible one.
+            # Hidden points are moved to the position of a visible point.
             is_hidden = model.hidden[points.point_ids]
             visible_rows = np.flatnonzero(~is_hidden)
             at = at.copy()
@@ -57,7 +57,7 @@ def _has_none(ids: IntegerArray, mask: BoolArray | None) -> bool:
 
 
 def _thin_proxies(model: ModelScene, mesh: Mesh) -> None:
-    """Remove triangles with only hidden faces from the proxies."""
+    """Remove triangles that represent only hidden faces from the proxies."""
     is_visible = np.ones(len(mesh.vertices), np.bool_)
     if model.hidden is not None:
         is_visible[:] = False

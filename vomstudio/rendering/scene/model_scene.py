@@ -21,7 +21,7 @@ from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
 
 @dataclass(eq=False)
 class Part:
-    """Actor of a model, with properties for drawing it."""
+    """Actor that draws a part of a model, with the properties required for drawing."""
 
     actor: vtkActor
     low: FloatArray
@@ -31,28 +31,28 @@ class Part:
     density: float = 0.0
     has_uv: bool = False
     spacing: float = 0.0
-    """Metres between neighbouring points of a cloud; 0 for a mesh."""
+    """Distance between neighbouring points of a cloud, metres; 0 for a mesh."""
     has_colors: bool = False
     uploaded: bool = False
     weight: float = 1.0
     """Relative cost of drawing an element."""
     rows: IntegerArray = field(default_factory=lambda: np.zeros(0, np.int32))
-    """Rows of the model's vertices or points that are drawn, in order."""
+    """Rows of the drawn vertices or points of the model, in order of drawing."""
     own_scalars: vtkDataArray | None = None
-    """Colours of the part while those of a field are shown."""
+    """Original colours of the part while field colours are shown."""
     tinted: bool = False
-    """Whether the colours of a field are shown."""
+    """Whether field colours are shown."""
     whole: Int32Array | None = None
-    """All triangles of a proxy, some of which may be hidden."""
+    """All triangles of a proxy, including hidden ones."""
     row: int = -1
-    """Row of the node of a cloud."""
+    """Row of the node if the part is a node of a cloud."""
     piece: NodePoints | None = None
-    """Points of that node."""
+    """Points of the node if the part is a node of a cloud."""
 
 
 @dataclass(eq=False)
 class ModelScene:
-    """Drawn parts of a model, bounded by `low` and `high` in its local frame."""
+    """Parts of a model in the scene, bounded by `low` and `high` in the local frame."""
 
     model_id: str
     data: Mesh | PointCloud
@@ -70,17 +70,17 @@ class ModelScene:
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
     streamer: NodeStream | None = None
     shown_rows: dict[int, float] = field(default_factory=dict)
-    """Nodes of a cloud that the view needs, with their present spacing."""
+    """Nodes of a cloud that are required for the view, with their present spacing."""
     needed: dict[int, float] = field(default_factory=dict)
-    """Nodes of the last view for which they were fetched, with their final spacing."""
+    """Nodes required for the last view for which nodes were fetched, with their final spacing."""
     settled: bool = True
-    """Whether all of these are present."""
+    """Whether all required nodes are present."""
     chunks_done: bool = False
     textures_done: bool = False
     hidden: BoolArray | None = None
-    """Faces or points that are not drawn and not picked."""
+    """Faces or points that are neither drawn nor picked."""
     field: FieldReady | None = None
-    """Colours of the field of the model."""
+    """Colours of the model's field."""
     _boxes: tuple[FloatArray, FloatArray] | None = None
 
     def drop(self, rows: Iterable[int]) -> list[Part]:
@@ -94,7 +94,7 @@ class ModelScene:
         return dropped
 
     def chunk_boxes(self) -> tuple[FloatArray, FloatArray]:
-        """Return the corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
+        """Return the minimum and maximum corners, (n, 3) each, of the chunks in the local frame."""
         if self._boxes is None or len(self._boxes[0]) != len(self.parts):
             self._boxes = (
                 np.stack([p.low for p in self.parts]),
@@ -103,9 +103,9 @@ class ModelScene:
         return self._boxes
 
     def corners_world(self, *, close: bool = False) -> FloatArray:
-        """Return the World corners (n, 3) of the model's box.
+        """Return the box corners (n, 3) of the model in the World frame.
 
-        With `close` those of the boxes of its chunks, if present, which are nearer to the
+        If `close`, these are the corners of its chunks, if present, which are closer to the
         surface.
         """
         low, high = self.low[None], self.high[None]

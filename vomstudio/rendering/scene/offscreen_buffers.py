@@ -1,4 +1,4 @@
-"""Pictures with depth, saved in graphics memory."""
+"""Pictures with depth that are saved in graphics memory."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ GL_NEAREST = 0x2600
 
 
 class Buffers:
-    """Saved pictures of a window by name, each of the window's size when it was saved."""
+    """Saved pictures of a window by name, each with the window size at the time of saving."""
 
     def __init__(self, window: vtkOpenGLRenderWindow) -> None:
         self._window = window
         self._buffers: dict[str, vtkOpenGLFramebufferObject] = {}
-        # VTK returns a buffer's size as a bare pointer in Python.
+        # In Python, VTK returns the size of a buffer as a raw pointer.
         self._sizes: dict[str, tuple[int, int]] = {}
 
     def __getitem__(self, name: str) -> vtkOpenGLFramebufferObject:
         return self._buffers[name]
 
     def save(self, name: str, spot: Spot | None = None) -> None:
-        """Save the window's picture, or only a part of it."""
+        """Save the picture of the window, or only a part of it."""
         buffer = self._buffers[name] = self._fitting(name)
         self._copy(self._window.GetRenderFramebuffer(), buffer, spot)
 
@@ -67,7 +67,7 @@ class Buffers:
         self._window.MakeCurrent()
         width, height = self._window.GetSize()
         spot = spot or Spot(0, 0, width - 1, height - 1)
-        # First and end column, then first and end row.
+        # First and end columns, then first and end rows.
         extent = [spot.left, spot.right + 1, spot.bottom, spot.top + 1]
         state = self._window.GetState()
         state.PushFramebufferBindings()

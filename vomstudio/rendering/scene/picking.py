@@ -1,7 +1,7 @@
-"""Intersection of a ray in World with models, as an exact point in float64.
+"""Intersection of a World ray with models, computed exactly in float64.
 
-The face or point is determined on float32 copies in the model's local frame, its position
-always from the model's float64 coordinates.
+The face or point is determined on float32 copies in the local frame of the model. Its position
+is always computed from the float64 coordinates of the model.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ MAX_PICK_DISTANCE_PIXELS = 6.0
 """Maximum distance of a picked cloud point from the cursor, pixels."""
 
 SURFACE_THICKNESS = 4.0
-"""Depth behind the front-most point, in multiples of that distance, within which points are of its
-surface."""
+"""Depth behind the front-most point, in multiples of the maximum pick distance, within which points
+belong to the same surface."""
 
 
 class Pickable(Protocol):
-    """Model of the scene as picking uses it."""
+    """Protocol of a model that can be picked."""
 
     model_id: str
     data: Mesh | PointCloud
@@ -66,7 +66,7 @@ def pick_front(
     size: tuple[float, float],
     clip: ClipBox | None = None,
 ) -> Hit | None:
-    """Return the front-most point of the models at a pixel of an image of `size`."""
+    """Return the front-most point of the models at a pixel, or None."""
     origin, direction = camera.ray(x, y, size)
     tangent = 2.0 * camera.tangent / max(size[1], 1.0)
     if camera.orthographic:
@@ -93,15 +93,16 @@ def pick_model(
     spread: float,
     box: ClipBox | None = None,
 ) -> Hit | None:
-    """Return the front-most point of a model on a World ray, inside the clipping box.
+    """Return the front-most point of a model on a ray inside the clipping box, or None.
 
     Parameters
     ----------
     model : Pickable
     origin, direction : (3,) ndarray
-        Ray, World.
+        Origin and direction of the ray in the World frame.
     radius, spread : float
-        Size of a pixel in World metres at depth 0, and its growth per metre; for clouds only.
+        Size of a pixel in metres at depth 0, and its growth per metre of depth. Used for clouds
+        only.
     box : ClipBox, optional
     """
     linear = model.from_world[:3, :3]
@@ -116,7 +117,7 @@ def pick_model(
     if box is not None:
         reach = 0.0
         if not isinstance(model.data, Mesh):
-            # A point inside may be near a ray that passes just outside the box.
+            # A point inside the box may be near a ray that passes just outside it.
             distance = float(np.linalg.norm(model.corners_world() - origin, axis=1).max())
             reach = (radius + spread * distance) * MAX_PICK_DISTANCE_PIXELS
         limits = limits_for(box, origin, direction, model.to_world, model.origin, reach)
@@ -140,7 +141,7 @@ def _pick_mesh(
         return None
     corners = np.asarray(mesh.vertices[mesh.faces[face]], np.float64)
     a = corners[0]
-    # Plain numbers: for single vectors NumPy takes twenty times as long.
+    # Uses plain numbers, because NumPy takes twenty times as long for single vectors.
     ray: Triple = tuple(heading.tolist())
     e1, e2, s = ((row - a).tolist() for row in (corners[1], corners[2], start + model.origin))
     p = _cross(ray, e2)
@@ -148,7 +149,8 @@ def _pick_mesh(
     if det == 0.0 or not math.isfinite(det):
         return None
     u, v = _dot(s, p) / det, _dot(ray, _cross(s, e1)) / det
-    # float32 may have selected the neighbour of a shared edge: stay on the selected face.
+    # In float32, the face across a shared edge may have been selected; stay on the selected
+    # face.
     u, v = min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)
     if u + v > 1.0:
         u, v = u / (u + v), v / (u + v)
@@ -174,14 +176,14 @@ def _dot(a: Triple, b: Triple) -> float:
 def _locate(
     model: Pickable, start: FloatArray, heading: FloatArray, between: tuple[float, float]
 ) -> int | None:
-    """Return the row of the first face between two depths.
+    """Return the row of the front-most face between two depths, or None.
 
-    Only the locators of chunks whose boxes the ray meets are used.
+    Only locators of chunks whose boxes are hit by the ray are used.
     """
     low, high = model.chunk_boxes()
     enter, leave = box_range(low, high, start, heading)
     slack = 1e-3 * (leave - enter) + 1e-6
-    # The chunk's section of the ray is slightly extended, within the permitted depths.
+    # The section of the ray inside the chunk is slightly extended, within the permitted depths.
     first_picks = np.maximum(enter - slack, between[0])
     lasts = np.minimum(leave + slack, between[1])
     met = ((leave >= enter) & (lasts >= first_picks)).nonzero()[0]
@@ -235,8 +237,8 @@ def _pick_cloud(
     )
     if not len(rows):
         return None
-    # The front-most point near the cursor determines the surface; of its points the one nearest
-    # to the cursor is picked.
+    # The front-most point near the cursor determines the surface, and the point of this surface
+    # nearest to the cursor is picked.
     front = float(depth.min())
     thick = SURFACE_THICKNESS * (radius + spread * front) * MAX_PICK_DISTANCE_PIXELS
     surface_rows = np.flatnonzero(depth <= front + thick)

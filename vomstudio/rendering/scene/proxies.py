@@ -1,4 +1,4 @@
-"""Proxies that are drawn while drawing the models takes too long."""
+"""Proxies that are drawn while drawing the complete models would take too long."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 MOVING_SETS = 6
 POINTS_PER_SET = 50_000
 MESH_ELEMENTS = 150_000
-"""Maximum number of faces of meshes without a proxy."""
+"""Maximum number of mesh faces that are drawn if a mesh has no proxy."""
 
 Entry = tuple[ModelScene, Part]
 
 
 def mesh_proxies(visible: list[ModelScene]) -> list[Part]:
-    """Return the uploaded faces of meshes without a proxy."""
+    """Return uploaded chunks of meshes that have no proxy."""
     show = []
     budget = MESH_ELEMENTS
     for model in visible:
@@ -29,14 +29,14 @@ def mesh_proxies(visible: list[ModelScene]) -> list[Part]:
 
 
 def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
-    """Return the coarse nodes of clouds that time permits, and whether more will follow.
+    """Return the coarse cloud nodes that can be drawn in time, and whether more will follow.
 
     Parameters
     ----------
     entries : list of Entry
         All parts in view.
     sets : int
-        Sets of POINTS_PER_SET points that a moving picture can afford.
+        Number of sets of POINTS_PER_SET points that can be drawn in a moving picture.
     """
     nodes = [entry for entry in entries if isinstance(entry[0].data, PointCloud)]
     nodes.sort(key=lambda entry: -entry[1].spacing)
@@ -48,7 +48,7 @@ def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
         if show and remaining < 0:
             break
         if not part.uploaded:
-            # A few at a time, because the first drawing uploads them.
+            # Only a few at a time, because the first drawing uploads them.
             fresh += part.elements
             if show and fresh > POINTS_PER_SET:
                 return show, True

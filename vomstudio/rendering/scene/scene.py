@@ -1,7 +1,7 @@
-"""Off-screen VTK scene without Qt.
+"""Off-screen VTK scene, independent of Qt.
 
-The scene contains and places its contents; `FramePicture` draws it. All of this belongs to one
-thread.
+The scene contains and positions its contents, and `FramePicture` draws it. Both may be used in
+one thread only.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ from vomstudio.studio.tools.interaction_types import Hit
 
 
 class Scene:
-    """Drawn world of one viewport.
+    """Contents of one viewport, with their drawing.
 
     Attributes
     ----------
     models : dict of str to ModelScene
     features, cameras
-        Layers over the models.
+        Layers that are drawn over the models.
     look : Appearance
     canvas, picture
-        Window in which it is drawn, and the drawing.
+        Window in which the scene is drawn, and its drawing.
     nodes : VisibleNodes
-        Nodes of clouds that the view needs.
+        Cloud nodes that are required for the view.
     """
 
     def __init__(self, camera: Camera | None = None) -> None:
@@ -76,7 +76,7 @@ class Scene:
         canvas.detect_driver()
 
     def warm_up(self) -> Iterator[None]:
-        """Compile the programs of the driver, one per step."""
+        """Compile the shader programs of the driver, one per step."""
         return warm_up(self.canvas, self._contents, self._sight, self._intake)
 
     def close(self) -> None:
@@ -94,7 +94,7 @@ class Scene:
         self.picture.abandon()
 
     def set_scale(self, scale: float) -> None:
-        """Set device pixels per logical pixel; widths and point sizes are logical."""
+        """Set the device pixels per logical pixel; line widths and point sizes are logical."""
         self.look.point_scale = scale
         self.features.set_scale(scale)
         self.cameras.set_scale(scale)
@@ -109,7 +109,7 @@ class Scene:
         bounds: FloatArray,
         origin: FloatArray,
     ) -> ModelScene:
-        """Register a model that `take` will fill; bounds (2, 3) are in its file frame."""
+        """Register a model that is filled by `take`; bounds (2, 3) are in its file frame."""
         self.remove_model(model_id)
         if isinstance(data, StreamedCloud):
             bounds = data.bounds
@@ -121,7 +121,7 @@ class Scene:
         return model
 
     def take(self, model_id: str, event: Event) -> None:
-        """Accept a result of a worker, which then belongs to this thread."""
+        """Accept a worker's result, which then belongs to this thread."""
         model = self.models.get(model_id)
         if model is None:
             return
@@ -144,7 +144,7 @@ class Scene:
             self.canvas.origin = None
 
     def set_to_world(self, model_id: str, to_world: FloatArray) -> None:
-        """Change the placement of a model, (4, 4) from the file's frame to World."""
+        """Set the matrix (4, 4) from the file frame of a model to the World frame."""
         model = self.models[model_id]
         model.to_world = np.array(to_world, np.float64)
         model.from_world = np.asarray(np.linalg.inv(model.to_world), np.float64)
@@ -159,19 +159,19 @@ class Scene:
         self.picture.abandon()
 
     def set_hidden(self, model_id: str, hidden: BoolArray | None) -> None:
-        """Hide these faces or points (n,) of a model, None for none."""
+        """Hide the marked faces or points (n,) of a model; None shows all."""
         hidden_elements.hide(self.models[model_id], hidden)
         self.picture.abandon()
 
     def corners(self, *, close: bool = False) -> FloatArray:
-        """Return the World corners (n, 3) of the visible models.
+        """Return box corners (n, 3) of the visible models in the World frame.
 
-        With `close`, they are the corners of the models' chunks.
+        If `close`, these are the corners of the models' chunks.
         """
         return self._contents.corners(close=close)
 
     def everything(self) -> FloatArray:
-        """Return the World corners (n, 3) of visible models, else of features, and of cameras."""
+        """Return the World box corners (n, 3) of models (or else of features) and cameras."""
         corners = self.corners(close=True)
         if not len(corners):
             corners = self.features.corners()
@@ -180,7 +180,7 @@ class Scene:
     # -- appearance
 
     def set_mode(self, mode: str) -> None:
-        """Set the display mode, see DISPLAY_MODES."""
+        """Set the display mode; see DISPLAY_MODES."""
         if mode not in DISPLAY_MODES:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
         self.look.mode = mode
@@ -195,7 +195,7 @@ class Scene:
         self._redress()
 
     def set_point_size(self, pixels: float | None) -> None:
-        """Set the point size in logical pixels; None closes the surface of the points."""
+        """Set the point size in logical pixels; None closes the gaps between points."""
         self.look.point_size = pixels
         self._redress()
 
@@ -211,7 +211,7 @@ class Scene:
         self.picture.abandon()
 
     def set_field(self, model_id: str, ready: FieldReady | None) -> None:
-        """Set the colours of a model's field, None to remove them."""
+        """Set the colours of a model's field, or remove them if None."""
         model = self.models[model_id]
         model.field = ready
         self.look.tint(model)
@@ -220,7 +220,7 @@ class Scene:
     # -- features
 
     def set_features(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
-        """Add, replace or (None) remove drawings by id."""
+        """Add or replace drawings by id, and remove those with the value None."""
         if self.canvas.origin is None:
             for drawing in changes.values():
                 if drawing is not None and len(drawing.line):
@@ -235,7 +235,7 @@ class Scene:
     # -- coordinates of VTK
 
     def set_origin(self, origin: FloatingArray) -> None:
-        """Set the origin (3,) in World of VTK's 32-bit coordinates."""
+        """Set the World position (3,) of the origin of VTK's 32-bit coordinates."""
         place = self.canvas.origin = np.asarray(origin, np.float64)
         self.features.set_origin(place)
         self.cameras.set_origin(place)
@@ -249,7 +249,7 @@ class Scene:
             part.actor.SetUserMatrix(placement)
 
     def set_clip(self, box: ClipBox | None) -> None:
-        """Draw and pick only inside a box, None for everything."""
+        """Set the clipping box for drawing and picking, or None for no clipping."""
         previous, self._planes.box = self._planes.box, box
         self._place_planes()
         if (previous is None) != (box is None):
@@ -266,17 +266,17 @@ class Scene:
     # -- visibility
 
     def visibility(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
-        """Return whether World points (n, 3) are not behind the surface as last drawn."""
+        """Return whether World points (n, 3) are in front of the surface as last drawn."""
         return self._sight.is_in_front(points, slack)
 
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
-        """Return the front-most point of a visible model at a pixel of an image of `size`."""
+        """Return the front-most point of the visible models at a pixel, or None."""
         models = self._contents.visible()
         candidates = [model for model in models if not model.model_id.startswith(PREVIEW)]
         return picking.pick_front(candidates, self.camera, x, y, size, self._planes.box)
 
     def looking(self, ratio: float) -> ViewSnapshot | None:
-        """Return the current view as numbers, None before the first picture.
+        """Return a numerical description of the current view, or None before the first picture.
 
         Parameters
         ----------
@@ -287,7 +287,7 @@ class Scene:
         if eye is None:
             return None
         while self.picture.refining and not self.picture.refine():
-            # Parts that are not drawn yet would count as free air.
+            # Parts that are not drawn yet would be treated as empty space.
             pass
         buffer = canvas.surface_depth()[::-1].astype(np.float64)
         depth = np.where(buffer < 1.0, eye.depth_from_buffer(buffer), np.inf).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Compilation of the driver's programs before the first model needs them."""
+"""Compilation of the driver's shader programs before they are needed."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from vomstudio.rendering.view.camera import Camera
 def warm_up(
     canvas: Canvas, contents: Contents, sight: SceneVisibility, intake: Intake
 ) -> Iterator[None]:
-    """Compile one program per step.
+    """Compile one shader program per step.
 
-    Together they would delay the first frame of the first model by a tenth of a second. Nothing
-    that is drawn remains, and the arrival of a model ends it.
+    Compiling all of them would delay the first frame of the first model by 0.1 s. The drawings
+    made for this purpose are removed, and the warm-up ends when a model arrives.
     """
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32)
     corners = points.astype(np.float64)

@@ -1,4 +1,4 @@
-"""Texture levels on the graphics card by the needs of the view."""
+"""Texture levels on the graphics card, selected according to the view."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class TextureLevels:
 
     @property
     def due(self) -> bool:
-        """Return whether a finer texture is needed than uploaded."""
+        """Whether a finer texture than the uploaded one is required."""
         return any(skin.too_coarse for m in self._textured() for skin in m.skins.values())
 
     def choose(self) -> None:
-        """Choose the coarsest levels with about a texel per pixel, without hardware mipmaps."""
+        """Choose the coarsest levels that have about one texel per pixel."""
         software = self._canvas.software
         needed = self._sight.texels_per_pixel() if software else {}
         for model in self._contents.models.values():
@@ -31,11 +31,11 @@ class TextureLevels:
                     skin.target_level = 0
 
     def upload_one(self) -> bool:
-        """Upload a piece of a texture. Return False if none is needed."""
+        """Upload a piece of a texture. Return False if no upload is required."""
         models = self._textured()
         if any(skin.level is None for m in models for skin in m.skins.values()):
-            # A new texture would be uploaded in full, which blocks the window, only to be
-            # replaced by the level that this view needs.
+            # A new texture would be uploaded completely, which blocks the window, only to be
+            # replaced by the level required for this view.
             self.choose()
         for model in models:
             for material, skin in model.skins.items():

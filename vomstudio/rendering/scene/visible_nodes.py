@@ -1,4 +1,4 @@
-"""Nodes of clouds that the view needs."""
+"""Nodes of clouds that are required for the view."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ MAX_NODE_DELAY_S = 0.4
 
 
 class VisibleNodes:
-    """Visible nodes of all clouds of a scene."""
+    """Visible nodes of all clouds in a scene."""
 
     def __init__(self, canvas: Canvas, contents: Contents, sight: SceneVisibility) -> None:
         self._canvas, self._contents, self._sight = canvas, contents, sight
         self._requested_at_s = 0.0
 
     def look_around(self, *, fetch: bool = True) -> None:
-        """Determine the nodes that the view needs, and fetch those that are missing.
+        """Determine the required nodes of the view, and fetch those that are missing.
 
-        Until they arrive, their parents close the surface.
+        Until they arrive, the points of their parent nodes are enlarged to close the gaps.
         """
         eye, camera = self._sight.eye, self._sight.camera
         if eye is None:
@@ -49,10 +49,10 @@ class VisibleNodes:
 
     @property
     def settled(self) -> bool:
-        """Return whether all nodes that the view needs are present."""
+        """Whether all required nodes are present."""
         return all(model.settled for model in self._contents.visible())
 
     @property
     def waits(self) -> bool:
-        """Return whether so many nodes are on their way that a frame should wait."""
+        """Whether enough nodes are about to arrive that drawing a frame should wait for them."""
         return not self.settled and time.perf_counter() - self._requested_at_s < MAX_NODE_DELAY_S

@@ -1,4 +1,4 @@
-"""Parts of the models in view, with their distance and level of detail."""
+"""Parts of the models in the view, with their distance and level of detail."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def parts_in_view(
     *,
     every_node: bool = False,
 ) -> list[tuple[ModelScene, Part]]:
-    """Return the parts whose box may be in view, nearest first.
+    """Return the parts whose boxes may be in view, nearest first.
 
-    Of clouds, the nodes that the view needs, or with `every_node` all that are present.
+    For clouds, these are the nodes required for the view, or all present nodes if `every_node`.
     """
     parts = []
     aspect = size[0] / max(size[1], 1)
@@ -55,7 +55,7 @@ def parts_in_view(
 
 
 def reach(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
-    """Return the scale of the model, and the depth of the near side of a part's sphere."""
+    """Return the scale of a model, and the nearest depth of a part's bounding sphere."""
     scale = float(np.cbrt(abs(np.linalg.det(model.to_world[:3, :3])))) or 1.0
     centre = (part.low + part.high) / 2.0 + model.origin
     centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
@@ -66,7 +66,7 @@ def reach(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
 def size_points(
     model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, look: Appearance
 ) -> None:
-    """Set the point size just large enough to close the surface, within limits."""
+    """Set the smallest point size that closes the gaps between points, within limits."""
     scale, depth = reach(model, part, eye)
     spacing = model.shown_rows.get(part.row, part.spacing)
     pixels = 1.3 * spacing * scale / camera.metres_per_pixel(height, depth)
@@ -81,9 +81,9 @@ def size_points(
 def texels_per_pixel(
     parts: Iterable[tuple[ModelScene, Part]], eye: Eye, camera: Camera, height: int
 ) -> dict[int, float]:
-    """Return texels of the finest level per pixel by the id of each skin in view.
+    """Return the texels of the finest level per pixel for each skin in view, keyed by `id`.
 
-    The value is that of the nearest place.
+    The value is that at the nearest point of the skin.
     """
     best: dict[int, float] = {}
     for model, part in parts:

@@ -1,1 +1,1 @@
-"""Camera, visibility, colours and symbols as numbers, without Qt and VTK windows."""
+"""Numerical part of rendering: camera, visibility, colours and symbols."""

@@ -1,7 +1,7 @@
 """Camera in World coordinates, in float64 and without VTK.
 
-All projections that the program relies on (picking, handles, labels, the scale bar) are
-computed here; VTK gets the same numbers minus the scene origin, only for drawing.
+All projections that the program relies on (picking, handles, labels and the scale bar) are
+computed here. VTK receives the same values, minus the scene origin, for drawing only.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.geometry.vectors import wrap360
 
 VERTICAL_DEG = 89.0
-"""Plunge above which a view is treated as vertical, with North up in the image."""
+"""Plunge above which a view is treated as vertical, with North upwards in the image."""
 
 STANDARD_VIEWS: dict[str, tuple[float, float]] = {
     "down": (0.0, 90.0),
@@ -31,18 +31,18 @@ STANDARD_VIEWS: dict[str, tuple[float, float]] = {
     "west": (270.0, 0.0),
     "northwest": (315.0, 0.0),
 }
-"""Trend and plunge of the view directions; "north" looks from the south."""
+"""Trend and plunge of the standard view directions; "north" is the view from the south."""
 
-# In parallel view, contents beyond this multiple of the pivot's distance are not drawn.
+# In a parallel view, contents beyond this multiple of the pivot distance are not drawn.
 DEPTH_RANGE = 1000.0
 
 VIEW_ALIASES = {"top": "down", "bottom": "up"}
-"""A top view looks down."""
+"""Synonyms of view directions; a top view looks down."""
 
 
 @dataclass(frozen=True)
 class Eye:
-    """View for drawing and projecting: the frame at `position` (World) and the depth range.
+    """View for drawing and projecting: position in the World frame, axes and depth range.
 
     Parameters
     ----------
@@ -51,7 +51,8 @@ class Eye:
     near, far : float
         Depth range of the scene along `direction`, both positive.
     half_height : float
-        Half height of an orthographic image in metres, else tangent of the half angle.
+        Half the height of an orthographic image in metres, or the tangent of half the angle of
+        view.
     """
 
     position: FloatArray
@@ -68,7 +69,7 @@ class Eye:
         return (points - self.position) @ self.direction
 
     def depth_from_buffer(self, z: FloatArray) -> FloatArray:
-        """Return the depth along the view direction of depth-buffer values 0..1, metres."""
+        """Convert depth-buffer values (0 to 1) to depths along the view direction, metres."""
         if self.orthographic:
             return self.near + z * (self.far - self.near)
         return self.near * self.far / (self.far - z * (self.far - self.near))
@@ -81,9 +82,10 @@ def direction_vector(trend_deg: float, plunge_deg: float) -> FloatArray:
 
 
 def view_frame(trend_deg: float, plunge_deg: float) -> FloatArray:
-    """Return the rows right, up, direction of a view.
+    """Return the right, up and view directions of a view as the rows of a matrix.
 
-    Image up is the projection of Up, or North if the view is within 1 degree of vertical
+    The projection of Up points upwards in the image, or North if the view is within 1 degree of
+    vertical
     (CONVENTIONS, view direction).
     """
     direction = direction_vector(trend_deg, plunge_deg)
@@ -94,9 +96,9 @@ def view_frame(trend_deg: float, plunge_deg: float) -> FloatArray:
 
 
 def turntable_frame(heading_deg: float, plunge_deg: float) -> FloatArray:
-    """Return the rows right, up, direction without roll, also in vertical views.
+    """Return the right, up and view directions without roll, even for vertical views.
 
-    In a vertical view only the heading determines the rotation of the image.
+    In a vertical view, the heading alone determines the rotation of the image.
     """
     t, p = math.radians(heading_deg), math.radians(plunge_deg)
     direction = direction_vector(heading_deg, plunge_deg)
@@ -114,11 +116,11 @@ def rotation(axis: FloatArray, angle_deg: float) -> FloatArray:
 
 
 class Camera:
-    """Position, orientation and scale of the view, with its moves.
+    """Camera with position, orientation and scale, and its moves.
 
-    Pixels are logical, measured from the top left corner; sizes are (width, height) in the same
-    unit. `distance` is the depth of the pivot, at which the scale of the view is defined; an
-    orthographic view shows there exactly what the perspective one would.
+    Pixels are logical, measured from the upper-left corner; sizes are (width, height) in the
+    same unit. `distance` is the depth of the pivot, at which the scale of the view is defined.
+    At this depth, the orthographic and the perspective view are identical.
     """
 
     def __init__(self) -> None:
@@ -141,12 +143,12 @@ class Camera:
     # -- properties
 
     def metres_per_pixel(self, height: float, depth: float | None = None) -> float:
-        """Return the metres per pixel across the view at `depth`, by default the pivot's."""
+        """Return the metres per pixel at `depth`, by default at the depth of the pivot."""
         reach = self.distance if self.orthographic or depth is None else depth
         return 2.0 * reach * self.tangent / max(height, 1.0)
 
     def trend_plunge(self) -> tuple[float, float]:
-        """Return trend and plunge of the view direction; trend 0 if it is vertical."""
+        """Return the trend and plunge of the view direction; the trend of a vertical view is 0."""
         x, y, z = self.direction
         plunge = math.degrees(math.asin(max(-1.0, min(1.0, -z))))
         if math.hypot(x, y) < 1e-9:
@@ -154,12 +156,12 @@ class Camera:
         return wrap360(math.degrees(math.atan2(x, y))), plunge
 
     def eye(self, corners: FloatArray) -> Eye:
-        """Return the eye with a depth range that contains the World points `corners` (n, 3).
+        """Return the eye whose depth range contains the World points `corners` (n, 3).
 
-        The range is limited to what a depth buffer of 24 bits can resolve at the pivot: another
-        model thousands of kilometres away, as in another frame, must not hide the target of the
-        view. An orthographic eye retreats until everything is in front of it, which changes no
-        pixel.
+        The range is limited to what a 24-bit depth buffer can resolve at the pivot, so that
+        another model thousands of kilometres away (for example in another frame) does not impair
+        the view. An orthographic eye is moved back until everything is in front of it, which
+        does not change the image.
         """
         position = self.position
         depth = (corners - position) @ self.direction if len(corners) else np.zeros(0)
@@ -188,7 +190,7 @@ class Camera:
     def project(
         self, points: FloatArray, size: tuple[float, float]
     ) -> tuple[FloatArray, FloatArray]:
-        """Return pixels (n, 2) and depth (n,) in metres; NaN behind a perspective viewer."""
+        """Return the pixels (n, 2) and depths (n,) of points, NaN behind a perspective viewer."""
         q = (np.asarray(points, float).reshape(-1, 3) - self.position) @ self.frame.T
         width, height = size
         depth = q[:, 2]
@@ -201,7 +203,7 @@ class Camera:
         return pixels, depth
 
     def ray(self, x: float, y: float, size: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-        """Return origin and unit direction in World of the ray through a pixel."""
+        """Return the World origin and unit direction of the ray through a pixel."""
         width, height = size
         a = (x - width / 2.0) * 2.0 * self.tangent / height
         b = (height / 2.0 - y) * 2.0 * self.tangent / height
@@ -223,7 +225,7 @@ class Camera:
     # -- moves
 
     def set_pivot(self, point: FloatArray) -> None:
-        """Orbit about `point`; the image does not change."""
+        """Set the pivot of rotations without changing the image."""
         self.pivot = np.asarray(point, float).copy()
         depth = float((self.pivot - self.position) @ self.direction)
         if self.orthographic:
@@ -232,7 +234,7 @@ class Camera:
             self.distance = depth
 
     def orbit(self, heading_deg: float, plunge_deg: float) -> None:
-        """Rotate about the pivot with Z up, by changes of heading and plunge."""
+        """Rotate about the pivot by changes of heading and plunge, keeping the z axis upright."""
         x, y, z = self.direction
         up = self.frame[1]
         plunge = math.degrees(math.asin(max(-1.0, min(1.0, -z))))
@@ -246,7 +248,7 @@ class Camera:
         self._turn_to(frame)
 
     def tumble(self, right_deg: float, up_deg: float) -> None:
-        """Rotate about the pivot around the image's axes, like a trackball."""
+        """Rotate about the pivot around the image axes, like a trackball."""
         turn = rotation(self.frame[1], -right_deg) @ rotation(self.frame[0], -up_deg)
         frame = self.frame @ turn.T
         frame[2] /= np.linalg.norm(frame[2])
@@ -256,17 +258,17 @@ class Camera:
         self._turn_to(frame)
 
     def _turn_to(self, frame: FloatArray) -> None:
-        # The pivot keeps its coordinates in the frame, and so its pixel.
+        # The pivot keeps its camera coordinates and therefore its pixel.
         inside = self.frame @ (self.pivot - self.position)
         self.frame = frame
         self.position = self.pivot - frame.T @ inside
 
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
-        """Look along a direction; the pivot keeps its pixel."""
+        """Look along a direction, keeping the pixel of the pivot."""
         self._turn_to(view_frame(trend_deg, plunge_deg))
 
     def zoom(self, factor: float, about: FloatArray) -> None:
-        """Reduce (factor < 1) the distance to `about`, which keeps its pixel."""
+        """Multiply the distance to the point `about` by a factor, keeping its pixel."""
         about = np.asarray(about, float)
         distance = self.distance * factor
         if not 1e-4 < distance < 1e8:
@@ -275,13 +277,13 @@ class Camera:
         self.distance = distance
 
     def pan(self, dx: float, dy: float, height: float, depth: float | None = None) -> None:
-        """Follow a drag of (dx, dy) pixels so that points at `depth` stay under the cursor."""
+        """Pan by (dx, dy) pixels, so that points at `depth` remain under the cursor."""
         step = self.metres_per_pixel(height, depth)
         right, up, _ = self.frame
         self.position = self.position - dx * step * right + dy * step * up
 
     def fit(self, points: FloatArray, size: tuple[float, float]) -> None:
-        """Show all `points` (n, 3), keeping the direction, with the pivot in their middle."""
+        """Show all `points` (n, 3) with the pivot at their centre, keeping the direction."""
         points = np.asarray(points, float).reshape(-1, 3)
         points = points[np.isfinite(points).all(axis=1)]
         if not len(points):
@@ -289,11 +291,13 @@ class Camera:
         width, height = size
         tall = self.tangent
         wide = tall * width / max(height, 1.0)
-        # Row by row: extremes of columns of (n, 3) take four times as long.
+        # Reduces contiguous rows, because extremes of the columns of (n, 3) take four times as
+        # long.
         q = np.ascontiguousarray((points @ self.frame.T).T)
         centre = (q.min(axis=1) + q.max(axis=1)) / 2.0
         depth = 0.0
-        # In perspective the middle of the picture is not that of the box: found by iteration.
+        # In perspective, the centre of the image is not the centre of the box, and is found by
+        # iteration.
         for _ in range(8):
             p = q - centre[:, None]
             if self.orthographic:
@@ -323,7 +327,7 @@ class Camera:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Restore a state made by `to_dict`. Raises ValueError, without a change, if invalid."""
+        """Restore a state of `to_dict`. Raises ValueError, without a change, if it is invalid."""
         try:
             position = np.array(state["position"], float)
             right = np.array(state["right"], float)

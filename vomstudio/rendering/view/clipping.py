@@ -1,4 +1,4 @@
-"""Clipping box along the axes of World; nothing outside it is drawn or picked."""
+"""Clipping box along the World axes, outside which nothing is drawn or picked."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class PickLimits:
     Parameters
     ----------
     first, last : float
-        Depths along the ray in the model's local frame.
+        Permitted range of depths along the ray, in the local frame of the model.
     inside : callable
-        Returns which local points (n, 3) are in the box.
+        Returns which points (n, 3) of the local frame are inside the box.
     """
 
     first: float
@@ -38,7 +38,7 @@ def limits_for(
     model_origin: FloatArray,
     reach: float = 0.0,
 ) -> PickLimits | None:
-    """Return the limits of a World ray for a model, None if it misses the box by `reach`."""
+    """Return the picking limits on a World ray, or None if it misses the box by `reach`."""
     stretch = box.stretch(origin, direction, reach)
     if stretch is None:
         return None
@@ -55,7 +55,7 @@ def along_axis(
 ) -> float | None:
     """Return the coordinate on an axis-parallel line of the point nearest to a ray.
 
-    None if the ray is parallel to the line.
+    The result is None if the ray is parallel to the line.
     """
     along = np.zeros(3)
     along[axis] = 1.0

@@ -1,4 +1,4 @@
-"""Placement of labels without overlap, in pixels; no Qt, no VTK."""
+"""Placement of labels without overlap, in pixels; independent of Qt and VTK."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 CELL = 4
-"""Pixels per cell of the occupancy grid."""
+"""Side length of a cell of the occupancy grid, pixels."""
 POSITIONS = range(6)
 BATCH_SIZE = 256
 
 
 class LabelGrid:
-    """Grid of occupied cells, which accepts rectangles that do not overlap earlier ones.
+    """Occupancy grid that accepts rectangles not overlapping earlier ones.
 
-    A row of cells is an integer of bits: with a thousand labels at every step of a drag, small
-    slices of an array took most of the time.
+    A row of cells is stored as the bits of an integer. With a thousand labels at every step of a
+    drag, small slices of an array took most of the time.
     """
 
     def __init__(self, width: float, height: float) -> None:
@@ -24,16 +24,16 @@ class LabelGrid:
         self._rows = [0] * (int(height) // CELL + 2)
 
     def block(self, x: float, y: float, width: float, height: float) -> None:
-        """Reserve a rectangle."""
+        """Mark a rectangle as occupied."""
         first, last, mask = self._cells(x, y, width, height)
         for row in range(first, last):
             self._rows[row] |= mask
 
     def take(self, x: float, y: float, width: float, height: float) -> bool:
-        """Occupy a rectangle. Return False if it collides or leaves the image."""
+        """Occupy a free rectangle. Return False if it overlaps another or leaves the image."""
         if x < 0 or y < 0 or x + width > self.width or y + height > self.height:
             return False
-        # As `_cells`, for a rectangle inside the image.
+        # Same computation as in `_cells`, for a rectangle inside the image.
         left = int(x) // CELL
         mask = ((2 << (int(x + width) // CELL - left)) - 1) << left
         rows = self._rows
@@ -46,14 +46,14 @@ class LabelGrid:
         return True
 
     def is_free(self, x: float, y: float, width: float, height: float) -> bool:
-        """Return whether the part of a rectangle in the image is free."""
+        """Return whether the part of a rectangle inside the image is free."""
         first, last, mask = self._cells(x, y, width, height)
         return not any(row & mask for row in self._rows[first:last])
 
     def collisions(self, boxes: FloatArray) -> BoolArray:
-        """Return which rectangles (n, 4) of x, y, width, height collide or leave the image.
+        """Return which rectangles (n, 4) overlap another one or leave the image.
 
-        `take` would reject these now and later.
+        Rectangles are x, y, width, height. `take` would reject those returned now and later.
         """
         x, y, width, height = boxes.T
         is_rejected = (x < 0) | (y < 0) | (x + width > self.width) | (y + height > self.height)
@@ -61,7 +61,7 @@ class LabelGrid:
         inside = np.where(is_rejected[:, None], 0.0, boxes)
         left, top = (inside[:, :2].astype(np.int64) // CELL).T
         right, bottom = ((inside[:, :2] + inside[:, 2:]).astype(np.int64) // CELL + 1).T
-        # Number of occupied cells above and to the left of each cell.
+        # Number of occupied cells above and to the left of each cell (summed-area table).
         columns = int(self.width) // CELL + 2
         sums = np.zeros((len(self._rows) + 1, columns + 1), np.int64)
         size = (columns + 7) // 8
@@ -73,7 +73,7 @@ class LabelGrid:
         return np.asarray(is_rejected | (occupied > 0))
 
     def _cells(self, x: float, y: float, width: float, height: float) -> tuple[int, int, int]:
-        """Return the first row, the end row, and the bits of the columns."""
+        """Return the first row, the end row and the column bits of a rectangle."""
         left = max(int(x) // CELL, 0)
         right = max(min(int(x + width), int(self.width)) // CELL + 1, left)
         first = max(int(y) // CELL, 0)
@@ -90,27 +90,28 @@ def place_labels(
     corners: IntArray | None = None,
     clear: FloatArray | None = None,
 ) -> dict[int, tuple[float, float]]:
-    """Return the top left corners of the labels that fit, in `order`, beside anchors (n, 2).
+    """Place labels beside their anchors, and return the upper-left corners of those that fit.
 
-    Each label is tried to the right of its anchor and above, then below, then to the left, then
-    in the middle.
+    Each label is tried at the upper right of its anchor, then at the lower right, then on the
+    left, and finally centred on the anchor.
 
     Parameters
     ----------
     grid : LabelGrid
     anchors : (n, 2) ndarray
-        Pixels.
-    sizes : (n, 2) ndarray
+        Anchors in pixels.
+        sizes : (n, 2) ndarray
         Width and height of each label, pixels.
     order : (n,) ndarray of int
-        Rows of the labels, the most important first.
+        Rows of the labels, in decreasing order of importance.
     gap : float, optional
         Distance of a label from its anchor, pixels.
     corners : (n,) int, optional
-        Last place of each label, which is preferred so that labels do not jump about their
-        anchors while the view turns. Updated for the labels that are placed.
+        Index of the previous position of each label, which is preferred so that labels do not
+        jump around their anchors while the view rotates. Updated for the labels that are placed.
     clear : (n,) float64, optional
-        Pixels that must be free around a label at the first place, or it is left out.
+        Margin, in pixels, that must be free around a label at its first position. Otherwise the
+        label is omitted.
     """
     placed: dict[int, tuple[float, float]] = {}
     finite = np.asarray(np.isfinite(anchors).all(axis=1))
@@ -119,8 +120,8 @@ def place_labels(
     margins = np.zeros(len(rows)) if clear is None else clear[rows]
     stop = 0
     while stop < len(rows):
-        # Of thousands of labels, most do not fit: many are tested at once, and more of them the
-        # fuller the image is.
+        # Most of thousands of labels do not fit. Many are therefore tested at once, and the
+        # more, the fuller the image is.
         part = slice(stop, max(2 * stop, BATCH_SIZE))
         stop = part.stop
         blocked = grid.collisions(spots[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
@@ -132,7 +133,8 @@ def place_labels(
             margins[part][open_rows].tolist(),
             strict=True,
         )
-        # Plain numbers: single elements of arrays would take longer than the placement.
+        # Uses plain numbers, because accessing single array elements would take longer than the
+        # placement.
         for i, own_spots, shut, free in each:
             last = 0 if corners is None else int(corners[i])
             if free > 0.0:
@@ -154,10 +156,10 @@ def _spots(
     sizes: FloatArray,
     gap: float,
 ) -> FloatArray:
-    """Return the places (n, 6, 4) at which each label is tried: x, y, width, height."""
+    """Return the candidate rectangles (n, 6, 4) of each label: x, y, width, height."""
     x, y = anchors.T
     width, height = sizes.T
-    # Moved inside at an edge of the image.
+    # Labels at an edge of the image are moved inside.
     right = np.minimum(x + gap, grid.width - width)
     left = np.maximum(x - gap - width, 0.0)
     middle = x - width / 2.0
@@ -175,10 +177,11 @@ def order_by_importance(
     *,
     moving: bool,
 ) -> IntArray:
-    """Return the order in which labels or symbols (n,) are placed: selected, then larger ones.
+    """Return the order in which labels or symbols (n,) are placed.
 
-    Those shown last precede all others while the view moves, and those not much larger at rest,
-    because labels that come and go at every step cannot be read.
+    Selected features come first, and larger features precede smaller ones. Previously shown
+    labels precede all others while the view moves, and at rest those that are not much larger.
+    Labels that appear and disappear at every step would be illegible.
     """
     weight = extents if moving else extents * np.where(was_shown, 1.5, 1.0)
     return np.lexsort((-weight, ~was_shown & moving, ~selected))

@@ -1,4 +1,4 @@
-"""Drawing of a feature as plain data in World; no Qt, no VTK."""
+"""Drawing of a feature as plain data in the World frame, independent of Qt and VTK."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.studio.tools.interaction_types import Area
 SymbolKind = Literal["plane", "overturned", "vertical", "horizontal", "line", "disc"]
 
 PREVIEW = "preview:"
-"""Prefix of the ids of previews, which are replaced by models and never picked."""
+"""Prefix of the ids of model previews, which are later replaced by the models and never picked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,17 +21,18 @@ class Symbol:
     Parameters
     ----------
     kind : SymbolKind
-        "plane" strike line with a tick down the dip, "overturned" the same with a hook,
-        "vertical" a tick either way, "horizontal" a cross in a circle, "line" an arrow down the
-        plunge, "disc" a dot for a disc that is too small to be seen.
+        "plane" is a strike line with a tick in the dip direction, "overturned" the same with a
+        hook, "vertical" a strike line with ticks on both sides, "horizontal" a cross in a
+        circle, "line" an arrow in the plunge direction, and "disc" a dot for a disc that is too
+        small to be visible.
     place : (3,) float64
-        World position.
-    along : (3,) float64
-        Unit vector of the strike of a plane or the direction of a line, 0 for a dot.
+        Position in the World frame.
+        along : (3,) float64
+        Unit vector along the strike of a plane or along a line; 0 for a dot.
     across : (3,) float64
-        Downward unit vector in the plane, perpendicular to `along`; 0 if undefined.
+        Unit vector in the plane pointing down the dip, perpendicular to `along`; 0 if undefined.
     text : str
-        Dip or plunge, "" for none.
+        Dip or plunge as text, or "" for no number.
     extent : float
         Extent of the feature, metres.
     """
@@ -46,29 +47,29 @@ class Symbol:
 
 @dataclass(frozen=True, eq=False)
 class FeatureDrawing:
-    """Feature of the document as the viewport draws it.
+    """Feature of the project as drawn by the viewport.
 
     Parameters
     ----------
     id : str
-        Id of the record, which `ShownFeatures.at` returns.
+        Id of the record, as returned by `ShownFeatures.at`.
     line : (k, 3) float64
-        World vertices joined in order; k may be 0.
+        Vertices of a polyline in the World frame; k may be 0.
     disc : (c, 3) float64 or None
-        World corners of a convex ring, drawn translucent.
+        Corners of a convex polygon in the World frame, which is drawn translucently.
     color : tuple of float
-        RGB, 0 to 1.
+        RGB colour, each component from 0 to 1.
     label : str
-        Text beside the anchor, "" for none.
+        Text of the label beside the anchor, or "" for no label.
     anchor : (3,) float64
-        World point of the label.
+        Position of the label in the World frame.
     visible : bool
-        Whether it is drawn.
+        Whether the feature is drawn.
     area : Area, optional
-        Part of the surface, drawn translucent over it.
+        Part of the surface over which the area is drawn translucently.
     symbol : Symbol, optional
     extent : float
-        Metres; larger features get their labels first.
+        Extent of the feature in metres; larger features are labelled first.
     """
 
     id: str

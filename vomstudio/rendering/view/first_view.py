@@ -1,4 +1,4 @@
-"""First view of a model, onto its exposed side."""
+"""Initial view of a model onto its exposed side."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from vomstudio.geometry.vectors import wrap360
 
 MAX_SAMPLE = 10_000
 MAX_PLUNGE_DEG = 60.0
-# Below this share of the total face area the sides cancel out: no side is exposed.
+# Below this share of the total face area, the sides cancel out and no side is exposed.
 MIN_ONE_SIDED_SHARE = 0.2
 
 
 def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, float]:
-    """Return trend and plunge, in degrees, of a view onto the exposed side of a model.
+    """Return the trend and plunge, in degrees, of a view onto the exposed side of a model.
 
-    A mesh is viewed against the sum of its face normals; a cloud, whose side is unknown, across
-    its thinnest direction, from above or from the south.
+    A mesh is viewed against the sum of its face normals. A cloud, whose exposed side is unknown,
+    is viewed along its thinnest direction, from above or from the south.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     to_world : (4, 4) float64
-        Matrix from the frame of the file to World.
+        Matrix from the file frame to the World frame.
     """
     outward = _mesh_side(data) if isinstance(data, Mesh) else _thin_direction(data.points)
     if outward is None:
@@ -35,7 +35,7 @@ def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, fl
     if not isinstance(data, Mesh) and (z < 0 if abs(z) > 0.5 else y > 0):
         x, y, z = -x, -y, -z
     plunge = float(np.degrees(np.arctan2(z, np.hypot(x, y))))
-    # Level ground has no exposed side: North is up.
+    # Level ground has no exposed side, so it is viewed from above with North upwards.
     trend = 0.0 if abs(plunge) > MAX_PLUNGE_DEG else wrap360(float(np.degrees(np.arctan2(-x, -y))))
     return trend, float(np.clip(plunge, 0.0, MAX_PLUNGE_DEG))
 

@@ -1,4 +1,4 @@
-"""Prediction of drawing times on this computer from earlier ones."""
+"""Prediction of drawing times on this computer from earlier measurements."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from collections.abc import Sequence
 from typing import Protocol
 
 SLOW_FRAME_S = 0.050
-"""Longer frames are not drawn at every step of a drag."""
+"""Frames that take longer are not drawn at every step of a drag."""
 BATCH_S = 0.025
-"""Length of a piece of a frame that is drawn in pieces; a busy machine makes it several times
-that."""
+"""Target duration of one step of a frame that is drawn incrementally; on a busy machine it takes
+several times as long."""
 MOVING_S = 0.040
 """Target duration of a frame of a cloud's coarse nodes."""
 FIRST_SETS = 3
 """Maximum number of sets of cloud points in the first picture of a movement."""
 FRESH = 3.0
-"""Cost of the first drawing of a part, which uploads it, relative to the next."""
+"""Cost of the first drawing of a part, which includes its upload, relative to later drawings."""
 STEADY_ELEMENTS = 20_000
-"""With fewer elements, the fixed cost of a frame dominates."""
+"""Number of elements below which the fixed cost of a frame dominates."""
 
 
 class Drawable(Protocol):
@@ -29,36 +29,38 @@ class Drawable(Protocol):
 
 
 class Pace:
-    """Predicts drawing times, and how many cloud points a moving picture can afford."""
+    """Prediction of drawing times, and of the number of cloud points in a moving picture."""
 
     def __init__(self) -> None:
         self._seconds_per_element = 4e-7
         self.moving_sets = 1
 
     def expected(self, parts: Sequence[Drawable]) -> float:
-        """Return the expected time for drawing these parts, seconds."""
+        """Return the expected drawing time of parts, seconds."""
         rate = self._seconds_per_element
         return sum(p.elements * p.weight * (1.0 if p.uploaded else FRESH) for p in parts) * rate
 
     def learn(self, parts: Sequence[Drawable], seconds: float) -> None:
-        """Update the prediction by a drawing time; fresh parts do not count."""
+        """Update the prediction with a measured drawing time, ignoring newly uploaded parts."""
         elements = sum(p.elements * p.weight for p in parts)
         if not elements or not all(p.uploaded for p in parts):
             return
         change = seconds / elements - self._seconds_per_element
-        # Increase at once, decrease gradually: a piece that takes too long blocks the window.
+        # Increases immediately and decreases gradually, because a step that takes too long
+        # blocks the window.
         part = 0.5 if change > 0.0 else 0.3
         self._seconds_per_element += part * min(1.0, elements / STEADY_ELEMENTS) * change
 
     def begin_moving(self) -> None:
         """Reset the number of sets at the start of a movement.
 
-        Its value from a close view, with most points outside the picture, does not apply.
+        The number from a close view does not apply, because most points were outside that
+        picture.
         """
         self.moving_sets = min(self.moving_sets, FIRST_SETS)
 
     def learn_moving(self, seconds: float, max_sets: int) -> None:
-        """Update the number of sets, at most `most`, by the time of a moving frame."""
+        """Update the number of sets, up to `max_sets`, with the time of a moving frame."""
         if seconds > MOVING_S:
             self.moving_sets = max(
                 1, min(self.moving_sets, max_sets) - (1 if seconds < 0.08 else 2)
@@ -67,7 +69,7 @@ class Pace:
             self.moving_sets += 1
 
     def next_batch(self, pending: Sequence[Drawable], seconds: float = BATCH_S) -> int:
-        """Return how many of the first pending parts, at least one, to draw at once."""
+        """Return the number of pending parts, at least one, to draw in the next step."""
         total_s = 0.0
         for count, part in enumerate(pending):
             total_s += self.expected([part])
@@ -77,5 +79,5 @@ class Pace:
 
 
 def point_weight(pixels: float) -> float:
-    """Return the cost of a point of this width relative to one pixel, measured on llvmpipe."""
+    """Return the cost of drawing a point relative to one pixel, as measured on llvmpipe."""
     return 1.0 + pixels * pixels / 35.0

@@ -1,8 +1,8 @@
-"""Position of the reading of an unfinished feature, in pixels; no Qt, no VTK.
+"""Position of the reading box of an unfinished feature, in pixels.
 
-It is beside the cursor if it covers nothing of the picked line there, else at an edge of the
-view, else anywhere in the view. It stays on its side as long as that is free, and returns from
-an edge only if there is ample space, so that it does not jump.
+The box is placed beside the cursor if it does not cover the picked line there. Otherwise it is
+placed at an edge of the view, or else anywhere in the view. It remains on its side as long as
+that is free, and returns from an edge only if there is ample space, so that it does not jump.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 
 Size = tuple[float, float]
 Box = tuple[float, float, float, float]
-"""x, y of the top left corner, width, height."""
+"""x and y of the upper-left corner, width and height."""
 
 EDGE = 4.0
-"""Pixels between the reading and the edge of the view."""
+"""Distance between the box and the edge of the view, pixels."""
 LINE_CLEARANCE, NEW_CLEARANCE, RETURN_CLEARANCE = 8.0, 14.0, 40.0
-"""Pixels that stay free all round lines and vertices: where the reading stands, where it goes
-anew, and where it comes back to the cursor from an edge."""
+"""Required clearance from lines and vertices in pixels: at the present position, at a new position,
+and for the return from an edge to the cursor."""
 CURSOR_CLEARANCE = 10.0
 AHEAD_LENGTH = 120.0
 CURSOR_COST, VERTEX_COST = 1e5, 40.0
@@ -40,7 +40,7 @@ class PickedPoints:
     Parameters
     ----------
     line : (k, 2) float64
-        Vertices joined in order, not finite behind the viewer.
+        Vertices of the line in order; not finite if behind the viewer.
     cursor : (float, float)
     rubber : (2,) float64, optional
         End of the rubber band from the last vertex.
@@ -57,7 +57,7 @@ class PickedPoints:
     clear: float = 0.0
 
     def segments(self) -> FloatArray:
-        """Return x, y of both ends of all drawn lines, (s, 4)."""
+        """Return the end points (s, 4: x, y, x, y) of all drawn line segments."""
         line = np.asarray(self.line, float).reshape(-1, 2)
         if self.rubber is not None and len(line):
             line = np.vstack([line, self.rubber])
@@ -65,7 +65,7 @@ class PickedPoints:
         return np.asarray(segments[np.isfinite(segments).all(axis=1)])
 
     def points(self) -> FloatArray:
-        """Return the vertices and dots (p, 2) in front of the viewer."""
+        """Return the vertices and dots (p, 2) that are in front of the viewer."""
         points = np.vstack([np.asarray(self.line, float).reshape(-1, 2), self.dots.reshape(-1, 2)])
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
@@ -82,14 +82,14 @@ class PickedPoints:
 
 
 class ReadingPosition:
-    """Position of the reading.
+    """Position of the reading box, which is updated with the view.
 
     Attributes
     ----------
     side : int
-        Number of the last position.
+        Index of the last position.
     box : Box or None
-        Where the reading was last drawn.
+        Rectangle in which the reading was last drawn, or None.
     """
 
     def __init__(self) -> None:
@@ -102,7 +102,7 @@ class ReadingPosition:
         Parameters
         ----------
         sizes : list of Size
-            Sizes of the whole reading, then of shorter forms for lack of space; at least one.
+            Sizes of the complete reading and of its shorter forms; at least one.
         view : Size
             Width and height of the view.
         picked : PickedPoints
@@ -121,7 +121,7 @@ class ReadingPosition:
         return number, self._take(side, places[side])
 
     def forget(self) -> None:
-        """Reset because nothing is drawn."""
+        """Reset the position because no reading is drawn."""
         self.side, self.box = 0, None
 
     def _take(self, side: int, box: Box) -> Box:
@@ -154,7 +154,7 @@ class ReadingPosition:
 
 
 def _places(size: Size, view: Size, picked: PickedPoints) -> list[Box]:
-    """Return the positions: six at the cursor, then along the edges, inside the view."""
+    """Return the candidate positions: six at the cursor, then those along the edges."""
     (wide, high), (width, height), (x, y) = size, view, picked.cursor
     x_right, x_left = x + max(20.0, picked.clear + 8.0), x - max(16.0, picked.clear + 8.0) - wide
     y_below, y_above = y + 18.0, y - 14.0 - high
@@ -169,7 +169,7 @@ def _places(size: Size, view: Size, picked: PickedPoints) -> list[Box]:
         (x_left, y_above),
         (middle, below),
         (middle, above),
-        # Compass and scale bar are in the lower corners: those come last.
+        # The lower corners come last, because they contain the compass and the scale bar.
         (EDGE, EDGE),
         (x_max, EDGE),
         (mid_x, EDGE),
@@ -183,7 +183,7 @@ def _places(size: Size, view: Size, picked: PickedPoints) -> list[Box]:
 
 
 def _grid(size: Size, view: Size) -> list[Box]:
-    """Return a grid of places over the view, for lines that cover all preferred places."""
+    """Return a grid of positions over the view, used if all preferred positions are covered."""
     (wide, high), (width, height) = size, view
     columns = np.linspace(EDGE, max(width - EDGE - wide, EDGE), GRID_SIZE)
     rows = np.linspace(EDGE, max(height - EDGE - high, EDGE), GRID_SIZE)
@@ -191,10 +191,10 @@ def _grid(size: Size, view: Size) -> list[Box]:
 
 
 def _covered(box: Box, picked: PickedPoints, margin: float) -> float:
-    """Return the cost of a box that covers or nears the picked points.
+    """Return the cost of a box that covers or is close to the picked points.
 
-    The cost is the length of covered lines in pixels; vertices and especially the cursor count
-    as many pixels each.
+    The cost is the length of covered lines in pixels; each vertex, and especially the cursor,
+    counts as many pixels.
     """
     x, y, wide, high = box
     wider = (x - margin, y - margin, wide + 2 * margin, high + 2 * margin)

@@ -1,8 +1,9 @@
-"""Colours of a model's values: field, range and colour map. numpy only.
+"""Colours of the values of a model: field, range and colour map.
 
-A field is a name of `PointCloud.fields` or `Mesh.fields`, or ELEVATION, the height in World,
-which every model has. Its presentation follows from its values: categories for codes, a cyclic
-map for azimuths, a diverging one about zero for values of both signs, else viridis.
+A field is a name in `PointCloud.fields` or `Mesh.fields`, or ELEVATION, the height in the World
+frame, which is available for every model. The colour map depends on the values: categories for
+codes, a cyclic map for azimuths, a map diverging from zero for values of both signs, and
+otherwise viridis.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ OTHER_COLORS = (
     "#e377c2",
 )
 
-# As `extraction.exposure` counts them.
+# Defined in `extraction.exposure`.
 NAMED_CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "exposure": (
         (to_translate("rock in a facet"), "#56b4e9"),
@@ -103,7 +104,7 @@ NAMED_CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
         (to_translate("vegetation"), "#009e73"),
         (to_translate("debris"), "#b0a890"),
     ),
-    # As `extraction.measurable.CLASSES`.
+    # In the order of `extraction.measurable.CLASSES`.
     "measurable": (
         (to_translate("not measurable"), "#7f7f7f"),
         (to_translate("poor"), "#d55e00"),
@@ -111,7 +112,8 @@ NAMED_CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
         (to_translate("good"), "#009e73"),
     ),
 }
-"""Names and colours of the codes 0, 1 ... of fields of this name, up to a comma in it."""
+"""Names and colours of the codes 0, 1, ... of a field, keyed by the part of the field name before a
+comma."""
 
 AZIMUTH_NAMES = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
 CODE_NAMES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
@@ -125,7 +127,7 @@ NAME_UNITS = (
 
 @dataclass(frozen=True)
 class Category:
-    """Class of points with its code, name and colour."""
+    """Class of points with a code, name and colour."""
 
     code: int
     name: str
@@ -134,17 +136,17 @@ class Category:
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """Mapping of values to colours, and the contents of a colour bar.
+    """Mapping of values to colours, with the contents of its colour bar.
 
     Parameters
     ----------
     low, high : float
-        Values of the first and the last colour, NaN for categories.
+        Values of the first and last colours; NaN for categories.
     table : (k, 3) uint8
     below, above : bool
-        Whether there are values beyond the ends, which have the colours of the ends.
+        Whether values exist beyond the ends of the range; they have the colours of the ends.
     missing : bool
-        Whether there are points without a value.
+        Whether some points have no value.
     """
 
     title: str
@@ -181,7 +183,7 @@ class Scale:
         return out
 
     def ticks(self, most: int = 6) -> list[tuple[float, str]]:
-        """Return round values from low to high, with their texts."""
+        """Return up to `most` round values between `low` and `high`, with their texts."""
         if self.kind == "categories" or not self.high > self.low:
             return []
         width = self.high - self.low
@@ -207,7 +209,7 @@ def number(value: float, decimals: int) -> str:
 
 
 def round_step(smallest: float) -> float:
-    """Return the smallest 1, 2 or 5 times a power of ten that is at least `smallest`."""
+    """Return the smallest number 1, 2 or 5 times a power of ten not below `smallest`."""
     power = 10.0 ** math.floor(math.log10(smallest))
     for k in (1.0, 2.0, 5.0):
         if k * power >= smallest * (1.0 - 1e-9):
@@ -219,7 +221,7 @@ def round_step(smallest: float) -> float:
 
 
 def field_title(name: str) -> str:
-    """Return a field's name for display, without unit and CloudCompare's prefix."""
+    """Return the display name of a field, without its unit and CloudCompare's prefix."""
     title = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
     title = re.sub(r"^scalar_", "", title, flags=re.IGNORECASE)
     title = title.removesuffix("_px").removesuffix("_m")
@@ -227,9 +229,9 @@ def field_title(name: str) -> str:
 
 
 def field_unit(name: str) -> str:
-    """Return the unit in brackets in a field's name, else that of its quantity, else "".
+    """Return the unit in brackets in a field name, or else the unit of its quantity, or "".
 
-    Lengths without a unit are in that of the file.
+    Lengths without a stated unit are in the unit of the file.
     """
     if name == ELEVATION:
         return "m"
@@ -250,7 +252,7 @@ def _plain(name: str) -> str:
 def reader(
     data: Mesh | PointCloud, name: str, to_world: FloatArray
 ) -> tuple[int, Callable[[Any], AnyArray]]:
-    """Return the number of values, and a function that reads rows or a slice."""
+    """Return the number of values of a field, and a function that reads rows or a slice."""
     points = data.vertices if isinstance(data, Mesh) else data.points
     if name == ELEVATION:
         row, shift = to_world[2, :3], float(to_world[2, 3])
@@ -270,7 +272,7 @@ def make_scale(
     to_world: FloatArray,
     check: Callable[[], None] = lambda: None,
 ) -> Scale:
-    """Return the scale of a field; `check` is called regularly and may raise to stop."""
+    """Return the colour scale of a field; `check` is called regularly and may raise to stop."""
     count, read_values = reader(data, style.name, to_world)
     lowest, highest, missing = math.inf, -math.inf, False
     for part in _pieces(count):
@@ -331,13 +333,13 @@ def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, fl
     bottom, top = np.percentile(sample, np.clip(style.percentiles, 0.0, 100.0))
     low, high = float(bottom), float(top)
     if kind == "diverging":
-        # Zero remains in the middle of the map.
+        # Zero remains at the centre of the colour map.
         high = max(abs(low), abs(high))
         low = -high
     low = low if style.low is None else style.low
     high = high if style.high is None else style.high
     if not high > low:
-        # A constant field needs a range too.
+        # A constant field also needs a range.
         pad = max(abs(low), 1.0) * 1e-3
         low, high = low - pad, low + pad
     return low, high
@@ -346,7 +348,7 @@ def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, fl
 def _codes(
     data: Mesh | PointCloud, name: str, lowest: float, highest: float, check: Callable[[], None]
 ) -> IntArray | None:
-    """Return the codes that occur, None if a field's values are not codes."""
+    """Return the codes that occur in a field, or None if its values are not codes."""
     plain = _plain(name)
     if name == ELEVATION or "intensity" in plain:
         return None
@@ -374,7 +376,7 @@ def _codes(
 def _categories(name: str, codes: IntArray) -> Iterator[Category]:
     las = "class" in _plain(name)
     names = NAMED_CATEGORIES.get(_plain(name).partition(",")[0], ())
-    # The others keep their colours when one piece is removed.
+    # The other categories keep their colours when one piece is removed.
     labels = "label" in _plain(name)
     for place, code in enumerate(int(c) for c in codes):
         if code < len(names):

@@ -1,9 +1,9 @@
-"""Spatial order and a two-level box index of triangles or points: numpy only.
+"""Spatial ordering and a two-level bounding-box index of triangles or points.
 
-The index answers a ray query in about a millisecond and exists as soon as the chunks do, long
-before a cell locator; clouds are always picked by it. Coordinates are float32 in the model's
-local frame (file minus the model's integer origin). Results are indices; the caller computes
-the position from the model's float64 values.
+A ray query takes about a millisecond. The index is available as soon as the chunks exist, long
+before a cell locator, and clouds are always picked with it. Coordinates are float32 in the local
+frame of the model (file coordinates minus an integer origin). Results are indices; the caller
+computes positions from the float64 coordinates of the model.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ POINTS_PER_BLOCK = 128
 
 
 def spread_bits(v: UInt32Array) -> UInt32Array:
-    """Return ten bits of v with two zero bits between neighbours."""
+    """Spread the lowest ten bits of `v`, with two zero bits between neighbouring bits."""
     v = (v | (v << np.uint32(16))) & np.uint32(0x030000FF)
     v = (v | (v << np.uint32(8))) & np.uint32(0x0300F00F)
     v = (v | (v << np.uint32(4))) & np.uint32(0x030C30C3)
@@ -37,7 +37,7 @@ def spread_bits(v: UInt32Array) -> UInt32Array:
 
 
 def morton(points: Float32Array, low: Float32Array, size: float) -> UInt32Array:
-    """Return the position of points (n, 3) along a Z-order curve of 1024 cells per side."""
+    """Return the positions of points (n, 3) along a Z-order curve with 1024 cells per side."""
     scale = np.float32(1023.0 / max(size, 1e-30))
     code = np.zeros(len(points), np.uint32)
     for axis in range(3):
@@ -50,9 +50,11 @@ def morton(points: Float32Array, low: Float32Array, size: float) -> UInt32Array:
 def ray_triangles(
     origin: FloatArray, direction: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Intersect a ray with n triangles: return t, u, v (n,) and which are hit ahead.
+    """Intersect a ray with n triangles.
 
-    The position is a + u (b - a) + v (c - a). Tomas Moeller and Ben Trumbore, Fast, minimum
+    Returns t, u, v and whether the triangle is hit in front of the origin, (n,) each. The
+    intersection is a + u (b - a) + v (c - a). The method is that of Tomas Moeller and Ben
+    Trumbore, Fast, minimum
     storage ray/triangle intersection, J. Graphics Tools 2 (1997).
     """
     e1, e2 = b - a, c - a
@@ -65,7 +67,7 @@ def ray_triangles(
         q = np.cross(s, e1)
         v = (q @ direction) * inverse
         t = np.einsum("ij,ij->i", e2, q) * inverse
-        # A ray through a shared edge must not slip between two triangles by rounding.
+        # A ray through a shared edge must not pass between two triangles because of rounding.
         slack = 1e-9
         ok = (u >= -slack) & (v >= -slack) & (u + v <= 1.0 + slack) & (t > 0.0)
     return t, u, v, ok & (det != 0.0)
@@ -73,9 +75,9 @@ def ray_triangles(
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Boxes of runs of `per_block` elements of one chunk, in the chunk's order.
+    """Bounding boxes of runs of `per_block` elements of a chunk, in the order of the chunk.
 
-    `low` and `high` are the (b, 3) float64 corners of each run.
+    `low` and `high` are the corners (b, 3) float64 of the boxes.
     """
 
     low: FloatArray
@@ -84,14 +86,14 @@ class Blocks:
     count: int
 
     def elements(self, hit: BoolArray) -> IntArray:
-        """Return the element numbers, within the chunk, of the blocks marked in `hit`."""
+        """Return the indices, within the chunk, of the elements in the blocks marked in `hit`."""
         first_elements = np.flatnonzero(hit) * self.per_block
         rows = (first_elements[:, None] + np.arange(self.per_block)).ravel()
         return rows[rows < self.count]
 
 
 def block_boxes(low: Float32Array, high: Float32Array, per_block: int) -> Blocks:
-    """Return blocks of elements with corners `low` and `high` (n, 3)."""
+    """Group elements with the box corners `low` and `high` (n, 3) into blocks."""
     starts = np.arange(0, len(low), per_block)
     return Blocks(
         np.minimum.reduceat(low, starts, axis=0).astype(np.float64),
@@ -108,13 +110,13 @@ class FaceChunk:
     Parameters
     ----------
     points : (k, 3) float32
-        Local frame.
-    faces : (m, 3) int32
-        Rows of `points`.
+        Vertices in the local frame.
+        faces : (m, 3) int32
+        Triangles as rows of `points`.
     face_ids : (m,) int
-        Rows of the model's faces.
+        Rows of the triangles in the model.
     vertex_ids : (k,) int
-        Rows of the model's vertices.
+        Rows of the vertices in the model.
     """
 
     points: Float32Array
@@ -127,14 +129,14 @@ class FaceChunk:
 
 @dataclass(frozen=True, eq=False)
 class PointChunk:
-    """Run of neighbouring points; `point_ids` (k,) are rows of the cloud's points."""
+    """Run of neighbouring points; `point_ids` (k,) are their rows in the cloud."""
 
     points: Float32Array
     point_ids: IntegerArray
     blocks: Blocks
 
     def spacing(self) -> float:
-        """Return the approximate spacing, taking each block for a square part of a surface."""
+        """Return the approximate point spacing, treating each block as a square surface patch."""
         diagonals = np.linalg.norm(self.blocks.high - self.blocks.low, axis=1)
         per_block = min(self.blocks.per_block, self.blocks.count)
         return float(np.median(diagonals) / np.sqrt(2.0 * per_block))
@@ -147,9 +149,9 @@ def first_face(
     between: tuple[float, float] = (0.0, np.inf),
     hidden: BoolArray | None = None,
 ) -> int | None:
-    """Return the row of the front-most face that a local ray hits between two depths, or None.
+    """Return the row of the front-most face that a ray hits between two depths, or None.
 
-    `hidden` marks faces of the model that are ignored.
+    The ray is in the local frame. `hidden` marks faces of the model that are ignored.
     """
     if not chunks:
         return None
@@ -185,33 +187,33 @@ def points_near_ray(
     counts: Callable[[FloatArray], BoolArray] | None = None,
     hidden: BoolArray | None = None,
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return the points within radius + spread * depth of a local ray.
+    """Return the points of a cloud near a ray in the local frame.
 
     Parameters
     ----------
     chunks : list of PointChunk
     boxes : (n, 3) and (n, 3) float64
-        Corners of the chunks.
+        Minimum and maximum corners of the chunks.
     origin, direction : (3,) ndarray
-        Ray.
-    radius, spread : float
-        Maximum distance at depth 0, and its growth with depth.
+        Origin and unit direction of the ray.
+        radius, spread : float
+        Maximum distance from the ray at depth 0, and its increase per unit of depth.
     thickness : float
-        Chunks that start further behind the front-most such point than this multiple of the
-        permitted distance are skipped.
+        Chunks are skipped if they begin further behind the front-most point than this multiple
+        of the maximum distance.
     counts : callable, optional
-        Returns which local points (n, 3) count, by default all.
+        Returns which points (n, 3) of the local frame are considered; by default all.
     hidden : (n,) bool, optional
-        Points of the cloud that are ignored.
+        Marks the points of the cloud that are ignored.
 
     Returns
     -------
     rows : (k,) int
-        Rows of the cloud.
+        Rows of the points in the cloud.
     depth : (k,) float64
         Depth along the ray.
     offset : (k,) float64
-        Distance from the ray divided by the permitted one, 0 to 1.
+        Distance from the ray divided by the maximum distance, 0 to 1.
     """
     rows_out, depth_out, off_out = [], [], []
     low, high = boxes

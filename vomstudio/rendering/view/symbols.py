@@ -1,8 +1,9 @@
-"""Strike and dip symbols as strokes in pixels; no Qt, no VTK.
+"""Strike and dip symbols as strokes in pixels, independent of Qt and VTK.
 
-A symbol is drawn in its plane, but its size is constant at every zoom: the plane's strike and
-dip directions are projected at the symbol's position, and the strokes have fixed lengths along
-them. A direction that is seen end on keeps a minimum length, so that no symbol vanishes.
+A symbol is drawn in its plane, but its size does not depend on the zoom. The strike and dip
+directions of the plane are projected at the position of the symbol, and the strokes have fixed
+lengths along them. A direction that is viewed end-on keeps a minimum length, so that no symbol
+vanishes.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ TICK = 12.0
 MIN_DISC_PIXELS = 10.0
 """Diameter in pixels below which a disc is drawn as a dot of this size."""
 MIN_TICK_SHARE = 0.55
-"""Minimum share of a tick's length for any attitude of the plane."""
+"""Minimum length of a tick for any attitude of the plane, as a share of its full length."""
 MIN_LENGTH_SHARE = 0.3
 END_ON_SINE = 0.02
 HOOK_LENGTH = 5.5
@@ -38,7 +39,7 @@ _STRIKE = np.array([[[-HALF_STRIKE, 0.0], [HALF_STRIKE, 0.0]]])
 _DOWN = np.array([[[0.0, 0.0], [0.0, TICK]]])
 _SHAPES: dict[SymbolKind, FloatArray] = {
     "plane": np.concatenate([_STRIKE, _DOWN]),
-    # The hook starts on the other side of the strike line and turns into the tick.
+    # The hook starts on the opposite side of the strike line and curves into the tick.
     "overturned": np.concatenate([_STRIKE, _DOWN, _arc(-HOOK_LENGTH, HOOK_LENGTH, -180.0, 0.0, 8)]),
     "vertical": np.concatenate([_STRIKE, [[[0.0, -0.7 * TICK], [0.0, 0.7 * TICK]]]]),
     "horizontal": np.concatenate(
@@ -55,7 +56,8 @@ _SHAPES: dict[SymbolKind, FloatArray] = {
         ]
     ),
 }
-# Position of the number along and across, in pixels, and the gap beyond it on the screen.
+# Position of the number along and across the strike, and the gap beyond it on the screen, in
+# pixels.
 _NUMBER: dict[SymbolKind, tuple[float, float]] = {
     "plane": (0.0, TICK),
     "overturned": (0.0, TICK),
@@ -66,16 +68,16 @@ _NUMBER_GAP = 12.0
 
 @dataclass(frozen=True, eq=False)
 class Signs:
-    """Symbols on the screen, n of them.
+    """Projection of n symbols onto the screen.
 
     Parameters
     ----------
     pixels : (n, 2) float64
-        Positions.
-    depth, metres : (n,) float64
-        Depth in metres, and metres per pixel there.
+        Positions of the symbols.
+        depth, metres : (n,) float64
+        Depth in metres, and metres per pixel at this depth.
     along, across : (n, 2) float64
-        One pixel along strike and down dip, projected on the screen.
+        Projections of one pixel along the strike and down the dip onto the screen.
     """
 
     kinds: tuple[SymbolKind, ...]
@@ -86,7 +88,7 @@ class Signs:
     across: FloatArray
 
     def strokes(self, rows: Sequence[int]) -> tuple[FloatArray, IntArray]:
-        """Return the ends (s, 2, 2) of the strokes of some symbols, and their symbols."""
+        """Return the end points (s, 2, 2) of the strokes of some symbols, and their rows (s,)."""
         parts, owners = [], []
         selected = np.asarray(rows, dtype=np.int64)
         kinds = np.array([self.kinds[i] for i in selected])
@@ -117,7 +119,7 @@ class Signs:
 
 
 class SymbolSet:
-    """Symbols prepared for fast projection while the camera moves."""
+    """Set of symbols that is prepared for fast projection while the camera moves."""
 
     def __init__(self, symbols: Sequence[Symbol]) -> None:
         self.kinds = tuple(s.kind for s in symbols)
@@ -129,7 +131,7 @@ class SymbolSet:
     def signs(
         self, camera: Camera, size: tuple[float, float], places: FloatArray | None = None
     ) -> Signs:
-        """Project the symbols to an image of `size`, in pixels.
+        """Project the symbols to an image of a given size.
 
         Parameters
         ----------
@@ -137,7 +139,7 @@ class SymbolSet:
         size : tuple of float
             Width and height of the image.
         places : (n, 3) float64, optional
-            World positions in place of the symbols' own.
+            World positions that replace the positions of the symbols.
         """
         places = self.places if places is None else places
         pixels, depth = camera.project(places, size)
@@ -150,7 +152,7 @@ class SymbolSet:
             slant = (away @ camera.frame[:2].T) / front[:, None]
 
         def projected(vectors: FloatArray) -> FloatArray:
-            """Return the projections (n, 2) of one pixel along unit vectors (n, 3)."""
+            """Return the projections (n, 2) of one-pixel steps along unit vectors (n, 3)."""
             flat = vectors @ camera.frame[:2].T - slant * (vectors @ camera.direction)[:, None]
             return flat * [1.0, -1.0]
 
@@ -164,12 +166,12 @@ class SymbolSet:
 
 
 def _stacked(vectors: Sequence[FloatArray]) -> FloatArray:
-    # Ten times faster than NumPy with a list of arrays.
+    # This is ten times faster than NumPy with a list of arrays.
     return np.concatenate([np.zeros(0), *vectors]).reshape(-1, 3)
 
 
 def _clamp_length(vectors: FloatArray, least: float, instead: FloatArray) -> FloatArray:
-    """Extend vectors (n, 2) to a minimum length; those seen end on are replaced by `instead`."""
+    """Extend vectors (n, 2) to a minimum length; end-on vectors are replaced by `instead`."""
     long = np.hypot(*vectors.T)[:, None]
     grown = np.where(
         long < END_ON_SINE, least * instead, vectors * (least / np.maximum(long, 1e-12))
@@ -185,7 +187,7 @@ def plane_symbol(
     *,
     overturned: bool = False,
 ) -> Symbol:
-    """Return the symbol of a plane; a dip that rounds to 0 or 90 has no number."""
+    """Return the symbol of a plane; a dip that rounds to 0 or 90 degrees has no number."""
     a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
     strike = np.array([-np.cos(a), np.sin(a), 0.0])
     down = np.array([np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), -np.sin(d)])
@@ -198,7 +200,7 @@ def plane_symbol(
 
 
 def line_symbol(trend_deg: float, plunge_deg: float, place: FloatArray, extent: float) -> Symbol:
-    """Return the symbol of a line at a place."""
+    """Return the symbol of a line at a World position."""
     t, p = np.radians(trend_deg), np.radians(plunge_deg)
     direction = np.array([np.sin(t) * np.cos(p), np.cos(t) * np.cos(p), -np.sin(p)])
     return Symbol(

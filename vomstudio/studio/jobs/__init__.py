@@ -1,1 +1,1 @@
-"""Typed jobs that run in worker processes, and their events. No Qt."""
+"""Typed jobs that run in worker processes, and their events, independent of Qt."""

@@ -1,4 +1,4 @@
-"""Jobs on lines that were drawn on an orthophoto in another program."""
+"""Jobs for lines that were drawn on an orthophoto in another program."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class DrawingFile:
-    """Drawing, and the sidecar of its picture; None to search for the sidecar."""
+    """Drawing and the sidecar of its picture; if None, the sidecar is searched for."""
 
     path: Path
     sidecar: Path | None
@@ -36,7 +36,7 @@ class FittingPictures:
     ----------
     sidecars : tuple of Path
     content_hashes : tuple of str
-        Hash of the model that each picture shows, "" if its sidecar states none.
+        Hash of the model in each picture, or "" if its sidecar contains no hash.
     """
 
     sidecars: tuple[Path, ...]
@@ -60,7 +60,7 @@ def _find_pictures(request: DrawingFile, progress: Progress) -> FittingPictures:
 
 
 FIND_PICTURES = Job("find_pictures", Lane.PRODUCTS, DrawingFile, FittingPictures, _find_pictures)
-"""Find the orthophotos in a drawing's folder on which it may have been made."""
+"""Find the orthophotos in the folder of a drawing on which it may have been made."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class DrawnLinesRequest:
 
 @dataclass(frozen=True)
 class PictureGeometry:
-    """Size of an orthophoto, and the matrix from its pixels to World."""
+    """Size of an orthophoto, and the matrix from its pixels to the World frame."""
 
     width: int
     height: int
@@ -82,27 +82,28 @@ class PictureGeometry:
 
     @classmethod
     def of(cls, sidecar: Sidecar) -> PictureGeometry:
-        """Return the picture of a sidecar."""
+        """Return the geometry of the picture that a sidecar describes."""
         rows = tuple(tuple(float(value) for value in row) for row in sidecar.matrix)
         return cls(sidecar.width, sidecar.height, rows)
 
 
 @dataclass(frozen=True)
 class DrawingLine:
-    """Line that was brought back to the surface.
+    """Drawn line that was projected back onto the surface.
 
     Parameters
     ----------
     name : str
     is_named : bool
-        Whether the drawing states the name.
+        Whether the drawing contains the name.
     layer : str
     pixels : tuple of (column, row)
-        Vertices on the picture.
+        Vertices in pixels of the picture.
     points : tuple of (x, y, z) or None
-        The same on the surface, in the frame of the model's file; None for those that meet none.
+        The same vertices on the surface, in the file frame of the model; None for vertices that
+        miss the surface.
     id, kind, set : str
-        Attributes of the shape, "" if the drawing has none.
+        Attributes of the line, or "" if the drawing does not contain them.
     """
 
     name: str
@@ -116,7 +117,7 @@ class DrawingLine:
 
     @property
     def on_surface(self) -> tuple[Point, ...]:
-        """Return the vertices that meet the surface, in the frame of the model's file."""
+        """Return the vertices that lie on the surface, in the file frame of the model."""
         return tuple(point for point in self.points if point is not None)
 
 
@@ -128,11 +129,11 @@ class DrawnLines:
     ----------
     lines : tuple of DrawingLine
     content_hash : str or None
-        Of the model that the picture shows, None if the sidecar states none.
+        Hash of the model in the picture, or None if the sidecar contains no hash.
     picture : PictureGeometry
-        The picture on which the lines were drawn.
+        Geometry of the picture on which the lines were drawn.
     warnings : tuple of Finding
-        About reading the drawing.
+        Findings about reading the drawing.
     """
 
     lines: tuple[DrawingLine, ...]
@@ -153,14 +154,14 @@ def collect_lines(
     Parameters
     ----------
     brought : ProjectedLines
-        Lines of the drawing with their places on the surface.
+        Lines of the drawing with their positions on the surface.
     names : iterable of str
-        Names that the drawing states.
+        Names of the lines that the drawing contains.
     sidecar : Sidecar
     warnings : iterable of Finding
     to_file : (4, 4) array, optional
-        Matrix from the frame of the lines to that of the model's file; None if they are the
-        same.
+        Matrix from the frame of the lines to the file frame of the model. If None, the frames
+        are identical.
     """
     from vomstudio.geometry import transform
 
@@ -217,6 +218,6 @@ def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
 READ_DRAWN_LINES = Job(
     "read_drawn_lines", Lane.PRODUCTS, DrawnLinesRequest, DrawnLines, _read_lines
 )
-"""Project the lines of a drawing back onto the surface that its picture shows."""
+"""Project the lines of a drawing back onto the surface in its picture."""
 
 JOBS = (FIND_PICTURES, READ_DRAWN_LINES)

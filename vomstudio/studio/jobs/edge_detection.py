@@ -1,4 +1,4 @@
-"""Edge detection by a user's network, in a worker process because the file is not trusted."""
+"""Edge detection by a user's network, in a worker process as its file is not trusted."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def open_edge_finder(
     Parameters
     ----------
     network : str, optional
-        File of the network; None yields None.
+        File of the network. If None, None is yielded.
     progress : Progress
         Receives the steps of the search.
     cancel : CancelToken, optional

@@ -11,7 +11,7 @@ from vomstudio.core.errors import VomError, from_dict
 
 @dataclass(frozen=True)
 class Stage:
-    """Start of a stage; `total` is its number of steps, None if unknown."""
+    """Start of a stage; `total` is the number of steps, or None if unknown."""
 
     job: int
     name: str
@@ -20,7 +20,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Step:
-    """Progress of the current stage: `done` steps are complete."""
+    """Progress of the current stage, of which `done` steps are complete."""
 
     job: int
     done: int
@@ -36,7 +36,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Failed:
-    """Failure of a job: `error` as by `VomError.to_dict`, and the exit code of the command."""
+    """Failure of a job, with the error as a dictionary and the exit code of the command."""
 
     job: int
     error: dict[str, Any]
@@ -44,12 +44,12 @@ class Failed:
 
     @property
     def message(self) -> str:
-        """Return the message as the window shows it, starting with the position in a file."""
+        """Message for the window, which starts with the position in a file."""
         error = self.to_error()
         return error.message if error.file is None else str(error)
 
     def to_error(self) -> VomError:
-        """Return the error of the job."""
+        """Convert to the error of the job."""
         return from_dict(self.error, self.exit_code)
 
     @property
@@ -62,14 +62,14 @@ class Failed:
 class Fault:
     """Defect of the program; its traceback is in the log.
 
-    The job also ends with an event of its own.
+    The job additionally ends with its own event.
 
     Parameters
     ----------
     job : int
-        Number of the job that was running, 0 for none.
+        Number of the job that was running, or 0 if no job was running.
     what : str
-        Short description, see `Failure.what`.
+        Short description; see `Failure.what`.
     """
 
     job: int
@@ -81,7 +81,7 @@ _KINDS: dict[str, type[Any]] = {cls.__name__: cls for cls in (Stage, Step, Done,
 
 
 def to_line(event: Event | Fault) -> str:
-    """Return an event as a line of JSON, with the line break."""
+    """Convert an event to a line of JSON, including the line break."""
     return json.dumps({"event": type(event).__name__, **asdict(event)}, allow_nan=False) + "\n"
 
 

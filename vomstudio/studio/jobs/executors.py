@@ -1,4 +1,4 @@
-"""Executors of work on many photos or tiles: threads of this process, or a Dask cluster."""
+"""Executors for work on many photos or tiles, in threads or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from vomstudio.photogrammetry.base.memory import workers_at_once
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-# A part of the work may crash its worker this many times before the job fails.
+# Number of times that an item may crash its worker before the job fails.
 MAX_ATTEMPTS = 3
-# Maximum time without any worker in the cluster.
+# Maximum time during which the cluster may have no workers.
 MAX_RESTART_TIME_S = 10.0
 
 
@@ -28,7 +28,7 @@ class Threads:
     """Executor with a fixed number of threads.
 
     The work is native code that releases the GIL. Threads share the photos that they read, and a
-    supervisor can kill them with their process.
+    supervisor can stop them by killing their process.
     """
 
     def __init__(self, count: int) -> None:
@@ -55,14 +55,14 @@ class Threads:
             check()
 
     def close(self) -> None:
-        """Do nothing: there are no resources."""
+        """Do nothing, because there are no resources to release."""
 
 
 class Cluster:
-    """Executor on the workers of a Dask scheduler, which must have this version installed."""
+    """Executor on the workers of a Dask scheduler, which must run this program version."""
 
     def __init__(self, address: str) -> None:
-        """Connect to a scheduler. Raises UsageError if Dask is missing or there is no answer."""
+        """Connect to a scheduler. Raises UsageError if Dask is missing or it does not respond."""
         try:
             import distributed
         except ImportError as error:
@@ -90,7 +90,7 @@ class Cluster:
 
     @property
     def workers(self) -> int:
-        """Return the total number of threads of all workers."""
+        """Total number of threads of all workers."""
         return sum(self._client.nthreads().values())
 
     def map(
@@ -105,7 +105,7 @@ class Cluster:
         Raises
         ------
         WorkerError
-            If the cluster has lost its workers, or the same part of the work repeatedly fails.
+            If the cluster has lost its workers, or the same item fails repeatedly.
         """
         import distributed
 
@@ -162,7 +162,7 @@ class Cluster:
             raise WorkerError(Finding("cluster.workers-lost"))
 
     def _wait_for_workers(self) -> bool:
-        """Wait for a worker: one may be starting, or restarting after a crash."""
+        """Wait for a worker, which may be starting or restarting. Return whether there is one."""
         end = time.monotonic() + MAX_RESTART_TIME_S
         while not self._threads():
             if self._client.status != "running" or time.monotonic() > end:
@@ -174,7 +174,7 @@ class Cluster:
         try:
             return self.workers
         except OSError:
-            # The scheduler itself is gone.
+            # The connection to the scheduler is lost.
             return 0
 
     def close(self) -> None:
@@ -183,7 +183,7 @@ class Cluster:
 
 
 def make_executor(threads: int | None = None, scheduler: str | None = None) -> Executor:
-    """Create the executor of a scheduler, or of threads of this process.
+    """Create an executor on a Dask cluster or in threads of this process.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """Jobs that read a reconstruction for inspection.
 
-In the requests, `out` is the folder of the reconstruction and `into` the file for the arrays.
+In the requests, `out` is the folder of the reconstruction, and `into` is the output file for the
+arrays.
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ class AlignedPhoto:
     Parameters
     ----------
     part : int or None
-        Number of the component, 0 for that of the model; None if the photo was not aligned.
+        Number of the connected component, 0 for the component of the model; None if the photo
+        was not aligned.
     reason : str or None
-        Why it was not aligned.
+        Reason why the photo was not aligned, or None.
     error_px, largest_px : float or None
-        Median and largest reprojection error of its tie points, pixels.
+        Median and maximum reprojection error of the tie points, pixels.
     gps_m : float or None
-        Distance from its GPS position, metres.
+        Distance between the computed position and the GPS position, metres.
     """
 
     name: str
@@ -60,7 +62,7 @@ class AlignedCamera:
     names, values : tuple
         Parameters of the camera model.
     sigma, correlation : tuple
-        Standard deviations and correlations, None for undetermined parameters.
+        Standard deviations and correlations; None for undetermined parameters.
     focal : str
         "held" or how the focal length was estimated.
     strongest : (str, str, float) or None
@@ -82,9 +84,10 @@ class AlignedCamera:
 
 @dataclass(frozen=True)
 class AlignmentOverview:
-    """Overview of an alignment, see `inspection.overview`.
+    """Overview of an alignment; see `inspection.overview`.
 
-    `pairs` contains rows of two photos, tentative matches and verified matches.
+    Each row of `pairs` contains the numbers of two photos, and the numbers of tentative and
+    verified matches.
     """
 
     folder: str | None
@@ -168,7 +171,7 @@ INSPECT_RESIDUALS = Job("inspect_residuals", Lane.INSPECTION, PhotoRequest, Noth
 
 @dataclass(frozen=True)
 class DepthFacts:
-    """Range of the colours of a depth picture, and the share of pixels with a depth."""
+    """Colour range of a depth picture, and the share of pixels with a depth."""
 
     low: float
     high: float

@@ -1,4 +1,4 @@
-"""Job of a worker: name, request, result, and the function that runs it."""
+"""Definition of a worker's job: name, request, result and function."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 class Lane(enum.Enum):
     """Queue of jobs that run one after another in one process.
 
-    Lanes run in parallel, so that reading a model never waits for a reconstruction.
+    Lanes run in parallel, so that reading a model never has to wait for a reconstruction.
     """
 
     MODELS = "models"
@@ -38,12 +38,12 @@ class Nothing:
 class Job(Generic[Request, Result]):
     """Job of a worker.
 
-    `request` and `result` are dataclasses that can be converted to JSON, see `serialisation`.
+    `request` and `result` are dataclasses that can be converted to JSON; see `serialisation`.
 
     Parameters
     ----------
     smaller : str
-        What to change if there is not enough memory, a sentence for `tr`; "" for no advice.
+        Advice for the case of insufficient memory, a sentence for `tr`; "" for no advice.
     """
 
     name: str
@@ -54,17 +54,17 @@ class Job(Generic[Request, Result]):
     smaller: str = ""
 
     def run_plain(self, args: Any, progress: Progress) -> Any:
-        """Run the job in the worker, with plain values as input and output.
+        """Run the job in the worker process, with plain values as input and output.
 
         Raises
         ------
         WorkerError
-            If the values cannot be converted; also every error of the job itself.
+            If the values cannot be converted. All errors of the job itself are raised as well.
         """
         return serialisation.encode(self.do(serialisation.decode(self.request, args), progress))
 
     def memory_advice(self) -> str:
-        """Return what to do if there is not enough memory."""
+        """Return advice for the case of insufficient memory."""
         if self.smaller:
             return tr(self.smaller)
         return tr("Close other programs and try again.")

@@ -1,4 +1,4 @@
-"""Job that writes the GIS layers of a project; the window submits it after every edit."""
+"""Job that writes the GIS layers of a project after edits in the window."""
 
 from __future__ import annotations
 

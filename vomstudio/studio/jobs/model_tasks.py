@@ -1,4 +1,4 @@
-"""Jobs on models: reading, preview, copying, export."""
+"""Jobs on models, such as reading, preview, copying and export."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.studio.jobs.job import Job, Lane, Nothing
 MEMORY_ADVICE = to_translate("Divide the model into tiles, or close other programs.")
 
 Matrix = tuple[tuple[float, ...], ...]
-"""Rows of a 4 x 4 matrix, as stored in a model's `to_world`."""
+"""Rows of a 4 x 4 matrix, as stored in `to_world` of a model."""
 
 
 def _warm(request: Nothing, progress: Progress) -> Nothing:
@@ -32,7 +32,7 @@ def _warm(request: Nothing, progress: Progress) -> Nothing:
 
 
 IMPORT_LIBRARIES = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
-"""Import what reading a model needs, so that the first model opens at once."""
+"""Import the libraries for reading models, so that the first model opens without delay."""
 
 
 _PACKAGE = Path(__file__).resolve().parents[2]
@@ -57,13 +57,13 @@ def _compile_kernels(request: Nothing, progress: Progress) -> Nothing:
 
 
 COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, Nothing, Nothing, _compile_kernels)
-"""Make all kernels ready: those that were never used on this machine are compiled now, for seconds
-each, and not when somebody waits for them."""
+"""Prepare all kernels. Kernels that were never used on this machine are compiled, which takes
+seconds each, before the user has to wait for them."""
 
 
 @dataclass(frozen=True)
 class ModelFile:
-    """Request to read the model `path`, which is cached below the folder `cache`."""
+    """Request to read the model `path` and cache it below the folder `cache`."""
 
     path: Path
     cache: Path
@@ -76,11 +76,11 @@ class CachedModel:
     Parameters
     ----------
     folder : Path
-        Folder in the cache.
+        Folder of the model in the cache.
     crs, content_hash : str
-        CRS and hash of the file.
+        CRS and content hash of the file.
     resolution : float or None
-        Typical spacing in the unit of the file, None if unknown.
+        Typical point spacing in the unit of the file, or None if unknown.
     """
 
     folder: Path
@@ -111,7 +111,7 @@ def _load_model(request: ModelFile, progress: Progress) -> CachedModel:
 
 
 LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model, MEMORY_ADVICE)
-"""Read a model into a cache folder, from where the window reads it."""
+"""Read a model and write it to a cache folder, from which the window reads it."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class PreviewRequest:
 
 @dataclass(frozen=True)
 class PreviewPoints:
-    """Number of points in the preview, 0 if the file offers none."""
+    """Number of points in the preview, or 0 if the file does not support previews."""
 
     points: int
 
@@ -150,15 +150,16 @@ def _preview_model(request: PreviewRequest, progress: Progress) -> PreviewPoints
 PREVIEW_MODEL = Job(
     "preview_model", Lane.MODELS, PreviewRequest, PreviewPoints, _preview_model, MEMORY_ADVICE
 )
-"""Write a sample of a cloud's points as arrays."""
+"""Write a sample of the points of a cloud as arrays."""
 
 
 @dataclass(frozen=True)
 class ModelCopy:
     """Request to copy a model with its companion files.
 
-    folder : parent folder of the copy; cameras : file of its cameras, None for the one beside it
-    photos : whether photos are copied too; registration : registration in its project
+    `folder` is the parent folder of the copy. `cameras` is the file of the model's cameras; if
+    None, the file beside the model is used. `photos` determines whether photos are also copied,
+    and `registration` is the registration in the project.
     """
 
     path: Path
@@ -170,7 +171,7 @@ class ModelCopy:
 
 @dataclass(frozen=True)
 class CopiedModel:
-    """Result of copying a model; `path` is that of the copy."""
+    """Result of copying a model; `path` is the path of the copy."""
 
     path: Path
 
@@ -203,7 +204,7 @@ class ModelConversion:
 
 @dataclass(frozen=True)
 class ConvertedModel:
-    """Result of converting a model; `path` is that of the copy."""
+    """Result of converting a model; `path` is the path of the copy."""
 
     path: Path
     warnings: tuple[Finding, ...]
@@ -225,10 +226,10 @@ CONVERT_MODEL = Job(
 
 @dataclass(frozen=True)
 class ModelExport:
-    """Request to write the model `path`, cached under `cache`, to `out` in World.
+    """Request to export the model `path`, cached below `cache`, to `out` in World.
 
-    to_world : matrix from the file; crs : CRS of World, None for a local frame; registration :
-    registration in its project
+    `to_world` is the matrix from the file frame, `crs` the CRS of the World frame (None for a
+    local frame), and `registration` the registration in the project.
     """
 
     path: Path
@@ -285,9 +286,10 @@ EXPORT_MODEL = Job(
 class ModelCut:
     """Request to write selected faces or points of a model as a new model.
 
-    path, cache : model file and cache folder; content_hash : hash of the file of the selection
-    bits : .npy file with the packed selection mask; folder, name : of the new model
-    crs : CRS of the file, None if it states none; registration : registration in its project
+    `path` and `cache` are the model file and the cache folder, and `content_hash` is the hash of
+    the file to which the selection refers. `bits` is an .npy file with the packed selection
+    mask. `folder` and `name` are those of the new model. `crs` is the CRS stated by the file, or
+    None, and `registration` is the registration in the project.
     """
 
     path: Path
@@ -307,7 +309,7 @@ class CutModel:
     Attributes
     ----------
     path
-        Path of the piece.
+        Path of the new model.
     warnings
         Messages about content that the format cannot store.
     """

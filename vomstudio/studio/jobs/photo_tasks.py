@@ -1,4 +1,4 @@
-"""Jobs on photos: listing, survey check, import of companion files."""
+"""Jobs on photos: listing, survey check and import of companion files."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 @dataclass(frozen=True)
 class PhotosRequest:
-    """Request about a folder of photos.
+    """Request concerning a folder of photos.
 
     Parameters
     ----------
     cache : Path
-        Folder below which thumbnails are stored.
+        Folder below which thumbnails are cached.
     masks : mapping of str to Path, optional
-        Mask of each photo by its name, by default the masks beside the photos.
+        Mask file of each photo, keyed by photo name. By default, masks beside the photos are
+        used.
     """
 
     photos: Path
@@ -62,12 +63,12 @@ class ListedPhoto:
     place: tuple[float, float] | None
     looks: tuple[float, float] | None
     found_sha256: str
-    """Hash of its mask file, "" without a mask."""
+    """Hash of the photo's mask file, or "" without a mask."""
 
 
 @dataclass(frozen=True)
 class PhotoListing:
-    """Photos of a folder; `left_out` contains why other files are not usable photos."""
+    """Photos of a folder; `left_out` contains the reasons why other files are not usable."""
 
     rows: tuple[ListedPhoto, ...]
     left_out: tuple[Finding, ...]
@@ -129,7 +130,7 @@ def _focal(photo: Any) -> str:
 
 
 def _cache_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> str | None:
-    """Return the stored thumbnail of a photo, None if it cannot be created."""
+    """Return the cached thumbnail of a photo, or None if it cannot be created."""
     from PIL import Image
 
     status = photo.path.stat()
@@ -147,7 +148,7 @@ MEMORY_ADVICE = to_translate("Leave out the largest photos, or close other progr
 LIST_PHOTOS = Job(
     "list_photos", Lane.PHOTOS, PhotosRequest, PhotoListing, _list_photos, MEMORY_ADVICE
 )
-"""Read the metadata of the photos of a folder."""
+"""Read the metadata of the photos in a folder."""
 
 
 def _check_photos(request: PhotosRequest, progress: Progress) -> SurveyReport:
@@ -160,7 +161,7 @@ def _check_photos(request: PhotosRequest, progress: Progress) -> SurveyReport:
 CHECK_PHOTOS = Job(
     "check_photos", Lane.PHOTOS, PhotosRequest, SurveyReport, _check_photos, MEMORY_ADVICE
 )
-"""Check the photos of a folder, as `vomstudio check` does."""
+"""Check the photos in a folder, as `vomstudio check` does."""
 
 
 @dataclass(frozen=True)
@@ -172,9 +173,9 @@ class SidecarImport:
     project : Path
         Folder in which masks are stored.
     control, marks : Path or None
-        Tables of control points and of their marks.
+        Tables of the control points and of their image marks.
     masks : mapping of str to Path
-        Mask files by photo.
+        Mask files, keyed by photo name.
     """
 
     project: Path
@@ -196,6 +197,6 @@ def _import_sidecars(request: SidecarImport, progress: Progress) -> SidecarData:
 IMPORT_SIDECARS = Job(
     "take_in_photos", Lane.PHOTOS, SidecarImport, SidecarData, _import_sidecars, MEMORY_ADVICE
 )
-"""Read companion files of photos as records."""
+"""Read the companion files of photos as records."""
 
 JOBS = (LIST_PHOTOS, CHECK_PHOTOS, IMPORT_SIDECARS)

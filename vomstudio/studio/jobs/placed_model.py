@@ -1,4 +1,4 @@
-"""Models with their placement, as input of jobs."""
+"""Models with their placement, as input for jobs."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlacedModel:
-    """Model with its placement in World.
+    """Model with its placement in the World frame.
 
     Parameters
     ----------
     cache : Path
         Folder below which the model is cached.
     to_world : Matrix
-        Matrix from the frame of the file to World.
+        Matrix from the file frame to the World frame.
     crs : str or None
-        CRS of World, None for a local frame.
+        CRS of the World frame, or None for a local frame.
     registration : Registration, optional
-        Registration that places the model; None for a declared frame.
+        Registration that defines the placement. If None, the frame was declared.
     """
 
     name: str
@@ -41,14 +41,14 @@ class PlacedModel:
 
 
 def read_in_file_frame(model: PlacedModel, progress: Progress) -> LoadedModel:
-    """Return the model in the frame of its file."""
+    """Read a model in its file frame."""
     from vomstudio.io.models import model_cache
 
     return model_cache.load(model.path, model_cache.folder_of(model.path, model.cache), progress)
 
 
 def load_in_world(model: PlacedModel, progress: Progress) -> Mesh | PointCloud:
-    """Return the model in World, metres."""
+    """Load a model and transform it to the World frame, metres."""
     from vomstudio.geometry.model_transform import transform_model
 
     return transform_model(read_in_file_frame(model, progress).data, model.to_world)

@@ -1,4 +1,4 @@
-"""Jobs that create products of a project: orthophotos, elevation models."""
+"""Jobs that create products of a project, such as orthophotos and elevation models."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class OrthophotoRequest:
     Parameters
     ----------
     path, cache : Path
-        Model file, and the folder below which it is cached.
+        Model file, and the folder below which the model is cached.
     crs, gsd, region, sheet
-        See `write_orthophoto`; None for the defaults.
+        See `write_orthophoto`. If None, the defaults are used.
     draw : Path, optional
         Folder of the project whose features are drawn.
     parts : tuple of str
-        Which of `interpretation.PARTS` are drawn.
+        Parts of the interpretation that are drawn, a subset of `interpretation.PARTS`.
     domain : (Path, str), optional
-        Project and the domain that is not greyed out.
+        Project, and the domain that is not greyed out.
     """
 
     path: Path
@@ -62,11 +62,11 @@ class OrthophotoOutput:
     Parameters
     ----------
     unit : {"m", "units"}
-        Unit of `gsd_m`, "units" if the scale is unknown.
+        Unit of `gsd_m`; "units" if the scale is unknown.
     coverage : float
-        Share of the pixels that show the model, 0 to 1.
+        Share of pixels that show the model, 0 to 1.
     drawing : tuple of Path
-        Files of the features.
+        Files of the drawn features.
     """
 
     image: Path
@@ -129,7 +129,7 @@ ORTHOPHOTO = Job(
 
 @dataclass(frozen=True)
 class ElevationRequest:
-    """Request for an elevation model of the model `path`; `cache` and `crs` as elsewhere."""
+    """Request for an elevation model of `path`, cached below `cache`; `crs` may be None."""
 
     path: Path
     cache: Path

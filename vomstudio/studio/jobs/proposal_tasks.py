@@ -16,7 +16,7 @@ from vomstudio.studio.jobs.placed_model import PlacedModel, load_in_world
 
 @dataclass(frozen=True)
 class EdgesRequest:
-    """Request for edges by the ONNX file `network`; `out` is the folder for the edge pictures."""
+    """Request for edge detection with the ONNX file `network`; `out` is the output folder."""
 
     network: Path
     pictures: tuple[Path, ...]
@@ -25,7 +25,7 @@ class EdgesRequest:
 
 @dataclass(frozen=True)
 class FoundEdges:
-    """Edge pictures in the order of the input pictures."""
+    """Detected edges as pictures, in the order of the input pictures."""
 
     pictures: tuple[Path, ...]
 
@@ -41,7 +41,7 @@ FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesRequest, FoundEdges, _find_ed
 
 @dataclass(frozen=True)
 class TracesRequest:
-    """Request for trace proposals on a model; `out` is the file for the traces."""
+    """Request for trace proposals on a model; `out` is the output file for the traces."""
 
     model: PlacedModel
     options: ProposalOptions
@@ -50,12 +50,12 @@ class TracesRequest:
 
 @dataclass(frozen=True)
 class FoundTraces:
-    """Proposed traces, the most reliable first.
+    """Proposed traces in order of decreasing reliability.
 
-    The file `out` contains `places` (n, 3) in the frame of the model's file, those of trace i
-    from `cuts[i]` to `cuts[i + 1]`, and for each trace `length_m`, `evidence`, `doubt`,
-    `resolution` (file units, NaN if unknown) and `outcrop_normal` (3,) (file frame, NaN if
-    unknown).
+    The file `out` contains the points `places` (n, 3) in the file frame of the model; those of
+    trace i are `places[cuts[i]:cuts[i + 1]]`. For each trace, it contains `length_m`,
+    `evidence`, `doubt`, `resolution` (file units, NaN if unknown) and `outcrop_normal` (3,)
+    (file frame, NaN if unknown).
     """
 
     count: int

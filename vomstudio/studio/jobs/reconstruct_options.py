@@ -1,4 +1,4 @@
-"""Options of reconstructions, declared once for every door."""
+"""Options of reconstructions, declared once for all interfaces of the program."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class ReconstructOptions(Options):
-    """Quality, control points and computers of a reconstruction.
+    """Options for the quality, control points and computers of a reconstruction.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds, and a region that is not six numbers.
+        If a value is out of bounds, or the region does not consist of six numbers.
     """
 
     quality: Literal["preview", "low", "medium", "high"] = option(
@@ -99,7 +99,7 @@ class ReconstructOptions(Options):
 
     @property
     def box(self) -> tuple[float, ...] | None:
-        """Return the lowest and highest corner of the region. Raises UsageError."""
+        """Return the minimum and maximum corners of the region, or None. Raises UsageError."""
         if self.region is None:
             return None
         try:

@@ -1,4 +1,4 @@
-"""Requests of reconstructions from the options of the command or function."""
+"""Creation of reconstruction requests from the options of a command or function."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def reconstruction_request(
     output: str | Path,
     options: ReconstructOptions,
 ) -> tuple[ReconstructionRequest, list[Finding]]:
-    """Return the request of a reconstruction, and findings about tables that are not used.
+    """Create the request for a reconstruction, with findings about unused tables.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def _crs(text: str) -> str:
 def _tables(
     photos: Path, gcp: str | Path | None, marks_option: str | Path | None
 ) -> tuple[Path | None, Path | None, list[Finding]]:
-    """Return the tables of control points and of marks, and findings about them."""
+    """Return the tables of control points and marks, with findings about them."""
     from vomstudio.photogrammetry.georeferencing.mark_prediction import usable_tables
 
     chosen_marks = None if marks_option is None else Path(marks_option).resolve()

@@ -18,20 +18,21 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 @dataclass(frozen=True)
 class ReconstructionRequest:
-    """Request to reconstruct a model from photos; other fields as in `PipelineSettings`.
+    """Request to reconstruct a model from photos; further fields as in `PipelineSettings`.
 
     Parameters
     ----------
     photos, out : Path
-        Folder of the photos, and the folder for the reconstruction.
+        Folder of the photos, and output folder of the reconstruction.
     scheduler : str, optional
-        Address of a Dask cluster, by default the processors of this computer.
+        Address of a Dask cluster. By default, the processors of this computer are used.
     masks : mapping of str to Path, optional
-        Mask of each photo by its name, by default the masks beside the photos.
+        Mask file of each photo, keyed by photo name. By default, masks beside the photos are
+        used.
     device : {"auto", "cpu", "cuda"}
-        Device for the depth maps.
+        Device that computes the depth maps.
     region : tuple of float, optional
-        Lowest and highest corner of the part to reconstruct, in the frame of the model.
+        Minimum and maximum corners of the reconstructed part, in the frame of the model.
     """
 
     photos: Path
@@ -50,9 +51,9 @@ class ReconstructionRequest:
 
 @dataclass(frozen=True, repr=False)
 class Reconstruction(PrintableResult):
-    """Summary of a reconstruction: the object that `vomstudio reconstruct` prints.
+    """Summary of a reconstruction, as printed by `vomstudio reconstruct`.
 
-    Values without a precise type are for the report, as the stages deliver them.
+    Values without a precise type are intended for the report, and are passed on from the stages.
 
     Parameters
     ----------
@@ -61,15 +62,15 @@ class Reconstruction(PrintableResult):
     unit : {"m", "unknown"}
         Unit of the model's coordinates.
     unseen_share : float
-        Share of the surface that no photo shows.
+        Share of the surface that is not visible in any photo.
     texel, photo_pixel : float
-        Median sizes on the rock, in that unit.
+        Median sizes of a texel and of a photo pixel on the rock, in `unit`.
     device : {"cpu", "cuda"}
-        Device of the depth maps.
+        Device that computed the depth maps.
     seconds : mapping of str to float
-        Run time by stage.
+        Run time of each stage, seconds.
     dense_gsd_m, dense_gsd : float or None
-        Pixel size of the depth maps on the rock, in metres or, without scale, in that unit.
+        Pixel size of the depth maps on the rock, in metres or, without scale, in `unit`.
     """
 
     photos: int

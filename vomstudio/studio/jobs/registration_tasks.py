@@ -1,4 +1,4 @@
-"""Jobs on two models: fit of one to the other, and comparison."""
+"""Jobs on two models: fitting one to the other, and comparing them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MEMORY_ADVICE = to_translate("Use a smaller part of the model, or close other pr
 
 @dataclass(frozen=True)
 class HomologousPoint:
-    """The same point on the model (file frame) and on the reference (`there`, World)."""
+    """Point on the model (file frame) and on the reference (`there`, World frame)."""
 
     label: str
     model: Point
@@ -37,16 +37,16 @@ class HomologousPoint:
 
 @dataclass(frozen=True)
 class StablePart:
-    """Stable part of the reference: points near places, near a model, in a box or in polygons.
+    """Stable part of the reference, defined by points, a model, a box or polygons.
 
     Parameters
     ----------
     near_m : float, optional
-        Maximum distance from one of the `places`, or from `model` as by the option --stable.
+        Maximum distance from any of the `places`, or from `model` (see the option --stable).
     box : (low, high), optional
-        Corners in World.
+        Minimum and maximum corners of the box in the World frame.
     polygons : Path, optional
-        Layer of polygons in plan view.
+        File with polygons in plan view.
     """
 
     near_m: float | None = None
@@ -65,9 +65,9 @@ class FitRequest:
     scale : bool
         Whether the scale is estimated.
     pairs : tuple of HomologousPoint
-        At least three, or fewer if the model is already near the reference.
+        At least three pairs, or fewer if the model is already close to the reference.
     stable : StablePart or None
-        None for the whole reference.
+        Stable part of the reference. If None, the whole reference is stable.
     """
 
     model: PlacedModel
@@ -79,7 +79,7 @@ class FitRequest:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """Placement of a model by pairs and surfaces; other fields as `FittedToReference`."""
+    """Placement of a model by pairs and surfaces; further fields as in `FittedToReference`."""
 
     placed: Placed
     places: int
@@ -159,7 +159,7 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
 def _stable(
     target_points: Array, request: FitRequest, progress: Progress
 ) -> tuple[BoolArray | None, tuple[Finding, ...]]:
-    """Return which points (n, 3) of the reference are stable, None for all, and messages."""
+    """Return which reference points (n, 3) are stable (None for all), and messages."""
     import numpy as np
 
     from vomstudio.registration.by_model import stable
@@ -195,7 +195,7 @@ FIT_TO_REFERENCE = Job(
 
 @dataclass(frozen=True)
 class ComparisonRequest:
-    """Request to compare two models of a project; `out` is the file for the distances."""
+    """Request to compare two models of a project; `out` is the output file for distances."""
 
     model: PlacedModel
     benchmark: PlacedModel
@@ -205,7 +205,7 @@ class ComparisonRequest:
 
 @dataclass(frozen=True)
 class ComparedModels:
-    """Figures as `compare` prints them; `out` contains the fields of all points by name."""
+    """Figures as printed by `compare`; `out` contains the fields of all points by name."""
 
     figures: dict[str, Any]
     out: Path
@@ -245,7 +245,7 @@ COMPARE_MODELS = Job(
 
 @dataclass(frozen=True)
 class ComparisonExport:
-    """Request to write the model with the arrays in `fields`, in World, to `out`."""
+    """Request to write the model in World, with the arrays in `fields`, to `out`."""
 
     model: PlacedModel
     benchmark: Path

@@ -23,9 +23,9 @@ def run_job(
 ) -> Result:
     """Run a job in a worker process and return its result.
 
-    A native crash ends only that process and raises WorkerError here. Ctrl+C, a progress that
-    raises Cancelled, or a token that is set in another thread stops the job and raises Cancelled.
-    Errors of the job are raised unchanged.
+    A crash of native code ends only the worker process, and raises WorkerError in the caller.
+    Ctrl+C, a progress that raises Cancelled, or a token that is set in another thread stops the
+    job and raises Cancelled. Errors of the job are raised unchanged.
     """
     events: queue.SimpleQueue[Event] = queue.SimpleQueue()
     worker = Worker()

@@ -1,8 +1,8 @@
-"""Conversion of dataclasses to JSON and back, for data that is sent between two processes.
+"""Conversion of dataclasses to JSON and back, for data exchanged between processes.
 
-Supported are dataclasses of text, finite numbers, booleans, None, paths, tuples, lists and maps
-with string keys, nested at will; `Any` accepts all of these. A field of a dataclass may be a
-small array of float64.
+Dataclasses may contain text, finite numbers, booleans, None, paths, tuples, lists and mappings
+with string keys, nested to any depth. `Any` accepts all of these. A field of a dataclass may
+also be a small array of float64.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 def encode(value: Any, place: str = "") -> Any:
-    """Convert to plain JSON values. Raises WorkerError with the name of an unsupported field."""
+    """Convert a value to plain JSON values. Raises WorkerError for an unsupported field."""
     if isinstance(value, Finding):
         return value.to_dict()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -50,7 +50,7 @@ def encode(value: Any, place: str = "") -> Any:
 
 
 def decode(cls: type[T], plain: Any) -> T:
-    """Restore an encoded dataclass. Raises WorkerError with the name of a wrong field."""
+    """Restore an encoded dataclass. Raises WorkerError for an invalid field."""
     value: T = _decode(cls, plain, "")
     return value
 
@@ -90,7 +90,7 @@ def _decode(target: Any, plain: Any, place: str) -> Any:
 
 
 def _is_array(kind: Any) -> bool:
-    """Check by name, so that jobs without arrays need not load NumPy."""
+    """Check the type by name, so that jobs without arrays need not load NumPy."""
     return getattr(kind, "__module__", "") == "numpy" and kind.__name__ == "ndarray"
 
 
@@ -151,7 +151,7 @@ def _leaf(target: Any, plain: Any, place: str) -> Any:
     if target is Path:
         return Path(plain) if isinstance(plain, str | Path) else _misfit(target, plain, place)
     if target is float and isinstance(plain, int) and not isinstance(plain, bool):
-        # An integer in a field of type float remains an integer: 3, not 3.0.
+        # An integer in a field of type float remains an integer (3, not 3.0).
         return plain
     fits = isinstance(plain, target) and (target is bool or not isinstance(plain, bool))
     return plain if fits else _misfit(target, plain, place)

@@ -28,27 +28,25 @@ from vomstudio.studio.jobs.worker_exits import LastWords, ending, exit_error
 Listener = Callable[[Event], None]
 _log = logging.getLogger(__name__)
 
-# Native code that ignores its token is killed after this time.
+# Delay after which native code that ignores its cancel token is killed.
 CANCEL_GRACE_S = 2.0
 
 
 class Worker:
-    """Runs jobs in a child process, one after another.
+    """Supervisor that runs jobs one after another in a child process.
 
-    If the child dies, its jobs fail with a WorkerError and the next job starts a new one.
-
-    Listeners are called in a thread of the supervisor. The last event of each job is Done, with
-    the job's result dataclass, or Failed.
+    If the child process dies, its jobs fail with a WorkerError, and the next job starts a new
+    process. Listeners are called in a thread of the supervisor. The last event of each job is
+    Done, with the result dataclass of the job, or Failed.
     """
 
     def __init__(self, on_fault: Callable[[Fault], None] = lambda _: None) -> None:
-        """Create a supervisor without a process.
+        """Create a supervisor, which starts a process when needed.
 
         Parameters
         ----------
         on_fault : callable
-            Receives each defect of the program in the child, before the end of the job
-            concerned.
+            Receives each program defect in the child process, before the job concerned ends.
         """
         self._on_fault = on_fault
         self._lock = threading.RLock()
@@ -78,7 +76,7 @@ class Worker:
                 try:
                     owner = self._write(command)
                 except BrokenPipeError:
-                    # The process is dying and the reading thread has not noticed it yet.
+                    # The process is ending, and the reading thread has not noticed this yet.
                     self._process = None
                     owner = self._write(command)
             except OSError as error:
@@ -88,7 +86,7 @@ class Worker:
             return number
 
     def cancel(self, job: int) -> None:
-        """Request a job to stop; its process is killed if it does not react."""
+        """Request that a job stops; its process is killed if it does not react."""
         with self._lock:
             if job not in self._listeners or job in self._timers:
                 return
@@ -103,7 +101,7 @@ class Worker:
         self._timers[job] = start_timer(CANCEL_GRACE_S, self._kill, job)
 
     def finish(self, timeout_s: float) -> bool:
-        """Wait until every job has ended, and return whether all have."""
+        """Wait until all jobs have ended, and return whether they have."""
         end = time.monotonic() + timeout_s
         while self._owners:
             if time.monotonic() > end:
@@ -150,7 +148,7 @@ class Worker:
         environment.update(lifeline.environment())
         try:
             process = subprocess.Popen(
-                # -P: a json.py beside the photos must not replace the module of Python.
+                # -P: a json.py beside the photos must not replace Python's own module.
                 [sys.executable, "-P", "-m", "vomstudio", "--worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -208,7 +206,7 @@ class Worker:
         with self._lock:
             if self._process is process:
                 self._process = None
-            # Jobs that were submitted after the death have another process.
+            # Jobs that were submitted after the process had died have another process.
             lost_jobs = [job for job, owner in self._owners.items() if owner is process]
             cancelled, closed = set(self._timers), self._closed
         if not closed and not cancelled.intersection(lost_jobs):

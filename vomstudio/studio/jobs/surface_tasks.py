@@ -1,4 +1,4 @@
-"""Jobs on the surface of one model: its fields and its facets."""
+"""Jobs on the surface of one model, such as its fields and facets."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ MEMORY_ADVICE = to_translate("Use a smaller part of the model, or close other pr
 
 @dataclass(frozen=True)
 class FieldsRequest:
-    """Request for the fields of a surface.
+    """Request to compute the fields of a surface.
 
     Parameters
     ----------
     key : str
         Identifies the model with its placement, so that existing fields in `out` can be reused.
     out : Path
-        File for the fields.
+        Output file for the fields.
     """
 
     model: PlacedModel
@@ -48,8 +48,8 @@ class FieldsRequest:
 class ComputedFields:
     """Fields of a surface.
 
-    `out` contains float32 arrays of all points of the model, by the keys of
-    `extraction.surface_fields.KINDS`; `typical_count` is the number of points within the
+    `out` contains float32 arrays for all points of the model, named by the keys of
+    `extraction.surface_fields.KINDS`. `typical_count` is the typical number of points within the
     radius.
     """
 
@@ -106,8 +106,8 @@ COMPUTE_FIELDS = Job(
 class MeasurableRequest:
     """Request for a map of where a plane can be measured.
 
-    normal : normal of the plane, World; out : file of the fields, float32 for all points, with the
-    names of `products.surface.measurable_map.FIELDS`
+    `normal` is the normal of the plane in the World frame. `out` is the output file for the
+    fields, float32 for all points, with the names in `products.surface.measurable_map.FIELDS`.
     """
 
     model: PlacedModel
@@ -156,7 +156,7 @@ MAP_MEASURABLE = Job(
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """View of the user, World: eye, target, and the number of surface points to examine there."""
+    """User's view in the World frame: eye, target and number of surface points to examine."""
 
     eye: tuple[float, float, float]
     toward: tuple[float, float, float]
@@ -165,7 +165,7 @@ class Viewpoint:
 
 @dataclass(frozen=True)
 class FacetsRequest:
-    """Request for facets; `part` is None for the whole model, `out` the file for the facets."""
+    """Request for facets of a model, or of the visible `part`; `out` is the output file."""
 
     model: PlacedModel
     options: FacetOptions
@@ -180,9 +180,9 @@ class FoundFacets:
     Parameters
     ----------
     element : {"face", "point"}
-        Elements of which facets consist.
+        Type of the elements of which facets consist.
     reach_m : float
-        Median of the maximum distances from a facet's plane, metres.
+        Median of the facets' maximum distances from their planes, metres.
     near_planar_share, coverage, exposed_m2, vegetation_share, debris_share : float
         As in `extraction.exposure.Exposure`.
     out : Path
@@ -238,12 +238,13 @@ def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
 
 
 def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_world: Any) -> Arrays:
-    """Return the arrays of facets.
+    """Return the arrays that describe the facets.
 
-    `label` and `covers` (points,) int32 refer to all points of the model, -1 for none. For each
-    of f facets, in the frame of the file: `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3),
-    `area`, `resolution`, `bent`, `level_gap` and `bend_deg` (0 if undefined); its faces or points
-    are `rows[row_cuts[i]:row_cuts[i + 1]]`, and likewise its outline. `exposed_m2` is in World.
+    `label` and `covers` (points,) int32 contain the facet of each point of the model, or -1. The
+    arrays of the f facets are `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3), `area`,
+    `resolution`, `bent`, `level_gap` and `bend_deg` (0 if undefined), in the file frame. The
+    faces or points of facet i are `rows[row_cuts[i]:row_cuts[i + 1]]`, and its outline is stored
+    in the same way. `exposed_m2` is in the World frame.
     """
     import numpy as np
 
@@ -284,7 +285,7 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
 
 
 def _corners(part: ModelPart, element: str, rows: Any) -> FloatArray:
-    """Return the distinct points (k, 3) of faces or points."""
+    """Return the distinct vertices (k, 3) of some faces, or the given points."""
     import numpy as np
 
     from vomstudio.geometry.mesh import Mesh

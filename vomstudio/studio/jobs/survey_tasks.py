@@ -1,4 +1,4 @@
-"""Jobs before a reconstruction: frames of a video, and a forecast of what is needed."""
+"""Jobs before a reconstruction: extraction of video frames, and a forecast."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 @dataclass(frozen=True)
 class FramesRequest:
-    """Request to write frames of `video` to `out`; `force` accepts a folder of other files."""
+    """Request to write frames of `video` to `out`, even if it has other files (`force`)."""
 
     video: Path
     out: Path
@@ -39,7 +39,7 @@ TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesRequest, FrameReport, _take_
 class ForecastRequest:
     """Request for the forecast of a reconstruction of the folder `photos` with these settings.
 
-    `sizes` contains width and height of the photos, which the caller has already read.
+    `sizes` contains the width and height of each photo, which the caller has already read.
     """
 
     photos: Path
@@ -53,7 +53,7 @@ class ForecastRequest:
 
 @dataclass(frozen=True)
 class PointFacts:
-    """Check of a control point, see `PointCheck`."""
+    """Check of a control point; see `PointCheck`."""
 
     label: str
     use: str
@@ -63,7 +63,7 @@ class PointFacts:
 
 @dataclass(frozen=True)
 class ControlFacts:
-    """Check of all control points, see `ControlCheck`; `problem` also if a file is unreadable."""
+    """Check of all control points; see `ControlCheck`. `problem` includes read errors."""
 
     points: tuple[PointFacts, ...]
     crs: str | None
@@ -75,7 +75,7 @@ class ControlFacts:
 
 @dataclass(frozen=True)
 class ReconstructionForecast:
-    """Forecast of a reconstruction: memory, None without photos; control, None without points."""
+    """Forecast of a reconstruction: memory (None without photos) and control points."""
 
     memory: MemoryNeed | None
     control: ControlFacts | None
@@ -120,6 +120,6 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
 
 
 FORESEE = Job("foresee", Lane.INSPECTION, ForecastRequest, ReconstructionForecast, _foresee)
-"""Forecast memory and control points of a reconstruction."""
+"""Forecast the memory and control points of a reconstruction."""
 
 JOBS = (TAKE_FRAMES, FORESEE)

@@ -1,4 +1,4 @@
-"""All jobs of a worker, by name."""
+"""Registry of all jobs of a worker, keyed by name."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 from vomstudio.studio.jobs.job import Job
 
 TASKS: dict[str, Job[Any, Any]] = {}
-"""Jobs of the modules imported so far, by name; `find_task` imports others."""
+"""Jobs of the modules that have been imported so far, keyed by name; `find_task` imports others."""
 
 
 def find_task(name: str) -> Job[Any, Any] | None:
-    """Return the job with a name, None if there is none.
+    """Return the job with a name, or None if there is no such job.
 
-    Modules are imported until it is found: opening a model must not wait for the modules of
-    photos.
+    Modules are imported one by one until the job is found, because opening a model must not wait
+    for the modules of photos.
     """
     for jobs in () if name in TASKS else _jobs():
         TASKS.update((job.name, job) for job in jobs)
@@ -25,7 +25,7 @@ def find_task(name: str) -> Job[Any, Any] | None:
 
 
 def _jobs() -> Iterator[tuple[Job[Any, Any], ...]]:
-    """Yield the jobs module by module, starting with those that are needed and loaded first."""
+    """Yield the jobs of each module, starting with the jobs that are needed first."""
     from vomstudio.studio.jobs import model_tasks
 
     yield model_tasks.JOBS

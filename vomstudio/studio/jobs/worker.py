@@ -1,4 +1,4 @@
-"""Worker process: receives jobs and sends events.
+"""Worker process that receives jobs and sends events.
 
 Commands arrive as JSON lines on stdin; events are sent as JSON lines to the original stdout.
 Because libraries print to descriptor 1, it is redirected to stderr first. End of file on stdin
@@ -33,7 +33,7 @@ from vomstudio.studio.jobs.worker_exits import out_of_memory_error
 
 
 class _Reporter:
-    """Progress that writes events."""
+    """Progress that is reported as events."""
 
     def __init__(self, job: int, token: CancelToken, send: Any) -> None:
         self._job, self._token, self._send = job, token, send
@@ -112,7 +112,7 @@ def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
                 continue
             job = (command["job"], command["task"], command["args"])
         except (ValueError, KeyError, TypeError) as error:
-            # This thread must survive: it detects that the window has ended.
+            # This thread must survive, because it detects that the window has been closed.
             print(f"not a command: {line[:80]!r} ({error})", file=sys.stderr)
             continue
         token = tokens[job[0]] = CancelToken()

@@ -1,8 +1,9 @@
-"""Reasons for the end of a worker process, from its exit status and standard error.
+"""Causes of the end of a worker process, from its exit status and standard error.
 
-A C++ library that fails in one of its threads ends the whole process and prints the reason to
-standard error, with a stack of addresses. This module extracts the reason and returns the error
-that the same failure raises elsewhere. The output is shown only if VOMSTUDIO_DEBUG is set.
+A C++ library that fails in one of its threads terminates the whole process, and prints the
+reason with a stack of addresses to standard error. This module extracts the reason, and returns
+the same error that the failure would raise elsewhere. The output is shown only if
+VOMSTUDIO_DEBUG is set.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from vomstudio.core.words import tr
 from vomstudio.studio.jobs.job import Job
 
 _KILLED = -9
-"""Killed by SIGKILL, as the system does when memory runs out."""
+"""Exit status after SIGKILL, which the system sends when memory runs out."""
 _CRASHED = {-11, -7}
-"""Ended by SIGSEGV or SIGBUS: C libraries that do not check for failed allocations."""
+"""Exit statuses after SIGSEGV or SIGBUS, caused by C libraries that ignore failed allocations."""
 MAX_LINES = 60
 MAX_LINE_LENGTH = 2000
 MAX_CAUSE_LINES = 8
@@ -32,7 +33,7 @@ READ_TIMEOUT_S = 2.0
 
 
 class LastWords:
-    """Last lines that a process writes to standard error, read until it ends."""
+    """Last lines that a process writes to standard error before it ends."""
 
     def __init__(self, stream: IO[str]) -> None:
         self._lines: collections.deque[str] = collections.deque(maxlen=MAX_LINES)
@@ -50,14 +51,14 @@ class LastWords:
                     print(line, end="", file=sys.stderr, flush=True)
 
     def text(self) -> str:
-        """Return the last lines, once the process has ended."""
-        # A child of the process may keep the stream open.
+        """Return the last lines after the process has ended."""
+        # A child process may keep the stream open.
         self._thread.join(READ_TIMEOUT_S)
         return "".join(list(self._lines))
 
 
 def exit_error(code: int, stderr_text: str, job: Job[Any, Any], request: Any) -> VomError:
-    """Return the error of a job whose process ended with a status and this output."""
+    """Return the error of a job whose process ended with a given status and output."""
     cause = RuntimeError(_last_word(stderr_text))
     out = getattr(request, "out", None)
     if isinstance(out, Path) and is_disk_message(cause):
@@ -79,7 +80,7 @@ def _last_word(stderr_text: str) -> str:
 
 
 def out_of_memory_error(job: Job[Any, Any]) -> WorkerError:
-    """Return the error of a job for which there is not enough memory."""
+    """Return the error for a job that ran out of memory."""
     return WorkerError(Finding("job.out-of-memory", remedy=job.memory_advice()))
 
 

@@ -1,1 +1,1 @@
-"""Placement of models in World: observations, and the resulting registration."""
+"""Placement of models in the World frame by observations."""

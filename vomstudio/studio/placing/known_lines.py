@@ -1,4 +1,4 @@
-"""Known lines and planes of a model as observations of its placement."""
+"""Known lines and planes on a model as observations for its placement."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from vomstudio.studio.placing.known_planes import ModelDirection, residual_deg
 class LineResidual:
     """Residual of a known line on a placed model.
 
-    `off` is placed minus known, in degrees, or in metres for a length; for a compass reading it
-    is the angle between both directions.
+    `off` is the placed minus the known value, in degrees, or in metres for a length. For a
+    compass reading, it is the angle between the two directions.
     """
 
     id: str
@@ -40,7 +40,7 @@ class LineResidual:
 
 
 def placement_lines(lines: Sequence[KnownLine]) -> list[KnownLine]:
-    """Return the complete lines with known values that are not only checks."""
+    """Return the complete lines with known values that are not used only as checks."""
     return [line for line in lines if line.is_complete and not line.check and not line.is_read]
 
 
@@ -50,12 +50,12 @@ def build_evidence(
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
 ) -> Evidence:
-    """Build the observations in the frame of the model's file.
+    """Build the observations in the file frame of the model.
 
     Parameters
     ----------
     pairs : Pairs
-        Points on the model and in World.
+        Points on the model and their World coordinates.
     lines : sequence of KnownLine
     compass : CompassTable, optional
     turned_deg : float
@@ -94,28 +94,28 @@ def place_by_known(
     click_sigma_m: float | None = None,
     resolution: float | None = None,
 ) -> Placed:
-    """Place a model by points, lines and planes on it.
+    """Compute the placement of a model from points, lines and planes on it.
 
-    Undetermined parameters keep their values in the present placement, and so does the scale
-    with `keep_scale`.
+    Undetermined parameters keep their values in the present placement, as does the scale if
+    `keep_scale`.
 
     Parameters
     ----------
     pairs : Pairs
-        Points on the model and in World.
+        Points on the model and their World coordinates.
     lines : sequence of KnownLine
     model : Model
     extent : (n, 3) float64 or None
-        Sample of the model's points, in its file's frame.
+        Sample of the model's points in the file frame.
     north_doubt_deg : float
         Standard deviation of the common error of all azimuths, degrees.
     compass : CompassTable, optional
     turned_deg : float
         Correction that is added to all azimuths, degrees.
     north_sigma_stated : bool
-        Whether `north_doubt_deg` is not a default.
+        Whether `north_doubt_deg` was stated and is not a default.
     photo_up : (3,) float64, optional
-        As in `Evidence`.
+        See `Evidence`.
     keep_scale : bool, optional
         Whether the scale of the model is fixed.
     click_sigma_m : float, optional
@@ -140,7 +140,8 @@ def place_by_known(
     placed = register(evidence, extent)
     if placed.known.all:
         return placed
-    # With the file alone, a model that was rotated before would return to its old orientation.
+    # If only the file were used, a model that was rotated before would return to its original
+    # orientation.
     to_world = transform.matrix(model.to_world)
     evidence = _transform_evidence(evidence, to_world)
     placed = register(evidence, None if extent is None else transform.apply(to_world, extent))
@@ -149,7 +150,7 @@ def place_by_known(
 
 
 def up_direction(model: Model) -> FloatArray | None:
-    """Return the up direction (3,) in the frame of a model's file, None if unknown."""
+    """Return the up direction (3,) in the file frame of a model, or None if unknown."""
     if not model.frame.has_up:
         return None
     to_world = transform.matrix(model.to_world)
@@ -157,16 +158,17 @@ def up_direction(model: Model) -> FloatArray | None:
 
 
 def photo_up(path: Path) -> FloatArray | None:
-    """Return the mean up direction (3,) of the photos in the file of a photo model.
+    """Return the mean up direction (3,) of the photos in the file frame of a photo model.
 
-    None if the model was made elsewhere, or registered. Such a model is rotated so that z is up
-    as the photos were held (`photogrammetry.georeferencing.local_frame`).
+    The result is None if the model was made by another program or has been registered. The z
+    axis of a photo model that is not registered is aligned with the mean up direction of the
+    photos (`photogrammetry.georeferencing.local_frame`).
     """
     return np.array([0.0, 0.0, 1.0]) if has_known_scale(path) is False else None
 
 
 def _transform_evidence(evidence: Evidence, by: FloatArray) -> Evidence:
-    """Return the observations of a model that a 4 x 4 similarity moves."""
+    """Transform the observations on a model by a 4 x 4 similarity matrix."""
 
     def transform_point(place: Point) -> Point:
         x, y, z = transform.apply(by, [place])[0].tolist()
@@ -212,14 +214,14 @@ def line_residuals(
     directions: Mapping[str, ModelDirection] = MappingProxyType({}),
     turned_deg: float = 0.0,
 ) -> list[LineResidual]:
-    """Return the residuals of known lines and planes, including checks.
+    """Return the residuals of known lines and planes, including those used as checks.
 
     Parameters
     ----------
     lines : sequence of KnownLine
     placed : Placed
     directions : mapping of str to ModelDirection
-        Directions on the model of compass readings, by id.
+        Directions of the compass readings on the model, keyed by reading id.
     turned_deg : float
         Correction that is added to all azimuths, degrees.
     """
@@ -252,7 +254,7 @@ def line_residuals(
 
 
 def known_after_placement(placed: Placed, model: Model) -> Known:
-    """Return what is known after a placement: by the placement or before it."""
+    """Return the parameters that are known after a placement, including earlier ones."""
     frame, known = model.frame, placed.known
     vertical = known.vertical or frame.has_up
     return Known(
@@ -264,7 +266,7 @@ def known_after_placement(placed: Placed, model: Model) -> Known:
 
 
 def frame_after_placement(placed: Placed, model: Model, crs: str | None) -> Frame:
-    """Return the frame after a placement; `crs` is that of the points, None for local metres."""
+    """Return the frame after a placement; `crs` of the points is None for a local frame."""
     if placed.known.all:
         return Frame("local") if crs is None else Frame("crs", crs=crs)
     known = known_after_placement(placed, model)
@@ -279,7 +281,7 @@ def frame_after_placement(placed: Placed, model: Model, crs: str | None) -> Fram
 def covariance_after(placed: Placed, before: Registration | None) -> FloatArray:
     """Return the covariance (7, 7) of a placement.
 
-    Undetermined parameters have the covariance of the previous registration, which still
+    Undetermined parameters have the covariance of the previous registration, because it still
     defines them.
     """
     total = np.array(placed.covariance, np.float64)

@@ -1,4 +1,4 @@
-"""Compass readings of planes and lines as observations of a model's placement."""
+"""Compass readings of planes and lines as observations for the placement of a model."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from vomstudio.project.records import Model, OnAModel, Record, get_feature
 from vomstudio.registration.results import Placed
 
 MAX_SIGMA_DEG = 90.0
-"""Maximum error: a larger one leaves the direction undefined."""
+"""Maximum standard deviation; a larger one leaves the direction undefined."""
 SIGMA_SEPARATOR = re.compile(r"\s*(?:±|\+\s*/?\s*[-–−])\s*")
-# Number of standard deviations of a direction in its 95 % region.
+# Radius of the 95 % region of a direction, in standard deviations.
 SIGMAS_95 = 2.4477
 
 
 @dataclass(frozen=True, eq=False)
 class ModelDirection:
-    """Direction on a model of a feature that was read by compass.
+    """Direction on the model of a feature that was measured with a compass.
 
     Parameters
     ----------
     direction : (3,) float64
-        In the frame of the model's file; of a plane its normal.
+        Direction in the file frame of the model; for a plane, its normal.
     sigma_deg : float or None
         Standard deviation of the direction, degrees; None if unknown.
     """
@@ -49,15 +49,15 @@ class ModelDirection:
 def measure_directions(
     lines: Iterable[KnownLine], measured: Mapping[str, Measurement], model: Model
 ) -> dict[str, ModelDirection]:
-    """Return the directions on the model by the id of each reading.
+    """Return the directions on the model, keyed by reading id.
 
-    Readings are left out if their feature is missing or has no orientation.
+    Readings are omitted if their feature is missing or has no orientation.
 
     Parameters
     ----------
     lines : iterable of KnownLine
     measured : mapping of str to Measurement
-        Measurements of the features by their ids.
+        Measurements of the features, keyed by feature id.
     model : Model
     """
     rows = transform.matrix(model.to_world)
@@ -76,7 +76,7 @@ def measure_directions(
 
 
 def _direction(measured: Measurement, plane: bool) -> FloatArray | None:
-    """Return the direction (3,), World."""
+    """Return the direction (3,) in the World frame, or None if it is undefined."""
     if not plane:
         return None if measured.line is None else np.asarray(measured.line.vector(), np.float64)
     if measured.fit is not None:
@@ -85,7 +85,7 @@ def _direction(measured: Measurement, plane: bool) -> FloatArray | None:
 
 
 def _direction_sigma(measured: Measurement, plane: bool) -> float | None:
-    """Return the standard deviation in any direction, degrees."""
+    """Return the standard deviation of a direction in degrees, or None if unknown."""
     largest, smallest = measured.max_confidence95_deg, measured.min_confidence95_deg
     if plane and measured.fit is not None:
         largest, smallest = governing_half_angles(
@@ -103,16 +103,16 @@ def _direction_sigma(measured: Measurement, plane: bool) -> float | None:
 def placement_readings(
     lines: Iterable[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> list[KnownLine]:
-    """Return the readings that place a model: visible on it, and not only checks."""
+    """Return the readings that are used for placement, which exclude mere checks."""
     return [line for line in lines if line.is_complete and not line.check and line.id in directions]
 
 
 def compass_table(
     lines: Sequence[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> CompassTable | None:
-    """Return the readings that place a model as the command's table, None without any.
+    """Return the readings used for placement as a compass table, or None without readings.
 
-    A stated error is that of reading and feature combined.
+    The errors in the table combine those of the reading and the feature.
     """
     used = placement_readings(lines, directions)
     if not used:
@@ -139,7 +139,7 @@ def _combine_sigmas(reading_deg: float | None, feature_deg: float | None) -> flo
 def residual_deg(
     line: KnownLine, model_direction: ModelDirection, placed: Placed, turned_deg: float
 ) -> float:
-    """Return the angle between a reading and the placed model, 0 to 90 degrees.
+    """Return the angle between a reading and its direction on the placed model, 0 to 90.
 
     Parameters
     ----------
@@ -160,13 +160,13 @@ def residual_deg(
     )
     direction = placed_direction(model_direction, placed)
     cosine = abs(float(reading.vectors()[0] @ direction))
-    # The arc cosine is inaccurate for very small angles.
+    # Avoids the arc cosine, which is inaccurate for very small angles.
     across = float(np.linalg.norm(np.cross(reading.vectors()[0], direction)))
     return float(np.degrees(np.arctan2(across, cosine)))
 
 
 def placed_direction(model_direction: ModelDirection, placed: Placed) -> FloatArray:
-    """Return the unit vector (3,) in World."""
+    """Return a direction on the model as a unit vector (3,) in the World frame."""
     turn = np.asarray(placed.matrix)[:3, :3] / placed.scale
     return np.asarray(turn @ model_direction.direction, np.float64)
 
@@ -174,14 +174,14 @@ def placed_direction(model_direction: ModelDirection, placed: Placed) -> FloatAr
 # --- input of the user ------------------------------------------------------------------------
 @dataclass(frozen=True)
 class ParsedReading:
-    """Compass reading from text.
+    """Compass reading that was parsed from text.
 
     Parameters
     ----------
     azimuth_deg, inclination_deg : float
-        Dip direction and dip of a plane, trend and plunge of a line.
+        Dip direction and dip of a plane, or trend and plunge of a line.
     sigma_deg : float or None
-        None if not stated.
+        Standard deviation, or None if it is not stated.
     """
 
     azimuth_deg: float
@@ -190,7 +190,7 @@ class ParsedReading:
 
 
 def parse_reading(text: str, kind: ReadKind, notation: str) -> ParsedReading:
-    """Parse a reading such as `213/45 ± 3`; `notation` applies to two numbers of a plane.
+    """Parse a reading such as `213/45 ± 3`; `notation` applies to planes.
 
     Raises
     ------
@@ -208,9 +208,10 @@ def parse_reading(text: str, kind: ReadKind, notation: str) -> ParsedReading:
 
 
 def field_text(measured: Measurement, kind: ReadKind, turned_deg: float, notation: str) -> str:
-    """Return a field measurement as the reading that `turned_deg` would correct to it.
+    """Return a field measurement as the text of a compass reading before correction.
 
-    Field measurements refer to grid north. Returns "" for another kind.
+    Field measurements refer to grid north; `turned_deg` is the correction that would be added to
+    the reading. Returns "" for a measurement of another kind.
     """
     plane, line = measured.plane, measured.line
     if kind == "plane" and plane is not None:
@@ -239,7 +240,7 @@ def parse_sigma(text: str) -> float:
 def why_not_read(
     record: Record | None, model: Model, measured: Measurement | None
 ) -> Finding | None:
-    """Return why a record cannot be read by compass on a model; None if it can."""
+    """Return why a record cannot have a compass reading on a model, or None if it can."""
     feature = None if record is None else get_feature({record.id: record}, record.id)
     if feature is None or not kind_of(feature).orientations:
         return Finding("selection.no-feature-read")
@@ -255,7 +256,7 @@ def why_not_read(
 def create_reading(
     feature: Any, measured: Measurement, parsed: ParsedReading, others: Iterable[str]
 ) -> KnownLine:
-    """Create the record of a reading; `others` are the names in use."""
+    """Create the record of a reading; `others` are the names that are in use."""
     return KnownLine(
         new_id("reading"),
         _name(feature.name, set(others)),
@@ -276,7 +277,7 @@ def reading_kind(measured: Measurement) -> ReadKind:
 
 
 def _name(name: str, used_names: set[str]) -> str:
-    """Return the name of the feature, or a number if it has been read before."""
+    """Return the name of the feature, with a number if the name is already in use."""
     return next(
         each
         for n in range(1, len(used_names) + 2)

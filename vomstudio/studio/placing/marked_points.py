@@ -1,4 +1,4 @@
-"""Control points that are marked in photos of a model, as pairs of points."""
+"""Control points that are marked in photos of a model, as point pairs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def marked_pairs(
     Raises
     ------
     UsageError, InputError GeometryError
-        If marks are not in pixels of the photos.
+        If the marks are not in pixels of the photos.
     """
     from vomstudio.io.control.control_files import (
         agreed_crs,

@@ -1,4 +1,4 @@
-"""North reference of the azimuths on a model, and their correction to grid north."""
+"""North reference of azimuths on a model, and their correction to grid north."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from vomstudio.registration.register_options import RegisterOptions
 
 TOLERANCE_DEG = 1e-9
 GRID_NORTH = ReadNorth("grid")
-"""North reference if none is stated."""
+"""Default north reference if no other reference is stated."""
 
 
 def resolve_north(compass: Compass, known: North) -> tuple[ReadNorth, str]:
-    """Return how azimuths by a compass are turned to grid north, and a summary of that.
+    """Return the correction of compass azimuths to grid north, and its summary.
 
     Raises
     ------
@@ -41,23 +41,23 @@ def north_inputs(
     pairs: Pairs,
     crs: str | None,
 ) -> North:
-    """Return place and day of compass readings on a model.
+    """Return the location and date of compass readings on a model.
 
     Parameters
     ----------
     compass : Compass
     model : Model
     bounds : (2, 3) float64 or None
-        Bounds of the model in its file's frame.
+        Bounds of the model in its file frame.
     pairs : Pairs
-        Points on the model and in World.
-    crs : str or None
+        Points on the model and their World coordinates.
+        crs : str or None
         CRS of the points.
 
     Raises
     ------
     UsageError
-        If the day is not a date.
+        If the date is not valid.
     """
     file_crs = model.frame.crs if model.frame.kind == "crs" else None
     place = compass.place
@@ -74,8 +74,8 @@ def to_register_options(
 ) -> RegisterOptions | None:
     """Return the options of `register` with the same azimuth correction.
 
-    None if the place of the readings is unknown to the command: azimuths are then passed
-    corrected. Their common error is always stated.
+    The result is None if the command cannot know the location of the readings. In this case,
+    corrected azimuths are passed to it. Their common error is always stated.
     """
     if compass is None or compass.north == "grid":
         return RegisterOptions(north_sigma_deg=used.doubt_deg or None)

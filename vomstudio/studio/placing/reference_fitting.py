@@ -1,4 +1,4 @@
-"""Fit of a model from one file to a reference from another."""
+"""Fit of a model to a reference in another file."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from vomstudio.studio.world_models import WorldModel, read_in_world
 class ReferenceFit(Result):
     """Fit of a model to a reference.
 
-    name : name of the reference; fitted : result of the fit; crs : CRS of World
-    stable_m : distance from a mask cloud within which the reference is stable, None without one
-    scale_fitted : whether the scale was; reference : registration of the reference, None if it has
-    none
+    `name` is the name of the reference, `fitted` the result of the fit, and `crs` the CRS of the
+    World frame. `stable_m` is the distance from a mask cloud within which the reference is
+    stable, or None without a mask cloud. `scale_fitted` states whether the scale was fitted, and
+    `reference` is the registration of the reference, or None if it has no registration.
     """
 
     name: str = field(metadata=HIDDEN)
@@ -53,8 +53,9 @@ class ReferenceFit(Result):
 class InitialPlacement:
     """Placement of a model before the fit.
 
-    to_world : (4, 4) from the file to World; crs : CRS of World; metric : whether its unit is known
-    scale_error : relative error of its registration, one sigma; None if not known
+    `to_world` (4, 4) is the matrix from the file frame to the World frame, `crs` the CRS of the
+    World frame, and `metric` whether its unit is known. `scale_error` is the relative scale
+    error (one sigma) of the registration, or None if unknown.
     """
 
     to_world: Any
@@ -93,13 +94,14 @@ def fit_model(
     loaded : LoadedModel
     reference : str or Path
     near : Placed or None
-        Initial placement by other observations, None to start with the frames of the files.
+        Initial placement by other observations. If None, the fit starts with the frames of the
+        files.
     crs : str or None
-        CRS of World, None for that of the reference.
+        CRS of the World frame. If None, the CRS of the reference is used.
     stable : str or Path, optional
         Mask of the stable part of the reference.
     initial : InitialPlacement, optional
-        Placement of the model, by default as its file states.
+        Placement of the model, by default as stated by its file.
     progress : Progress
 
     Raises

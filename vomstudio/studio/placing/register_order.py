@@ -1,4 +1,4 @@
-"""Registration of a model by the files and options of the command `register`."""
+"""Registration of a model with the files and options of the command `register`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
     from vomstudio.studio.placing.reference_fitting import ReferenceFit
 
-# Survey formats, whose z is a height even if they state no CRS.
+# Survey formats in which z is a height even if they state no CRS.
 SURVEY_FORMATS = (".las", ".laz", ".tif", ".tiff")
 
 
@@ -46,10 +46,11 @@ SURVEY_FORMATS = (".las", ".laz", ".tif", ".tiff")
 class RegistrationResult(Result):
     """Result of a registration.
 
-    placed : placement with all warnings; attitudes : residuals of photo attitudes; loaded : the
-    model, None for the placement alone; crs : CRS of World; reference : fit to the reference;
-    registration : record as in a project, from the file of the model to World; None for the
-    placement alone
+    `placed` is the placement with all warnings, and `attitudes` are the residuals of photo
+    attitudes. `loaded` is the model, or None if only a placement was computed. `crs` is the CRS
+    of the World frame, and `reference` is the fit to the reference. `registration` is a record
+    as in a project, from the file frame of the model to the World frame, or None if only a
+    placement was computed.
     """
 
     placed: Placed = field(metadata=FLAT)
@@ -61,19 +62,19 @@ class RegistrationResult(Result):
 
     @property
     def registration_in_world(self) -> Registration | None:
-        """Registration of the model once written in World: identity, with the same errors."""
+        """Registration for the model written in World: the identity with the same errors."""
         if self.registration is None:
             return None
         return change_file_frame(self.registration, self.registration.matrix)
 
 
 def register_model(model: str, options: RegisterOptions, progress: Progress) -> RegistrationResult:
-    """Register a model by observations.
+    """Register a model with the given observations.
 
     Parameters
     ----------
     model : str
-        Path, or "-" for the placement alone.
+        Path of the model, or "-" to compute only a placement.
     options : RegisterOptions
     progress : Progress
 
@@ -125,7 +126,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
 def _model_record(loaded: LoadedModel, messages: list[Finding]) -> Model:
     """Return the record of the model before the registration.
 
-    Findings about the registration file beside it are appended to `messages`.
+    Findings about the registration file beside the model are appended to `messages`.
     """
     from vomstudio.io.models.frames import frame_of_file, registration_beside
 
@@ -145,7 +146,7 @@ def _registration(
     read_north: ReadNorth | None,
     messages: list[Finding],
 ) -> Registration:
-    """Return the registration record of a placement, as the window creates it."""
+    """Return the registration record of a placement, as created by the window."""
     from vomstudio.io.models.registration_file import registration_path
     from vomstudio.studio.placing.registering import (
         add_reference_error,
@@ -154,7 +155,8 @@ def _registration(
     )
 
     if not placed.known.all and model.to_world != IDENTITY:
-        # Undetermined parameters keep their values in the file, which is not in World.
+        # Undetermined parameters keep their values of the file frame, which is not the World
+        # frame.
         if model.registration is not None:
             file = registration_path(model.path).name
             messages.append(Finding("registration.incomplete", file=file))
@@ -184,7 +186,7 @@ def _unused_marks_error(
 
 
 def _pairs_file(options: RegisterOptions) -> str | None:
-    """Return the table of points, which errors of the registration refer to."""
+    """Return the table of points to which errors of the registration refer."""
     return options.pairs or options.gcp
 
 
@@ -212,7 +214,7 @@ def _fitted(
     crs: str | None,
     progress: Progress,
 ) -> ReferenceFit | None:
-    """Fit the model to the reference, starting with the placement by all other observations."""
+    """Fit the model to the reference, starting with the placement by other observations."""
     if options.reference is None:
         return None
     from vomstudio.studio.placing.reference_fitting import fit_model
@@ -240,7 +242,7 @@ def _extent(loaded: LoadedModel) -> FloatArray:
 
 
 def _up(loaded: LoadedModel) -> FloatArray | None:
-    """Return the up direction (3,) of the model, None if neither file nor format states it."""
+    """Return the up direction (3,) of a model, or None if its file does not define it."""
     from vomstudio.io.models.frames import frame_of_file
 
     surveyed = loaded.path.suffix.casefold() in SURVEY_FORMATS
@@ -251,7 +253,7 @@ def _up(loaded: LoadedModel) -> FloatArray | None:
 def _relocation_findings(
     placed: Placed, loaded: LoadedModel | None, crs: str | None
 ) -> list[Finding]:
-    """Return a finding if the model is moved far from the coordinates in its file."""
+    """Return a finding if a model is moved far from the coordinates in its file."""
     from vomstudio.registration.coordinate_checks import relocation_findings
 
     if loaded is None or loaded.crs is None or not placed.known.position:
@@ -269,7 +271,7 @@ def _evidence(
     messages: list[Finding],
     unused: list[Finding],
 ) -> tuple[Evidence, str | None, ReadNorth | None]:
-    """Return the observations, the CRS of World and the north reference of azimuths.
+    """Return the observations, the World CRS and the north reference of azimuths.
 
     Messages are appended to `messages`; those about unused points and marks also to `unused`.
     """
@@ -386,7 +388,7 @@ def _north(
     crs: str | None,
     place: tuple[float, float] | None,
 ) -> North:
-    """Return the north reference, and the place and day of the readings."""
+    """Return the north reference, and the location and date of the readings."""
     from vomstudio.registration.north import North, parse_day, place_of
 
     positions = [] if evidence.pairs is None else [evidence.pairs.world]
@@ -402,7 +404,7 @@ def _turn_to_grid(
 ) -> ReadNorth | None:
     """Convert azimuths and compass readings to grid north.
 
-    Returns their north reference, None if there are no such readings.
+    Returns their north reference, or None if there are no such readings.
     """
     if not (evidence.azimuths or evidence.compass):
         return None

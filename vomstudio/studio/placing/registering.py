@@ -1,4 +1,4 @@
-"""Placement of a model of the project by points on it, as one edit."""
+"""Placement of a model of the project by points on it, in one edit."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ Z_95 = 1.959963984540054
 
 
 def parse_click_sigma(text: str, field: str) -> float:
-    """Return an error of the click on the model in metres, one sigma.
+    """Parse the standard deviation of a click on the model, metres.
 
     Raises
     ------
     UsageError
-        With `field` if it is not a number, negative, or not plausible.
+        If it is not a number, negative or not plausible; the error names `field`.
     """
     try:
         value = float(text.strip().removesuffix("m").replace(",", "."))
@@ -70,7 +70,8 @@ def import_control_points(
 ) -> Edit:
     """Import points of a file as control points of a model.
 
-    Points of `known`, which the model already has, get the coordinates of the same label.
+    The points `known`, which the model already has, are given the coordinates with the same
+    label.
     """
     existing = {point.name: point for point in known}
     records_after: dict[str, Record | None] = {}
@@ -96,7 +97,7 @@ def import_control_points(
 
 
 def control_pairs(points: Sequence[ControlPoint]) -> Pairs:
-    """Return the points that were located on the model and have coordinates."""
+    """Return pairs for the points that were located on the model and have coordinates."""
     located = [p for p in points if p.vertices and p.position is not None]
     nothing = (np.nan, np.nan, np.nan)
     return Pairs(
@@ -111,10 +112,10 @@ def control_pairs(points: Sequence[ControlPoint]) -> Pairs:
 def expected_positions(
     points: Sequence[ControlPoint], placed: Placed | None, model: Model
 ) -> dict[str, FloatArray]:
-    """Return where points should be that have not been located, by id.
+    """Return the expected positions of points without a location, keyed by id.
 
-    The positions (3,) are in World by the present placement. They follow from `placed`, or
-    without it from two points on a model with a known vertical.
+    The positions (3,) are in the World frame of the present placement. They are computed from
+    `placed` or, without it, from two points on a model with a known vertical direction.
     """
     remaining = [p for p in points if not p.vertices and p.position is not None]
     to_model = (
@@ -130,10 +131,10 @@ def expected_positions(
 
 
 def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArray | None:
-    """Return the 4 x 4 matrix from the points' coordinates to the model as placed.
+    """Return the 4 x 4 matrix from the coordinates of points to the placed model.
 
-    Two points that are not one above the other determine rotation about the vertical, scale and
-    shift.
+    Two points that are not vertically above each other determine the rotation about the
+    vertical, the scale and the translation.
     """
     pairs = control_pairs(points)
     if len(pairs.labels) != 2 or not model.frame.has_up:
@@ -168,12 +169,12 @@ def place_by_points(
     click_sigma_m: float | None = None,
     resolution: float | None = None,
 ) -> Placed:
-    """Place a model by points, known lines and compass readings, and check the coordinates.
+    """Place a model by points, lines and compass readings, and check the coordinates.
 
     Parameters
     ----------
     pairs : Pairs
-        Points on the model and in World.
+        Points on the model and their World coordinates.
     bounds : (2, 3) float64 or None
         Bounds of the model in its file's frame.
     model : Model
@@ -183,15 +184,15 @@ def place_by_points(
         Sample of the model's points, in its file's frame.
     lines : sequence of KnownLine, optional
     compass : CompassTable, optional
-        In the frame of the file.
-    turned_deg : float
+        Compass readings in the file frame.
+        turned_deg : float
         Correction that is added to all azimuths, degrees.
     north_doubt_deg : float
-        Standard deviation of their common error, degrees.
+        Standard deviation of the common error of all azimuths, degrees.
     north_sigma_stated : bool
-        Whether that is not a default.
+        Whether `north_doubt_deg` was stated and is not a default.
     photo_up : (3,) float64, optional
-        As in `Evidence`.
+        See `Evidence`.
     keep_scale : bool
         Whether the scale of the model is fixed.
     click_sigma_m : float, optional
@@ -202,7 +203,7 @@ def place_by_points(
     Raises
     ------
     GeometryError
-        Also if the points are far from the model.
+        If the placement is not determined, or the points are far from the model.
     """
     require_on_model(pairs.model, bounds)
     if not placement_lines(lines) and compass is None:
@@ -236,7 +237,7 @@ def place_by_points(
     if not len(pairs.labels):
         return placed
     findings = check_area(pairs.world, crs)
-    # The position of a registered model is not that of its file.
+    # The position of a registered model differs from that in its file.
     is_in_file_frame = (
         model.registration is None and model.frame.crs == crs and placed.known.position
     )
@@ -259,9 +260,8 @@ def create_registration(
     """Return the registration record of a placement, in `crs` or in a local frame.
 
     A model that was placed by the same method before keeps the id of its registration.
-
-    reference : name of the reference of a fit, "" for a placement by pairs and known lines
-    read_north : north reference of the azimuths, None if there are none
+    `reference` is the name of the reference of a fit, or "" for a placement by pairs and known
+    lines. `read_north` is the north reference of the azimuths, or None without azimuths.
     """
     previous = model.registration
     has_points = pairs is not None and bool(len(pairs.labels))
@@ -305,7 +305,7 @@ def create_registration(
 
 
 def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> tuple[Method, str]:
-    """Return the main method of a registration, and its name."""
+    """Return the main method of a registration, and the name of the registration."""
     if reference:
         return "reference", tr("{model} fitted to {reference}", model=model, reference=reference)
     if has_points:
@@ -321,22 +321,23 @@ def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> 
 def add_reference_error(
     record: Registration, other: Registration | None, *, scale_fitted: bool
 ) -> Registration:
-    """Add the error of the reference to the registration of a model that was fitted to it.
+    """Add the error of the reference to the registration of a model fitted to it.
 
     Parameters
     ----------
     record : Registration
         Registration by the fit, without the errors of the reference.
     other : Registration, optional
-        Registration of the reference; None if it has none.
+        Registration of the reference, or None if the reference has no registration.
     scale_fitted : bool
-        Whether the model has the scale of the reference. Otherwise an error of that scale only
-        shifts the model.
+        Whether the model was scaled to the reference. Otherwise a scale error of the reference
+        only shifts the model.
 
     Returns
     -------
     Registration
-        Unchanged if the errors of one of the two are not known.
+        Registration with combined errors, or `record` unchanged if the errors of either are
+        unknown.
     """
     if other is None or record.covariance is None or record.centre is None:
         return record
@@ -364,7 +365,7 @@ def add_reference_error(
 
 
 def reference_findings(record: Registration) -> tuple[Finding, ...]:
-    """Return the finding on the errors of a fit together with those of its reference."""
+    """Return a finding on the combined errors of a fit and its reference."""
     turn, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
     if turn is None or scale is None:
         return ()
@@ -383,7 +384,7 @@ def set_rotations_deg(
     after: Model,
     measured: Mapping[str, Measurement],
 ) -> dict[str, float]:
-    """Return by how many degrees the mean pole of each set of planes turned.
+    """Return the rotation of the mean pole of each set of planes, degrees.
 
     A rotation about the pole itself does not change a plane.
 
@@ -391,14 +392,14 @@ def set_rotations_deg(
     ----------
     records : mapping
     before, after : Model
-        The model with both placements.
+        Model before and after the placement.
     measured : mapping of str to Measurement
-        The features of `records` after the second placement.
+        Measurements of the features in `records` after the placement.
 
     Returns
     -------
     dict of str to float
-        By feature type and set name.
+        Rotation, keyed by feature type and set name.
     """
     poles: dict[str, list[FloatArray]] = {}
     for id_, figures in measured.items():
@@ -424,7 +425,7 @@ def set_rotations_deg(
 
 
 def set_rotation_finding(turned: Mapping[str, float]) -> Finding | None:
-    """Return the finding on the rotation of sets, largest first; None without sets."""
+    """Return the finding on the rotation of sets, largest first, or None without sets."""
     ordered = sorted(turned.items(), key=lambda each: -each[1])
     parts = [
         tr("{set_name} by {turn:.1f}°", set_name=name, turn=turn)

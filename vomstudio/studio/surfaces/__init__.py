@@ -1,1 +1,1 @@
-"""Selections, computed fields and proposals on the surface of a model."""
+"""Selections, computed fields and proposals on the surfaces of models."""

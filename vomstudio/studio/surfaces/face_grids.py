@@ -1,4 +1,4 @@
-"""Exposed surface in the cells of the project's grids, computed in threads."""
+"""Exposed surface area in the cells of the project's grids, computed in threads."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Records = Mapping[str, Record]
 
 
 def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
-    """Return the grid in World, in metres if the scale of the model is known."""
+    """Return a grid in the World frame, in metres if the scale of the model is known."""
     rows = rows_of(model)
     scale = transform.scale_of(rows)
     turn = rows[:3, :3] / scale
@@ -43,7 +43,7 @@ def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
 def compute_exposed(
     grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
 ) -> ExposedArea:
-    """Measure the exposed surface in the cells; areas in the square of the file's unit."""
+    """Measure the exposed area in the cells of a grid, in squared file units."""
     if isinstance(data, Mesh) and len(data.faces):
         return measure_faces(grid_in_file_frame(grid), data.vertices, data.faces, pieces=pieces)
     points = data.vertices if isinstance(data, Mesh) else data.points
@@ -53,7 +53,7 @@ def compute_exposed(
 def picked_lines(
     records: Records, measured: Mapping[str, Measurement], model_id: str
 ) -> list[FloatArray]:
-    """Return the picks on a model as lines (k, 3) in World, patches by their centre."""
+    """Return the picks on a model as World lines (k, 3); a patch is its centre."""
     lines = []
     for id_, measurement in measured.items():
         feature = records.get(id_)
@@ -86,7 +86,7 @@ def compute_coverage(
 
 @dataclass(frozen=True)
 class _Geometry:
-    """Grid without its marks, which do not affect the surface in its cells."""
+    """Geometry of a grid without its marks, which do not affect the exposed area."""
 
     model_id: str
     lattice: tuple[Any, ...]
@@ -100,7 +100,7 @@ class _Geometry:
 
 
 class FaceGrids:
-    """The surface in the cells of each grid; `changed` names a grid whose surface changed."""
+    """Exposed area in the cells of each grid; `changed` emits the id of a changed grid."""
 
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
@@ -109,17 +109,17 @@ class FaceGrids:
         models.loaded.connect(self._loaded)
 
     def all(self) -> list[FaceGrid]:
-        """Return the grids of the project in the order of their creation."""
+        """Return the grids of the project in order of creation."""
         return self._projects.of(FaceGrid)
 
     def exposed(self, grid_id: str) -> ExposedArea | None:
-        """Return the surface in the cells of a grid; None if it is not known yet."""
+        """Return the exposed area in the cells of a grid, or None if it is not known yet."""
         grid = get(self._projects.records, grid_id, FaceGrid)
         entry = self._exposed.get(grid_id)
         return entry[1] if grid is not None and entry and entry[0] == _Geometry.of(grid) else None
 
     def begin(self) -> None:
-        """Forget the grids of the previous project."""
+        """Reset for another project."""
         self._background.cancel_all()
         self._exposed.clear()
 

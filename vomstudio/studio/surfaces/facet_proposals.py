@@ -1,7 +1,7 @@
 """Facets of an open model as proposals.
 
-They are computed in the background, judged like painted patches, and become part of the project
-only when accepted.
+Facets are computed in the background and assessed like painted patches. They are added to the
+project only when they are accepted.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ from vomstudio.studio.running_jobs import Jobs
 from vomstudio.studio.surfaces.model_jobs import ProposalQueue
 
 PART_POINTS = 60_000
-"""Points of the visible part on which thresholds are tried, for results within a second."""
+"""Number of points of the visible part on which thresholds are tested, which takes less than a
+second."""
 
 PAINTED = {
     "label": "facet label",
@@ -51,34 +52,34 @@ PAINTED = {
     "error": "facet 95 % error [°]",
     "exposure": "exposure",
 }
-"""Names of the fields in which proposals are coloured."""
+"""Names of the fields by which proposals are coloured."""
 SHARES = {
     "planar": "planar sliding [%]",
     "wedge": "wedge sliding [%]",
     "flexural_toppling": "flexural toppling [%]",
     "direct_toppling": "direct toppling [%]",
 }
-"""Names of the fields in which they are coloured as slopes."""
+"""Names of the fields by which proposals are coloured as slopes."""
 _NAMES = (*PAINTED.values(), *SHARES.values())
 MIN_RANGE_PERCENT = 1.0
-"""Minimum of the colour range, percent, so that the absence of critical facets is visible."""
+"""Minimum colour range in percent, which makes the absence of critical facets visible."""
 
 
 @dataclass(frozen=True, eq=False)
 class Proposals:
-    """Facets of a model.
+    """Proposed facets of a model.
 
     Parameters
     ----------
     model : Model
     judged_by : Thresholds
-        As they were at that time.
+        Thresholds at the time of the assessment.
     patches : tuple of Patch
-        Without names or type, the largest first.
+        Patches without names or types, the largest first.
     measured : tuple of Measurement
         Measurements of the patches.
     label, covers : (points,) int32
-        Facet of each point of the model, -1 for none.
+        Facet of each point of the model, or -1.
     exposed_m2 : (facets,) float64
         Exposed area of each patch.
     whole : bool
@@ -99,18 +100,18 @@ class Proposals:
     whole: bool
 
     def share(self, rows: Collection[int]) -> float | None:
-        """Return the share of these facets in the exposed rock."""
+        """Return the share of some facets in the exposed rock area, or None if it is unknown."""
         if not self.result.exposed_m2 > 0.0:
             return None
         return float(self.exposed_m2[sorted(rows)].sum()) / self.result.exposed_m2
 
     def exposed_area_of(self, row: int) -> float:
-        """Return the area of a facet of points, m2; points have no area themselves."""
+        """Return the exposed area of a facet that consists of points, m2."""
         return float(self.exposed_m2[row])
 
     @property
     def provenance(self) -> str:
-        """Describe the search for the notes of accepted facets."""
+        """Description of the search for the notes of accepted facets."""
         of = self.options
         parts = [tr("angle {angle:g}°", angle=of.used_angle_deg)]
         parts.append(tr("distance {distance:.3g} m", distance=self.result.reach_m))
@@ -131,7 +132,7 @@ class FacetProposals(ProposalQueue[Proposals]):
     Attributes
     ----------
     open, accepted : set of int
-        Indices of the proposals that are undecided, and of those that were accepted.
+        Indices of the undecided proposals and of the accepted ones.
     """
 
     def __init__(
@@ -151,12 +152,12 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._thresholds = thresholds
         self.open: set[int] = set()
         self.accepted: set[int] = set()
-        # Row of each accepted proposal by the id of its patch.
+        # Row of each accepted proposal, keyed by the id of its patch.
         self._accepted_rows: dict[str, int] = {}
 
     # --- search -------------------------------------------------------------------------------
     def find(self, model_id: str, options: FacetOptions, sight: Viewpoint | None) -> None:
-        """Search for facets, cancelling a running search. `sight` restricts it to a view."""
+        """Search for facets, cancelling a running search; `sight` restricts it to a view."""
         self._cancel()
         model = self._model(model_id)
         if model is None:
@@ -166,7 +167,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         out = standing.cache / "facets" / f"{model_id}-{name}.npz"
 
         def judge(result: FoundFacets) -> None:
-            # Thousands of facets take too long for the main thread.
+            # Processing thousands of facets takes too long for the main thread.
             records, thresholds = dict(self._projects.records), self._thresholds()
             whole = sight is None
             self._read(
@@ -190,9 +191,10 @@ class FacetProposals(ProposalQueue[Proposals]):
 
     # --- colours on the outcrop ---------------------------------------------------------------
     def paint(self, by: str, palette: str | None = None) -> None:
-        """Colour the outcrop by a key of PAINTED; decided facets and other points are grey.
+        """Colour the facets on the outcrop by a key of PAINTED; all other points are grey.
 
-        The colours are restored once all facets are decided.
+        Decided facets are grey as well. The original colours are restored once all facets have
+        been decided.
         """
         proposals = self.proposals
         opened = None if proposals is None else self._models.open.get(proposals.model_id)
@@ -211,14 +213,14 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._show_painted(proposals.model_id, painted, FieldStyle(PAINTED[by], palette=palette))
 
     def paint_shares(self, mode: str, shares: Mapping[int, float]) -> None:
-        """Colour the outcrop by a share of each facet; other points are grey.
+        """Colour the facets on the outcrop by a share of each facet; other points are grey.
 
         Parameters
         ----------
         mode : str
             A key of SHARES.
         shares : mapping of int to float
-            Share of each facet by its index, 0 to 1.
+            Share of each facet (0 to 1), keyed by its index.
         """
         proposals = self.proposals
         if proposals is None or proposals.model_id not in self._models.open:
@@ -252,7 +254,7 @@ class FacetProposals(ProposalQueue[Proposals]):
             opened.drop_fields(_NAMES)
 
     def _restore_colours(self, model_id: str) -> None:
-        """Restore the colours from before the facets were painted."""
+        """Restore the colours that were shown before the facets were painted."""
         style, mode = self._display.styles.get(model_id), self._mode_before
         painted = style is not None and style.name in _NAMES
         self._unpaint(model_id)
@@ -281,14 +283,14 @@ class FacetProposals(ProposalQueue[Proposals]):
             )
             for row in open_rows
         ]
-        # Its own edit must not drop the other proposals.
+        # The edit must not discard the other proposals.
         self.open -= set(open_rows)
         measured = [proposals.measured[row] for row in open_rows]
 
         def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
             edit = edits.add_features(records, features)
             if records.get(proposals.model_id) is proposals.model:
-                # Hundreds of patches need not be measured again while the window waits.
+                # Avoids measuring hundreds of patches again while the window waits.
                 named = [f for f in edit.after.values() if isinstance(f, Feature)]
                 self._foresee(list(zip(named, measured, strict=True)), proposals.judged_by)
             return edit
@@ -341,12 +343,12 @@ def _proposals(
     records: dict[str, Any],
     thresholds: Thresholds,
 ) -> Proposals:
-    """Read and judge facets in a thread.
+    """Read and assess facets. Runs in a worker thread.
 
     Raises
     ------
     OSError, ValueError, KeyError
-        If the file has changed.
+        If the file of the facets has changed.
     """
     with open_arrays(result.out) as arrays:
         of = {name: arrays[name] for name in arrays.files}

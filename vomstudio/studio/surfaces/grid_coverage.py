@@ -1,4 +1,4 @@
-"""Coverage of the grids of a project, without a window."""
+"""Coverage of the grids in a project, without a window."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class GridShare(Result):
     model : str
         Name of the model.
     coverage : FaceCoverage
-        How much of the face was inspected.
+        Coverage of the face by inspected cells.
     """
 
     id: str
@@ -35,9 +35,9 @@ class GridShare(Result):
 
 
 def grid_shares(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
-    """Return the coverage of each grid, and why grids are left out.
+    """Return the coverage of each grid, and the reasons why grids are omitted.
 
-    A grid is left out if its model cannot be read.
+    A grid is omitted if its model cannot be read.
     """
     records = dict(desk.session.records)
     shares: list[GridShare] = []

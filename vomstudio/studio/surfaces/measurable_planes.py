@@ -1,4 +1,4 @@
-"""Planes of maps of measurable planes: typed, the mean of a set, or a feature."""
+"""Planes for maps of measurable planes: entered, the mean of a set, or a feature."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from vomstudio.project.records import get_feature
 from vomstudio.studio.derived_quantities import DerivedQuantities
 
 MEASURABLE, EXPECTED = "measurable", "expected_error"
-"""Fields of a map: the verdict, and the expected error."""
+"""Names of the fields of a map: verdict and expected error."""
 PLANE_PREFIX, SET_PREFIX = "plane:", "set:"
-"""Prefixes of stored planes; other texts are ids of features."""
+"""Prefixes of stored planes; texts without a prefix are ids of features."""
 
 
 def set_names(records: Mapping[str, Any]) -> list[str]:
-    """Return the names of the sets of features."""
+    """Return the names of all sets of features."""
     return sorted({name for r in records.values() if (name := getattr(r, "set_name", ""))})
 
 
 def resolve_plane(
     records: Mapping[str, Any], derived: DerivedQuantities, source: str
 ) -> Plane | None:
-    """Return the plane that a text specifies.
+    """Return the plane that is specified by a text.
 
-    None if the text is not valid, the feature is missing, or the set has no mean.
+    The result is None if the text is not valid, the feature is missing, or the set has no mean.
     """
     if source.startswith(PLANE_PREFIX):
         try:
@@ -51,7 +51,7 @@ def resolve_plane(
 
 
 def map_names(plane: Plane, length: float, *, metric: bool) -> dict[str, str]:
-    """Return the names of the two fields among those of a model."""
+    """Return the names of the two map fields among the fields of a model."""
     unit = "m" if metric else "units"
     plane_text = (
         f"{format_azimuth(plane.dip_direction_deg)}/{plane.dip_deg:02.0f}, L {length:g} {unit}"

@@ -1,4 +1,4 @@
-"""Parts of models as new models; the original does not change."""
+"""Creation of new models from parts of models, which do not change."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vomstudio.studio.running_jobs import Jobs
 
 
 class ModelCutting:
-    """Cut models into pieces that become models of the project."""
+    """Cuts parts out of models and adds them to the project as new models."""
 
     def __init__(self, projects: Projects, models: Models, jobs: Jobs, notices: Notices) -> None:
         self._projects, self._models = projects, models
@@ -31,7 +31,7 @@ class ModelCutting:
     def cut(self, model_id: str, mask: BoolArray) -> None:
         """Create a model of selected faces or points (n,), with textures, colours and fields.
 
-        It is stored in the project's folder and has the placement of the original.
+        The new model is stored in the project folder and has the placement of the original.
         """
         model = get(self._projects.records, model_id, Model)
         opened = self._models.open.get(model_id)

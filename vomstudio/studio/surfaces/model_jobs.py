@@ -1,4 +1,4 @@
-"""Jobs on an open model whose result is then read in a worker thread."""
+"""Jobs on an open model, whose results are read in a worker thread."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ Result = TypeVar("Result")
 
 
 class ModelWork:
-    """Base of the work on an open model. It runs one job at a time; a new job replaces it.
+    """Base class for jobs on an open model. A new job replaces the running one.
 
     Parameters
     ----------
     projects : Projects
     jobs : Jobs
     background : Background
-        Runs the functions that read results.
+        Background that runs the functions reading the results.
 
     Attributes
     ----------
     running : RunningJob or None
-        The current job.
+        Current job, or None.
     findings : tuple of Finding
-        Why the job failed or stopped, or warnings about its result.
+        Reasons why the job failed or was stopped, or warnings about its result.
     changed : Signal
         Emitted when `running` or `findings` changes.
     """
@@ -60,9 +60,9 @@ class ModelWork:
         return job is not None
 
     def _model(self, model_id: str) -> tuple[PlacedModel, Model] | None:
-        """Return a model as jobs read it, with its record.
+        """Return a model as input for jobs, with its record.
 
-        None, with a message, if its file is missing.
+        If the file is missing, a message is set and None is returned.
         """
         standing, record = find_placed_model(self._projects, model_id), None
         if standing is not None:
@@ -100,7 +100,7 @@ class ModelWork:
         self.changed.emit()
 
     def _read(self, work: Callable[[], Result], show: Callable[[Result], None]) -> None:
-        """Run `work` in a worker thread, end the job, and pass the result to `show`."""
+        """Run `work` in a worker thread, then end the job and pass the result to `show`."""
 
         def end(result: Result) -> None:
             self.running = None
@@ -118,7 +118,7 @@ class ModelWork:
 
 
 class ProposalsOnModel(Protocol):
-    """Proposals on a model, with the registration of the model at that time."""
+    """Protocol of proposals on a model, with its registration at the time of the search."""
 
     @property
     def model_id(self) -> str: ...
@@ -131,12 +131,12 @@ ProposalsT = TypeVar("ProposalsT", bound=ProposalsOnModel)
 
 
 class ProposalQueue(ModelWork, Generic[ProposalsT]):
-    """Work that proposes features. The project changes only when proposals are accepted.
+    """Job that proposes features, which change the project only when accepted.
 
     Attributes
     ----------
     proposals : ProposalsT or None
-        The current proposals; None before the first job and after `drop`.
+        Current proposals; None before the first job and after `drop`.
     """
 
     def __init__(self, projects: Projects, jobs: Jobs, background: Background) -> None:
@@ -144,18 +144,18 @@ class ProposalQueue(ModelWork, Generic[ProposalsT]):
         self.proposals: ProposalsT | None = None
 
     def drop(self, *reasons: Finding) -> None:
-        """Discard all proposals, and report why."""
+        """Discard all proposals and report the reasons."""
         self._cancel()
         self._forget()
         self.proposals = None
         self._report(*reasons)
 
     def _forget(self) -> None:
-        """Discard the decisions on the proposals."""
+        """Clear the decisions about the proposals."""
         raise NotImplementedError
 
     def edited(self, edit: Edit) -> None:
-        """Drop the proposals if an edit removed the model or changed its registration."""
+        """Discard the proposals if an edit removed the model or changed its registration."""
         proposals = self.proposals
         if proposals is None:
             return
@@ -168,5 +168,5 @@ class ProposalQueue(ModelWork, Generic[ProposalsT]):
             self._update_open(edit)
 
     def _update_open(self, edit: Edit) -> None:
-        """Reopen accepted proposals that an edit removed, and close those that it restored."""
+        """Reopen accepted proposals whose features an edit removed; close restored ones."""
         raise NotImplementedError

@@ -27,7 +27,7 @@ _NEIGHBOURS = "neighbours"
 
 
 class ModelElements:
-    """Faces and points of the models for the tools (`studio.tools.outcrop_elements`).
+    """Implementation of `studio.tools.outcrop_elements` for the open models.
 
     Parameters
     ----------
@@ -108,11 +108,11 @@ class ModelElements:
         self.hidden_changed.emit(model_id)
 
     def all_hidden(self) -> dict[str, BoolArray]:
-        """Return the hidden elements of each model that has any."""
+        """Return the masks of hidden elements, keyed by model id."""
         return dict(self._hidden)
 
     def hide_all(self, hidden: Mapping[str, BoolArray]) -> None:
-        """Hide exactly these elements of open models whose number of elements is unchanged."""
+        """Hide exactly the marked elements of open models with an unchanged element count."""
         for model_id in {*self._hidden, *hidden}:
             mask, data = hidden.get(model_id), self.data(model_id)
             current = self._hidden.get(model_id)

@@ -1,4 +1,4 @@
-"""Computed fields of open models, shown as colours and kept up to date."""
+"""Computed fields of open models, which are shown as colours and kept up to date."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ DEFAULT_RADIUS_RESOLUTIONS, DEFAULT_TRACE_RESOLUTIONS = 5.0, 100.0
 """Default radius and default trace length, in resolutions of the model."""
 _STYLES: dict[str, dict[str, Any]] = {
     "dip": {"low": 0.0, "high": 90.0},
-    # White is vertical.
+    # White stands for vertical surfaces.
     "steepness": {"low": 30.0, "high": 150.0, "palette": "RdBu_r"},
     "roughness": {"low": 0.0},
     "collinearity": {"low": 0.0},
-    # Yellow marks places that no pick can improve.
+    # Yellow marks positions that no pick can improve.
     EXPECTED: {"low": 0.0, "high": 15.0},
 }
 
@@ -73,9 +73,10 @@ class FieldRequest:
     kind : str
         A key of `extraction.surface_fields.KINDS`, TO_PLANE, TO_MODEL, MEASURABLE or EXPECTED.
     radius_m : float
-        Radius of a field of KINDS, length of a trace for MEASURABLE and EXPECTED, metres.
+        Radius for a field of KINDS, or trace length for MEASURABLE and EXPECTED, metres.
     of : str
-        Id of the feature or other model, or a plane for `measurable_planes.resolve_plane`.
+        Id of the feature or of the other model, or a plane for
+        `measurable_planes.resolve_plane`.
     """
 
     kind: str
@@ -84,7 +85,7 @@ class FieldRequest:
 
     @classmethod
     def from_dict(cls, values: Any) -> FieldRequest | None:
-        """Restore a stored request, None if it is not valid."""
+        """Restore a stored request, or return None if it is not valid."""
         try:
             request = cls(str(values["kind"]), float(values["radius_m"]), str(values["of"]))
         except (KeyError, TypeError, ValueError):
@@ -95,17 +96,17 @@ class FieldRequest:
 
 @dataclass(frozen=True)
 class ShownField:
-    """Field that a model shows.
+    """Field that is shown on a model.
 
     Parameters
     ----------
     wanted : FieldRequest
     name : str
-        Name among the fields of the model.
+        Name of the field in the model.
     rests_on : object
-        Inputs of its values.
+        Inputs on which the values depend.
     palette : str or None
-        Colours selected by the user.
+        Colour map selected by the user.
     findings : tuple of Finding
     """
 
@@ -117,12 +118,12 @@ class ShownField:
 
 
 class ModelFields(ModelWork):
-    """Fields of open models that are computed on request.
+    """Fields of open models, which are computed on request.
 
     Attributes
     ----------
     shown : dict of str to ShownField
-        The field that each model shows, by the id of the model.
+        Field shown on each model, keyed by model id.
     """
 
     def __init__(
@@ -142,7 +143,7 @@ class ModelFields(ModelWork):
 
     # --- availability -------------------------------------------------------------------------
     def why_not(self, model_id: str) -> Finding | None:
-        """Return why no field can be computed for this model; None if one can."""
+        """Return why no field can be computed for a model, or None if one can."""
         opened = self._models.open.get(model_id)
         if opened is None:
             return Finding("model.not-open")
@@ -155,7 +156,7 @@ class ModelFields(ModelWork):
         return None
 
     def likely_radius(self, model_id: str) -> float:
-        """Return five resolutions of a model in metres, with two digits."""
+        """Return five times the resolution of a model in metres, with two digits."""
         opened, record = self._models.open.get(model_id), self._projects.records.get(model_id)
         if opened is None or not isinstance(record, Model) or not opened.resolution:
             return 0.5
@@ -165,16 +166,16 @@ class ModelFields(ModelWork):
         return float(f"{max(radius, 1e-6):.2g}")
 
     def likely_length(self, model_id: str) -> float:
-        """Return the length of a trace worth measuring, metres (section 4.1.3)."""
+        """Return the length of a trace that is worth measuring, metres (section 4.1.3)."""
         ratio = DEFAULT_TRACE_RESOLUTIONS / DEFAULT_RADIUS_RESOLUTIONS
         return float(f"{ratio * self.likely_radius(model_id):.2g}")
 
     def resolve_plane(self, request: FieldRequest) -> Plane | None:
-        """Return the plane of a map of measurable planes, None if it is not available."""
+        """Return the plane of a map of measurable planes, or None if it is not available."""
         return resolve_plane(self._projects.records, self._derived, request.of)
 
     def name_of(self, model_id: str, request: FieldRequest) -> str | None:
-        """Return the name of a field in the model, None if its source is missing."""
+        """Return the name of a requested field in the model, or None if its source is missing."""
         records = self._projects.records
         model = records.get(model_id)
         if not isinstance(model, Model):
@@ -222,7 +223,7 @@ class ModelFields(ModelWork):
         self.changed.emit()
 
     def _request_surface(self, model_id: str, shown: ShownField) -> None:
-        # All fields of a radius are computed together.
+        # All fields with the same radius are computed together.
         model = self._model(model_id)
         if model is None:
             return
@@ -336,8 +337,8 @@ class ModelFields(ModelWork):
             else None
         )
         if arrays:
-            # Fields of another radius or place would clutter the lists. The name may be the same,
-            # but the values differ.
+            # Fields with another radius or position would clutter the lists. They may have the
+            # same name but different values.
             if current_style is not None and current_style.name in self._computed_names.get(
                 model_id, ()
             ):
@@ -365,7 +366,7 @@ class ModelFields(ModelWork):
         self.changed.emit()
 
     def edited(self, edit: Edit) -> None:
-        """Update fields if a model was moved, or the feature changed whose plane is used."""
+        """Update fields if a model was moved or a feature whose plane is used has changed."""
         for model_id, shown in list(self.shown.items()):
             inputs = self._inputs(model_id, shown.wanted)
             if inputs == shown.rests_on:
@@ -391,7 +392,7 @@ class ModelFields(ModelWork):
             self.ask(model_id, request)
 
     def _inputs(self, model_id: str, request: FieldRequest) -> object:
-        """Return the inputs of the values: placements of models, position of a plane."""
+        """Return the inputs on which the values depend, such as placements or a plane."""
         records = self._projects.records
         model = records.get(model_id)
         to_world = model.to_world if isinstance(model, Model) else None
@@ -426,5 +427,5 @@ def statistics(values: GenericArray) -> Mapping[str, float] | None:
 
 
 def field_values(opened: OpenModel, name: str) -> GenericArray | None:
-    """Return the values of a field of an open model."""
+    """Return the values of a field of an open model, or None."""
     return opened.data.fields.get(name)

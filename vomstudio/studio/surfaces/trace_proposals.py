@@ -1,7 +1,7 @@
 """Traces of an open model as proposals.
 
-They are computed in the background, judged like picked traces, and become part of the project
-only when accepted.
+Traces are computed in the background and assessed like picked traces. They are added to the
+project only when they are accepted.
 """
 
 from __future__ import annotations
@@ -40,26 +40,26 @@ from vomstudio.studio.tools.trace import TraceTool
 T = TypeVar("T")
 
 SAME_LINE_RESOLUTIONS = 3.0
-"""Distance within which two lines show the same trace, in resolutions of the model."""
+"""Maximum distance between two lines that represent the same trace, in resolutions of the model."""
 MAX_OFFSET_RESOLUTIONS = 2.0
 MAX_WAY_POINTS, MAX_VERTICES = 12, 60
-"""A few way-points can be dragged by hand; more are used if the line cannot be
-followed between them."""
+"""Maximum number of way-points, which the user can drag, and of vertices if the line cannot be
+followed between way-points."""
 
 
 @dataclass(frozen=True, eq=False)
 class ProposedLine:
-    """Proposed trace.
+    """Proposed trace with its measurement.
 
     Parameters
     ----------
     trace : Trace
-        Without a name.
+        Trace without a name.
     points : (n, 3) float64
-        World.
-    measured : Measurement
+        Points in the World frame.
+        measured : Measurement
     evidence, doubt : float
-        As in `extraction.proposals.traces.Proposal`.
+        See `extraction.proposals.traces.Proposal`.
     """
 
     trace: Trace
@@ -72,10 +72,9 @@ class ProposedLine:
 
 @dataclass(frozen=True, eq=False)
 class ProposedLines:
-    """Proposed traces of a model, the most reliable first.
+    """Proposed traces of a model, in order of decreasing reliability.
 
-    `known` is the number of lines left out because they follow a trace of the project or were
-    rejected.
+    `known` is the number of omitted lines, which follow a trace of the project or were rejected.
     """
 
     model_id: str
@@ -87,7 +86,7 @@ class ProposedLines:
 
     @property
     def provenance(self) -> str:
-        """Describe the search for the notes of accepted traces."""
+        """Description of the search for the notes of accepted traces."""
         return tr(
             "Trace that the program proposed by {cost} (at least {length:.3g} m long)",
             cost=self.options.used_cost,
@@ -96,7 +95,7 @@ class ProposedLines:
 
 
 class Tools(Protocol):
-    """Tools as the proposals use them."""
+    """Protocol of the tools that are used for proposals."""
 
     changed: Signal[()]
 
@@ -111,7 +110,7 @@ class Tools(Protocol):
 
 
 class TraceProposals(ProposalQueue[ProposedLines]):
-    """Traces that are proposed on a model. `changed` is also emitted when `open` changes."""
+    """Traces proposed on a model. `changed` is also emitted when `open` changes."""
 
     def __init__(
         self,
@@ -126,7 +125,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._editing, self._tools, self._thresholds = editing, tools, thresholds
         self._trace_ids: dict[int, str] = {}
         self._rejected: set[int] = set()
-        # Lines in the files' frames, for as long as the program runs.
+        # Rejected lines in the file frames, kept until the program ends.
         self._never: dict[str, list[FloatArray]] = {}
         self._open_before: frozenset[int] = frozenset()
         tools.changed.connect(self._look)
@@ -145,7 +144,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         return frozenset(range(len(self.proposals.lines))) - decided - self._rejected
 
     def rejected_on(self, model_id: str) -> int:
-        """Return how many rejected lines are not proposed on a model again."""
+        """Return the number of rejected lines on a model, which are not proposed again."""
         return len(self._never.get(model_id, ()))
 
     # --- search -------------------------------------------------------------------------------
@@ -167,14 +166,14 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
         order = TracesRequest(
             standing,
-            # Lines that are already traces do not count.
+            # Lines that are already traces are ignored.
             replace(options, max_lines=options.max_lines + len(known_lines)),
             standing.cache / "proposed_traces" / f"{model_id}.npz",
         )
         self._submit(PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), judge)
 
     def _known_lines(self, model_id: str) -> list[FloatArray]:
-        """Return lines that need not be proposed, in the frame of the model's file."""
+        """Return lines that need not be proposed again, in the file frame of the model."""
         traces = [t for t in self._projects.of(Trace) if t.model_id == model_id]
         trace_lines = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
         return [*trace_lines, *self._never.get(model_id, ())]
@@ -205,7 +204,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             for row in accepted_rows
         }
         ids_before = dict(self._trace_ids)
-        # Its own edit must not trigger its listeners.
+        # The edit must not trigger the listeners of this object.
         self._trace_ids.update({row: trace.id for row, trace in traces.items()})
         if not self._editing.attempt(edits.add_features, list(traces.values())):
             self._trace_ids = ids_before
@@ -214,7 +213,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         return [trace.id for trace in traces.values()]
 
     def edit(self, row: int) -> bool:
-        """Open a proposal in the trace tool, following a few way-points.
+        """Open a proposal in the trace tool as a path through a few way-points.
 
         Returns False if another feature is open.
         """
@@ -229,7 +228,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             return False
         line = proposals.lines[row]
         note = tr("{found}, and that was edited.", found=proposals.provenance)
-        # The trace tool has no network to follow.
+        # The trace tool cannot follow the edges of a network.
         cost: str | None = proposals.options.used_cost
         maximum = MAX_WAY_POINTS
         if proposals.options.onnx_model is not None:
@@ -241,7 +240,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         return opened is not None
 
     def reject(self, rows: Collection[int]) -> None:
-        """Never propose these lines again; the project does not change."""
+        """Reject lines, which are not proposed again; the project does not change."""
         proposals = self.proposals
         if proposals is None:
             return
@@ -259,7 +258,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._changed()
 
     def _forget(self) -> None:
-        """Discard the decisions; rejected lines are still not proposed again."""
+        """Clear the decisions; rejected lines are still not proposed again."""
         self._trace_ids, self._rejected = {}, set()
 
     def _update_open(self, edit: Edit) -> None:
@@ -279,7 +278,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
 
 def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
-    """Return the way-points of a proposed line for the trace tool, at most `most`."""
+    """Return up to `maximum` way-points of a proposed line for the trace tool."""
     from vomstudio.extraction.proposals.known_lines import simplify_line
 
     line = np.asarray(trace.vertices, np.float64)
@@ -296,12 +295,12 @@ def _proposed(
     records: dict[str, Any],
     thresholds: Thresholds,
 ) -> ProposedLines:
-    """Read and judge traces in a thread.
+    """Read and assess traces. Runs in a worker thread.
 
     Raises
     ------
     OSError, ValueError, KeyError
-        If the file has changed.
+        If the file of the traces has changed.
     """
     from vomstudio.extraction.proposals.known_lines import are_along_known_lines
 

@@ -1,4 +1,4 @@
-"""Stroke of the brush, from press to release."""
+"""Brush stroke, from pressing to releasing the button."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ from vomstudio.project.records import SURROUNDINGS_RULE, Model, Painted
 from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.studio.tools.painted_area import MAX_DOTS, known_ids, local_corners
 
-# Maximum share of a stroke's time for live measurements.
+# Maximum share of a stroke's duration that is spent on live measurements.
 MAX_LIVE_SHARE = 0.3
 QUICK_FIT_S = 0.01
 
 
 @dataclass(eq=False)
 class Stroke:
-    """Stroke of the brush, which adds to a patch or erases from it.
+    """Brush stroke that adds to a patch or erases from it.
 
     Parameters
     ----------
     selected : (n,) bool
         Faces or points of the model that are in the patch.
     touched : list of float32 arrays
-        Corners of the faces, or every `stride`-th point, that were added or erased.
+        Corners of the added or erased faces, or every `stride`-th added or erased point.
     quick : bool
-        Whether the surface's search tree exists, so that its resolution is available at once.
+        Whether the search tree of the surface exists, so that the resolution is available
+        immediately.
     """
 
     model: Model
@@ -58,13 +59,13 @@ class Stroke:
     def begin(
         cls, hit: Hit, model: Model, surface: PaintSurface, patch: Painted | None, *, removes: bool
     ) -> Stroke:
-        """Start a stroke where the brush first meets a surface; `patch` is the one to change."""
+        """Start a stroke that changes `patch`, at the point where the brush meets a surface."""
         selected = np.zeros(surface.count, np.bool_)
         if patch is not None:
             selected[known_ids(patch, surface.count)] = True
         started = time.perf_counter()
         spacing = surface.resolution_near(np.array([hit.position]))
-        # Until the search tree exists, a single point has to do for live measurements.
+        # Until the search tree exists, live measurements use a single point.
         quick = time.perf_counter() - started < QUICK_FIT_S
         return cls(
             model,
@@ -94,7 +95,7 @@ class Stroke:
         return np.flatnonzero(self.selected)
 
     def figures(self, ids: IntArray, *, whole: bool) -> dict[str, Any]:
-        """Return the fields of a patch that follow from its ids; `whole` for a record."""
+        """Return the patch fields derived from its ids; `whole` includes those of a record."""
         if whole:
             return record_figures(self.surface, ids)
         points, weights = self.surface.weighted(ids)
@@ -104,16 +105,16 @@ class Stroke:
 
     # --- live measurement ---------------------------------------------------------------------
     def due(self, now: float) -> bool:
-        """Return whether a live measurement is due: the patch has changed, and there is time."""
+        """Return whether a live measurement is due because the patch has changed."""
         return self.count != self.measured and now >= self.measured_until
 
     def note_measured(self, started: float) -> None:
-        """Schedule the next live measurement; the longer it takes, the rarer it is."""
+        """Schedule the next live measurement; slow measurements are made less often."""
         now, self.measured = time.perf_counter(), self.count
         self.measured_until = now + (now - started) * (1.0 / MAX_LIVE_SHARE - 1.0)
 
     def area(self) -> Area | None:
-        """Return the touched area as it is drawn."""
+        """Return the touched area for drawing, or None."""
         if not self.touched:
             return None
         if len(self.touched) > 1:
@@ -125,7 +126,7 @@ class Stroke:
 
 
 def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
-    """Return the fields of a patch that follow from the ids (k,) of its faces or points."""
+    """Return the patch fields derived from the ids (k,) of its faces or points."""
     points, weights = surface.weighted(ids)
     patch_moments = moments(points, weights)
     ring: tuple[Any, ...] = ()

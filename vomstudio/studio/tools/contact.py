@@ -23,14 +23,14 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 
 @dataclass(frozen=True)
 class NextContact:
-    """Attributes of the next contact line; fields as in Contact."""
+    """Attributes of the next contact line, with the fields of `Contact`."""
 
     type_id: str = "contact"
     set_name: str = ""
 
 
 class ContactTool(FollowingTool[Contact]):
-    """Picks lines of two points or more, with a feature type of its own."""
+    """Tool for contact lines of two or more points, with its own current feature type."""
 
     name = "contact"
     noun = "contact line"
@@ -63,12 +63,12 @@ class ContactTool(FollowingTool[Contact]):
 
     @property
     def attributes(self) -> NextContact:
-        """Type and set of the open line, else of the next one."""
+        """Type and set of the open line, or else of the next line."""
         line = self._feature
         return self.next if line is None else NextContact(line.type_id, line.set_name)
 
     def choose(self, **values: str) -> None:
-        """Set `type_id` or `set_name` of the next line, and of the open one if it is new."""
+        """Set `type_id` or `set_name` of the next line, and of the open line if it is new."""
         self.next = replace(self.next, **values)
         line = self._feature
         if line is None or self._continued:

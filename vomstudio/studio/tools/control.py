@@ -1,4 +1,4 @@
-"""Tool for control points: a click locates one of them on the model."""
+"""Tool that locates control points on the model by clicks."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from vomstudio.studio.tools.tool_entry import StatelessTool, ToolEntry
 
 
 class ControlTool(StatelessTool):
-    """Locates control points; each click is an edit.
+    """Tool that locates control points; each click is an edit.
 
-    A click locates the current point, then the next point without a location; without such
-    points it creates one, whose coordinates are entered afterwards.
+    A click locates the current point, and the next point without a location becomes current. If
+    there is no such point, a click creates a point, whose coordinates are entered afterwards.
     """
 
     name: ClassVar[str] = "control"
@@ -53,7 +53,7 @@ class ControlTool(StatelessTool):
 
     @property
     def current(self) -> ControlPoint | None:
-        """Point that the next click locates, None for a new one."""
+        """Point that the next click locates, or None if it creates a new point."""
         return get(self._context.session.records, self._current, ControlPoint)
 
     def begin(self) -> None:
@@ -62,7 +62,7 @@ class ControlTool(StatelessTool):
         self._show()
 
     def choose(self, id_: str) -> None:
-        """Select the point to locate next, "" for a new one."""
+        """Select the point that is located next; "" stands for a new point."""
         self._current = id_
         self._show()
         self._context.tool_changed()
@@ -73,9 +73,9 @@ class ControlTool(StatelessTool):
         Parameters
         ----------
         places : mapping of str to (3,) float64
-            World positions by id.
+            Positions in the World frame, keyed by point id.
         radius : float
-            Radius of the ring that marks them, metres.
+            Radius of the ring around each position, metres.
         """
         self._expected, self._radius = places, radius
         self._show()
@@ -143,9 +143,9 @@ class ControlTool(StatelessTool):
         return next(iter(edit.ids))
 
     def _next(self, point: ControlPoint) -> str:
-        """Return the id of the next point without a location, "" if there are none.
+        """Return the id of the next point without a location, or "" if there is none.
 
-        With "", an additional click does not move a point.
+        Because of "", an additional click does not move a point.
         """
         points = [p for p in self._context.session.of(ControlPoint) if p.model_id == point.model_id]
         position = next((i for i, p in enumerate(points) if p.id == point.id), 0)

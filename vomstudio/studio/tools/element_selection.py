@@ -1,4 +1,4 @@
-"""Manual selection of faces or points, with its steps."""
+"""Manual selection of faces or points, with undo and redo."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COMBINATIONS: dict[Combine, str] = {
 }
 MAX_STEPS = 30
 MAX_DRAFT_LENGTH = 4_000_000
-"""Maximum length of a draft in characters; a longer one would bloat the journal."""
+"""Maximum length of a draft in characters, which limits the size of the journal."""
 
 
 def combine_masks(before: BoolArray, addition: BoolArray, how: Combine) -> BoolArray:
@@ -49,12 +49,12 @@ class ElementSelection:
 
     @property
     def last_step(self) -> str | None:
-        """Label of the last step, None if there are none to undo."""
+        """Label of the last step, or None if there is no step to undo."""
         return self._steps[-1][0] if self._steps else None
 
     @property
     def next_step(self) -> str | None:
-        """Label of the last undone step, None if there are none to redo."""
+        """Label of the last undone step, or None if there is no step to redo."""
         return self._ahead[-1][0] if self._ahead else None
 
     def ids(self) -> IntArray:
@@ -62,7 +62,7 @@ class ElementSelection:
         return np.flatnonzero(self.mask)
 
     def change(self, mask: BoolArray, step: str) -> bool:
-        """Select exactly these elements. Return False if they are already selected."""
+        """Select exactly the marked elements. Return False if the selection is unchanged."""
         if np.array_equal(mask, self.mask):
             return False
         self._steps = [*self._steps[1 - MAX_STEPS :], (step, np.packbits(self.mask))]
@@ -80,7 +80,7 @@ class ElementSelection:
         return self._unpacked(self._steps[-1][1])
 
     def undo(self) -> bool:
-        """Undo the last step. Return False if there are none."""
+        """Undo the last step. Return False if there is no step."""
         if not self._steps:
             return False
         step, mask_before = self._steps.pop()
@@ -89,7 +89,7 @@ class ElementSelection:
         return True
 
     def redo(self) -> bool:
-        """Redo the last undone step. Return False if there are none."""
+        """Redo the last undone step. Return False if there is no such step."""
         if not self._ahead:
             return False
         step, mask_after = self._ahead.pop()
@@ -98,7 +98,7 @@ class ElementSelection:
         return True
 
     def settle(self) -> None:
-        """Forget the undone steps."""
+        """Discard the undone steps."""
         self._ahead = []
 
     def _take(self, mask: BoolArray) -> None:
@@ -109,7 +109,7 @@ class ElementSelection:
 
     # --- drafts -------------------------------------------------------------------------------
     def to_dict(self) -> dict[str, Any] | None:
-        """Return data for `from_dict`, None if it would be too long."""
+        """Return plain data for `from_dict`, or None if they would be too long."""
         words = mask_to_dict(self.mask)
         return None if words is None else {"model_id": self.model_id, **words}
 
@@ -123,7 +123,7 @@ class ElementSelection:
 
 
 def mask_to_dict(mask: BoolArray) -> dict[str, Any] | None:
-    """Return plain data for `mask_from_dict`, None if it would be too long."""
+    """Return plain data for `mask_from_dict`, or None if they would be too long."""
     bits = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
     return None if len(bits) > MAX_DRAFT_LENGTH else {"size": len(mask), "bits": bits}
 

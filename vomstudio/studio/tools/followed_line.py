@@ -1,7 +1,7 @@
 """Line that follows a contact from way-point to way-point while it is being picked.
 
-It caches the known legs and requests the others, one way-point to the next. Results that are no
-longer needed are dropped.
+The line caches the known legs between consecutive way-points and requests the missing ones.
+Results that are no longer needed are discarded.
 """
 
 from __future__ import annotations
@@ -27,19 +27,21 @@ class FollowedPath:
     Parameters
     ----------
     points : (n, 3) float64
-        In the model's file frame.
-    photo : str
-        Photo in which the path was followed, "" over the surface.
+        Points in the file frame of the model.
+        photo : str
+        Photo in which the path was followed, or "" if it was followed over the surface.
     voters : tuple of str
-        Other photos that were compared.
+        Names of the other photos that were compared.
     judged, confirmed : int
-        Number of points that these photos could check, and that at least half of them confirm.
+        Number of points that could be checked in these photos, and number of points confirmed by
+        at least half of the photos.
     warnings : tuple of Finding
-        About the path and the photos that checked it.
+        Findings about the path and the photos that were used to check it.
     final : bool
-        False for a path to the cursor, which was not compared with other photos.
+        Whether the path was compared with other photos; False for a path to the cursor.
     costs : (n,) float64 or None
-        Cost of a metre at each point relative to the median around it, None if unknown.
+        Cost per metre at each point relative to the median of its surroundings, or None if
+        unknown.
     """
 
     points: FloatArray
@@ -53,7 +55,7 @@ class FollowedPath:
 
 
 Answer = Callable[[FollowedPath | Finding], None]
-"""Receives a path, or why it was not found."""
+"""Callback that receives a path, or the reason why none was found."""
 Key = tuple[str, str, Point, Point, str]
 Rank = tuple[int, float]
 Range = tuple[int, int]
@@ -66,7 +68,7 @@ class PathFinder(Protocol):
     """Finds paths over models in the background."""
 
     def costs(self, model_id: str) -> tuple[str, ...]:
-        """Return the costs that are available for a model, without its fields."""
+        """Return the names of the costs that are available for a model, except its fields."""
 
     def follow(
         self,
@@ -78,7 +80,7 @@ class PathFinder(Protocol):
         live: bool,
         answer: Answer,
     ) -> None:
-        """Request the path between two places of a model, in its file frame.
+        """Request the path between two points on a model.
 
         Parameters
         ----------
@@ -86,18 +88,18 @@ class PathFinder(Protocol):
         cost : str
             Name of the cost.
         ends : tuple of Point
-            Places in the file frame of the model.
+            End points of the path, in the file frame of the model.
         photo : str
-            Photo in whose pixels it is followed, "" for the surface.
+            Photo in whose pixels the path is followed, or "" to follow it over the surface.
         live : bool
-            Whether only the last of these requests is answered.
+            Whether only the latest of the live requests is answered.
         answer : callable
-            Called later in the caller's thread.
+            Called with the result later, in the caller's thread.
         """
 
 
 class FollowedLine:
-    """Legs of one line.
+    """Line through way-points, with the legs that follow a contact.
 
     Parameters
     ----------
@@ -105,17 +107,19 @@ class FollowedLine:
     found : callable
         Called when a leg is available.
     said : callable
-        Receives why a leg is not available, once per leg.
+        Receives the reason why a leg is not available, once per leg.
     rank : callable
-        Returns the rank, lowest first, of a line (n, 3) on a model with way-points and a cost.
+        Returns the rank of a line (n, 3), given the model, its way-points and the cost; the
+        lowest rank is best.
 
     Attributes
     ----------
     cost : str or None
-        Cost to follow; None for straight legs, AUTO for the one with the best defined plane.
+        Cost that is followed; None for straight legs, AUTO for the cost whose line defines a
+        plane best.
     follows_photos : bool
-        Whether a leg whose end was set in a photo is followed there, if the cost is one of
-        photos.
+        Whether a leg whose end was set in a photo is followed in that photo, if the cost is
+        available for photos.
     """
 
     def __init__(
@@ -135,32 +139,33 @@ class FollowedLine:
         self._live: Key | None = None
 
     def set_photo(self, photo: str, place: Point) -> None:
-        """Record that a way-point, or the cursor, was set in a photo; "" for elsewhere."""
+        """Record the photo in which a way-point or the cursor was set, or "" for no photo."""
         if photo:
             self._photos[place] = photo
         else:
             self._photos.pop(place, None)
 
     def photo_of(self, place: Point) -> str:
-        """Return the photo in which a way-point was set, "" for elsewhere."""
+        """Return the photo in which a way-point was set, or "" for no photo."""
         return self._photos.get(place, "")
 
     def ways(self, model_id: str, way_points: Sequence[Point]) -> list[FollowedPath]:
-        """Return the known legs."""
+        """Return the known legs between way-points."""
         by = self.by(model_id)
         keys = (self._key(model_id, a, b, by) for a, b in pairwise(way_points))
         return [leg for key in keys if (leg := self._legs.get(key)) is not None]
 
     def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> FloatArray:
-        """Return the line (n, 3) through the way-points, straight and requested where unknown.
+        """Return the line (n, 3) through way-points; request unknown legs, which are straight.
 
         Parameters
         ----------
         model_id : str
         way_points : sequence of Point
-            Points in the file frame of the model.
-        live : bool
-            Whether a way-point is being dragged; only the last missing leg is then requested.
+            Way-points in the file frame of the model.
+            live : bool
+            Whether a way-point is being dragged; in this case only the last missing leg is
+            requested.
         """
         points = np.asarray(way_points, np.float64).reshape(-1, 3)
         if self.cost is None or len(points) < 2:
@@ -174,17 +179,17 @@ class FollowedLine:
     def doubtful(
         self, model_id: str, way_points: Sequence[Point], resolution: float, cost: str = ""
     ) -> tuple[Range, ...]:
-        """Return the first and last row in `path` of stretches that may be on another contact.
+        """Find stretches of `path` that may follow another contact (first and last rows).
 
         Parameters
         ----------
         model_id : str
         way_points : sequence of Point
-            Points in the file frame of the model.
-        resolution : float
+            Way-points in the file frame of the model.
+            resolution : float
             Resolution of the model, in the unit of its file.
         cost : str
-            Cost by which it is followed, by default the current one.
+            Cost by which the line is followed, by default the current cost.
         """
         from vomstudio.extraction.path_jumps import find_jumps
 
@@ -200,7 +205,7 @@ class FollowedLine:
         return find_jumps(line[is_new], costs[is_new], np.append(0, at), resolution)
 
     def by(self, model_id: str) -> str:
-        """Return the current cost on a model; for AUTO the best so far."""
+        """Return the current cost on a model, or the best cost so far if it is AUTO."""
         if self.cost != AUTO:
             return self.cost or ""
         costs = self._finder.costs(model_id)
@@ -209,7 +214,7 @@ class FollowedLine:
         return costs[0]
 
     def _update_best_cost(self, model_id: str, way_points: tuple[Point, ...]) -> None:
-        """Determine the best cost, once the line is known for each."""
+        """Determine the best cost, once the line is known for every candidate."""
         costs = self._candidates(model_id, way_points)
         if self._best is not None and self._best[0] == (model_id, way_points, costs):
             return
@@ -231,14 +236,14 @@ class FollowedLine:
             self._best = (model_id, way_points, costs), best
 
     def _candidates(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
-        """Return the candidates for AUTO; for legs in photos only costs of photos."""
+        """Return the candidate costs for AUTO; legs in photos permit only photo costs."""
         costs = self._finder.costs(model_id)
         uses_photos = self.follows_photos and any(self.photo_of(place) for place in way_points)
         photo_costs = tuple(cost for cost in costs if cost in COLOUR_COSTS)
         return photo_costs if uses_photos and photo_costs else costs
 
     def leg(self, model_id: str, one: Point, other: Point, *, live: bool) -> FloatArray | None:
-        """Return the path between two places, None while or if it is not available."""
+        """Return the path between two points, or None while it is not available."""
         if self.cost is None:
             return None
         return self._leg(model_id, one, other, self.by(model_id), live=live)
@@ -277,7 +282,7 @@ class FollowedLine:
         return key in self._legs if leg is None else leg.final
 
     def searching(self, model_id: str, way_points: Sequence[Point]) -> bool:
-        """Return whether a leg between these way-points is pending."""
+        """Return whether any leg between way-points is pending."""
         if self.cost is None:
             return False
         costs = [self.by(model_id)]
@@ -292,7 +297,7 @@ class FollowedLine:
         return any(not self._has(key) for key in keys)
 
     def forget(self) -> None:
-        """Drop all requests."""
+        """Discard all legs and requests."""
         self._requested.clear()
         self._live = None
 
@@ -317,12 +322,12 @@ class FollowedLine:
             self._on_leg()
 
     def _reports(self, key: Key) -> bool:
-        """Return whether to report a finding: one of the candidates for AUTO is enough."""
+        """Return whether to report a failure; for AUTO one available candidate suffices."""
         return self.cost != AUTO or key[1] == self._finder.costs(key[0])[0]
 
 
 def _joined(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -> FloatArray:
-    """Join legs to a line (n, 3), straight where a leg is missing."""
+    """Join legs to a line (n, 3), which is straight where a leg is missing."""
     parts = [
         np.array(ends) if leg is None else leg
         for ends, leg in zip(pairwise(way_points), legs, strict=True)
@@ -332,12 +337,12 @@ def _joined(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -> F
 
 
 def _new_places(line: FloatArray) -> BoolArray:
-    """Return which points (n,) differ from the previous one."""
+    """Return which points (n,) differ from the previous point."""
     return np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
 
 
 def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
-    """Describe the photos of paths and their confirmation by others, None for no paths."""
+    """Describe the photos of paths and their confirmation by other photos, or None."""
     if not legs:
         return None
     text = tr(

@@ -23,22 +23,22 @@ F = TypeVar("F", bound=Picked)
 
 
 class FollowingTool(PolylineTool[F]):
-    """Tool with a followed line: its vertices are way-points, the feature is the path."""
+    """Tool with a followed line: vertices are way-points, and the path is the feature."""
 
     def __init__(self, context: ToolContext) -> None:
         super().__init__(context)
         self._line = FollowedLine(context.paths, self._leg_came, context.report, self._rank)
         self._finish_when_found = False
-        # Clicks for the next feature, None for its end.
+        # Pending clicks for the next feature; None marks its end.
         self._later: list[PointerEvent | None] = []
 
     @property
     def cost(self) -> str | None:
-        """Cost to follow between clicks, None for straight pieces."""
+        """Cost that is followed between clicks, or None for straight pieces."""
         return self._line.cost
 
     def follow(self, cost: str | None) -> None:
-        """Change the cost to follow between clicks, None for straight pieces.
+        """Set the cost that is followed between clicks, or None for straight pieces.
 
         A continued feature is picked point by point.
         """
@@ -52,7 +52,7 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def followed_by(self) -> str | None:
-        """Cost by which the open feature is followed, for AUTO the best so far, or None."""
+        """Cost by which the open feature is followed (for AUTO, the best so far), or None."""
         if self._feature is None or not self.followed:
             return None
         return self._line.by(self._feature.model_id)
@@ -60,7 +60,7 @@ class FollowingTool(PolylineTool[F]):
     def _rank(
         self, model_id: str, points: FloatArray, way_points: Sequence[Point], cost: str
     ) -> tuple[int, float]:
-        """Return the rank of a line (n, 3) in a model's file frame."""
+        """Return the rank of a line (n, 3) in the file frame of a model."""
         from vomstudio.extraction.best_cost import rank_path
 
         model, surface = (
@@ -81,19 +81,19 @@ class FollowingTool(PolylineTool[F]):
         )[0]
 
     def _doubtful(self, feature: F, resolution: float) -> tuple[tuple[int, int], ...]:
-        """Return the first and last row of path stretches that may be on another contact.
+        """Find path stretches that may follow another contact (first and last rows).
 
-        `resolution` is that of the model around it, in file units.
+        `resolution` is that of the model around the feature, in file units.
         """
         return self._line.doubtful(feature.model_id, self._way(feature.vertices), resolution)
 
     @property
     def follows_photos(self) -> bool:
-        """Whether a piece whose end was set in a photo is followed in that photo."""
+        """Whether a piece that ends in a photo is followed in that photo."""
         return self._line.follows_photos
 
     def follow_in_photos(self, enabled: bool) -> None:
-        """Set whether pieces that end in a photo are followed there, or over the surface."""
+        """Set whether pieces that end in a photo are followed in it or over the surface."""
         if enabled == self._line.follows_photos:
             return
         self._line.follows_photos = enabled
@@ -103,9 +103,10 @@ class FollowingTool(PolylineTool[F]):
             self._context.tool_changed()
 
     def pointer(self, event: PointerEvent) -> None:
-        """Handle an event; a place in a photo is recorded with the photo.
+        """Handle a pointer event; a position in a photo is recorded with the photo.
 
-        Clicks while the open feature waits for its path belong to the next feature.
+        Clicks that are made while the path of the open feature is pending belong to the next
+        feature.
         """
         if self._finish_when_found and event.button is Button.LEFT:
             if event.kind is Pointer.DOUBLE_CLICK:
@@ -123,7 +124,7 @@ class FollowingTool(PolylineTool[F]):
     def votes(self) -> str | None:
         """Describe the photos in which the open feature is followed, and their confirmation.
 
-        None if it is not followed in a photo.
+        The result is None if the feature is not followed in a photo.
         """
         if self._feature is None or not self.followed:
             return None
@@ -145,11 +146,11 @@ class FollowingTool(PolylineTool[F]):
         )
 
     def _verdict(self) -> str | None:
-        """Judge only complete paths: straight pieces are provisional."""
+        """Assess only complete paths, because straight pieces are provisional."""
         return None if self.searching else super()._verdict()
 
     def finish(self) -> str | None:
-        """Finish the feature, once pending pieces are available."""
+        """Finish the feature as soon as pending pieces are available."""
         if self._later and self.searching:
             if self._later[-1] is not None:
                 self._later.append(None)
@@ -161,10 +162,11 @@ class FollowingTool(PolylineTool[F]):
         return super().finish()
 
     def _go_on(self) -> None:
-        """Handle the clicks made while the previous feature waited for its path."""
+        """Handle the clicks made while the path of the previous feature was pending."""
         later, self._later = self._later, []
         if self.open:
-            # It could not be finished and showed the reason; the clicks do not belong to it.
+            # The feature could not be finished and has shown the reason; the clicks do not
+            # belong to it.
             return
         while later and not self._finish_when_found:
             event, *later = later
@@ -205,7 +207,7 @@ class FollowingTool(PolylineTool[F]):
         return "Finish" if self._finish_when_found else super().undo_label
 
     def undo(self) -> bool:
-        """Undo the last step; pending clicks first."""
+        """Undo the last step, starting with pending clicks."""
         if self._later:
             self._later.pop()
         elif self._finish_when_found:
@@ -216,7 +218,7 @@ class FollowingTool(PolylineTool[F]):
         return True
 
     def cancel(self) -> None:
-        """Discard pending clicks, otherwise the feature."""
+        """Discard pending clicks, or else the open feature."""
         if self._later:
             self._later = []
             self._show_waiting()
@@ -228,7 +230,7 @@ class FollowingTool(PolylineTool[F]):
         super().forget()
 
     def _hovered(self) -> Point | None:
-        """Return the position of the cursor, None while the feature is being finished."""
+        """Return the position of the cursor, or None while the feature is being finished."""
         return None if self._finish_when_found else super()._hovered()
 
     def _reset(self) -> None:
@@ -259,11 +261,11 @@ class FollowingTool(PolylineTool[F]):
         return feature.but(vertices=vertices[:-1] if is_ring else vertices)
 
     def _way(self, vertices: Sequence[Point]) -> Sequence[Point]:
-        """Return the way-points; those of a ring are closed."""
+        """Return the way-points; a ring is closed by its first way-point."""
         return (*vertices, vertices[0]) if self._closed else vertices
 
     def _followed_words(self, feature: F) -> str:
-        """Return the notes of a followed feature."""
+        """Return the notes for a followed feature."""
         by, count = self._line.by(feature.model_id), len(feature.vertices)
         text = tr("Followed by {cost} through {count} way-points.", cost=by, count=count)
         if self._line.cost == AUTO:
@@ -278,7 +280,7 @@ class FollowingTool(PolylineTool[F]):
 
     # --- drafts ------------------------------------------------------------------------------
     def _cost_state(self) -> dict[str, Any]:
-        """Return the draft's entries about the cost, empty without one."""
+        """Return the entries of a draft about the cost; they are empty if no cost is followed."""
         return {"cost": self._line.cost} if self.followed or self._line.cost else {}
 
     def _state(self, feature: F) -> dict[str, Any]:

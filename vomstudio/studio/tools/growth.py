@@ -1,4 +1,4 @@
-"""Growth of a selection from a click, repeated when its tolerance changes."""
+"""Growth of a selection from a click, which is repeated when a tolerance changes."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ MIN_DISTANCE_M, MAX_DISTANCE_M = 1e-4, 1e4
 ANGLE_STEP_DEG = 2.0
 DISTANCE_FACTOR = 1.2
 DEFAULT_DISTANCE_SPACINGS = 4.0
-"""Default distance in spacings of the model, above its noise."""
+"""Default distance in point spacings of the model, which exceeds its noise."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seed:
-    """Start of a growth, and how to combine its result."""
+    """Seed of a growth, and how its result is combined with the selection."""
 
     hit: Hit
     how: Combine
@@ -39,9 +39,9 @@ class Growth:
     angle_deg : float
         Maximum angle between a face normal and the fitted plane, degrees.
     distance : float or None
-        Maximum distance from the plane, metres; None until a model has suggested one.
+        Maximum distance from the plane, metres; None until it is derived from a model.
     seed : Seed or None
-        Seed of the last piece, None once it is settled.
+        Seed of the last piece, or None once the piece is final.
     """
 
     def __init__(self, context: ToolContext) -> None:
@@ -51,15 +51,15 @@ class Growth:
         self.seed: Seed | None = None
 
     def set_angle(self, degrees: float) -> None:
-        """Set the maximum angle, within the limits."""
+        """Set the maximum angle, limited to the permitted range."""
         self.angle_deg = min(max(float(degrees), MIN_ANGLE_DEG), MAX_ANGLE_DEG)
 
     def set_distance(self, metres: float) -> None:
-        """Set the maximum distance, within the limits."""
+        """Set the maximum distance, limited to the permitted range."""
         self.distance = min(max(float(metres), MIN_DISTANCE_M), MAX_DISTANCE_M)
 
     def turn(self, turns: float, *, distance: bool) -> None:
-        """Change a tolerance by notches of the wheel."""
+        """Change a tolerance by a number of wheel notches."""
         if distance:
             self.set_distance(float(f"{(self.distance or 0.1) * DISTANCE_FACTOR**turns:.2g}"))
         else:
@@ -68,8 +68,8 @@ class Growth:
     def piece(self, hit: Hit, then: Callable[[], None]) -> Piece | None:
         """Grow a piece from a hit.
 
-        None, after a message, if that is not possible, or if the neighbour graph is pending;
-        `then` is called once it is available.
+        Returns None, after a message, if this is not possible or the neighbour graph is not
+        available yet; `then` is called once the graph is available.
         """
         elements = self._context.elements
         model = get(self._context.session.records, hit.model_id, Model)

@@ -1,4 +1,4 @@
-"""Data passed between the viewport and a tool; without Qt and VTK."""
+"""Data that the viewport and a tool exchange, independent of Qt and VTK."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_CLICK_PX = 4.0
 
 
 def is_click(dx: float, dy: float) -> bool:
-    """Return whether a pointer that moved by these logical pixels is still a click.
+    """Return whether a press and release with this movement (logical px) is a click.
 
     A longer movement is a drag. Every view uses this threshold.
     """
@@ -25,7 +25,7 @@ def is_click(dx: float, dy: float) -> bool:
 
 
 class Button(enum.Enum):
-    """A mouse button."""
+    """Mouse button."""
 
     NONE = "none"
     LEFT = "left"
@@ -36,9 +36,10 @@ class Button(enum.Enum):
 class Pointer(enum.Enum):
     """Kind of a pointer event.
 
-    MOVE is sent without a button held. CLICK is press and release within `MAX_CLICK_PX`. DRAG
-    events are sent only for a button that the viewport leaves to the tool (a vertex handle
-    under the cursor). WHEEL is sent only with Ctrl or Shift, to a tool that has requested it.
+    MOVE is sent while no button is pressed. CLICK is a press and release within `MAX_CLICK_PX`.
+    DRAG events are sent only for a button that the viewport passes to the tool (a vertex handle
+    under the cursor). WHEEL is sent only with Ctrl or Shift, and only to a tool that has
+    requested it.
     """
 
     MOVE = "move"
@@ -61,9 +62,9 @@ class Hit:
     ----------
     element : {"face", "point"}
     index : int
-        Index of that face or point.
+        Index of the face or point.
     barycentric : tuple of float, optional
-        Weights of the face's three vertices, None for a point.
+        Weights of the three vertices of the face; None for a point.
     """
 
     model_id: str
@@ -75,18 +76,19 @@ class Hit:
 
 @dataclass(frozen=True)
 class PointerEvent:
-    """Pointer event; pixels are logical, from the viewport's top left corner.
+    """Pointer event; pixels are logical, from the viewport's upper-left corner.
 
     Parameters
     ----------
     handle : int, optional
         Index of the preview's vertex handle under the cursor.
     more : bool
-        Whether another event of the same drag follows at once, so that drawing can wait.
+        Whether another event of the same drag follows immediately, so that drawing can be
+        postponed.
     turns : float
-        Notches of the wheel, positive away from the user.
+        Number of wheel notches, positive for rotation away from the user.
     in_photo : bool
-        Whether x and y are pixels of a photo, not of the viewport.
+        Whether `x` and `y` are pixels of a photo instead of the viewport.
     photo : str
         Name of the photo.
     """
@@ -107,16 +109,16 @@ class PointerEvent:
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """Part of a model's surface as it is drawn.
+    """Part of a model's surface for drawing.
 
     Parameters
     ----------
     origin : (3,) float64
-        World.
-    corners : (k, 3, 3) or (k, 3) float32
-        Triangles, or points, World minus `origin`.
+        Origin in the World frame.
+        corners : (k, 3, 3) or (k, 3) float32
+        Triangles or points, in World coordinates minus `origin`.
     border : (b, 2, 3) float32
-        Edges around it, World minus `origin`.
+        Border edges, in World coordinates minus `origin`.
     """
 
     origin: FloatArray
@@ -131,11 +133,11 @@ class BrushRing:
     Parameters
     ----------
     centre : (3,) float64
-        World.
-    radius : float
-        Metres.
-    normal : (3,) float64 or None
-        Normal of the surface, None if unknown.
+        Centre in the World frame.
+        radius : float
+            Radius in metres.
+        normal : (3,) float64 or None
+        Normal of the surface, or None if it is unknown.
     removes : bool
         Whether the brush erases.
     """
@@ -153,7 +155,7 @@ class Outline:
     Parameters
     ----------
     pixels : tuple of (float, float)
-        Corners in order, logical, from the viewport's top left corner.
+        Corners in order, in logical pixels from the upper-left corner of the viewport.
     closed : bool
         Whether the last corner is joined to the first.
     takes_away : bool
@@ -167,34 +169,35 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """Preview of an unfinished tool, in World (float64).
+    """Preview of an unfinished feature, in the World frame (float64).
 
     Parameters
     ----------
     line : (k, 3) float64
-        Vertices joined in order, which are also handles.
+        Vertices of the line, which are also handles.
     rubber : (3,) float64, optional
         End of the rubber band from the last vertex.
     patch : (c, 3) float64, optional
-        Corners of the live plane's patch (a convex ring).
+        Corners of a convex polygon that shows the live plane.
     marked : int, optional
         Index of the vertex that Delete removes.
     color : tuple of float
-        RGB, 0 to 1.
+        RGB colour, each component from 0 to 1.
     reading : tuple of str
         Lines of text beside the cursor, the most important first.
     verdict : {"good", "doubtful", "poor"}, optional
-        None if nothing can be judged yet.
+        Verdict on the feature, or None if it cannot be assessed yet.
     brush : BrushRing, optional
-        Brush over the surface.
+        Brush ring over the surface.
     area : Area, optional
         Painted or selected area.
     path : (n, 3) float64, optional
-        Path through the vertices of `line` in place of straight pieces.
+        Path through the vertices of `line`, which replaces the straight pieces.
     ahead : (m, 3) float64, optional
-        Path from the last vertex to `rubber` in place of a straight band.
+        Path from the last vertex to `rubber`, which replaces the straight rubber band.
     doubtful : tuple of (k, 3) float64
-        Parts of `path` that may be on another contact, drawn dashed in the colour of doubt.
+        Parts of `path` that may follow another contact; they are drawn dashed in a warning
+        colour.
     outline : Outline, optional
         Shape that is being drawn around a selection.
     """
@@ -223,11 +226,11 @@ class Discarded:
     tool, label : str
         Name of the tool, and a label like that of an edit.
     bring_back : callable
-        Restores it. Returns False, after showing the reason, if that is not possible.
+        Restores the work. Returns False, after showing the reason, if this is not possible.
     untouched : callable
-        Returns whether it is open and unchanged since it was restored.
+        Returns whether the work is open and unchanged since it was restored.
     after : int, optional
-        Number of the last edit before it was discarded, by default the latest.
+        Number of the last edit before the work was discarded, by default the latest edit.
     """
 
     tool: str

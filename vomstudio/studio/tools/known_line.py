@@ -1,6 +1,7 @@
-"""Tool for known lines: two clicks on a line that is level, vertical or measured.
+"""Tool for known lines, which are picked by two clicks.
 
-Planes and lines with compass readings are selected among the features.
+A known line is level, vertical or measured. Planes and lines with compass readings are selected
+among the features.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ _HINTS = {
 
 
 class KnownLineTool(PolylineTool[KnownLine]):
-    """Picks known lines, which end with the second point; their values are entered beside.
+    """Tool for known lines of two points, whose values are entered in the panel.
 
-    The kind "plane" stands for all compass readings, of planes and lines.
+    The kind "plane" stands for all compass readings, including those of lines.
     """
 
     name = "known_line"
@@ -53,7 +54,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
 
     @property
     def kind(self) -> KnownKind:
-        """Kind of the open line, else of the next one."""
+        """Kind of the open line, or else of the next line."""
         return self._feature.kind if self._feature else self.next_kind
 
     @property
@@ -62,7 +63,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         return self._feature is None and self.next_kind == "plane"
 
     def choose(self, kind: KnownKind) -> None:
-        """Set the kind of the next line, and of the open one if it is new."""
+        """Set the kind of the next line, and of the open line if it is new."""
         self.next_kind = kind
         open_one = self._feature
         clicked = any(kind == each for each, _ in CLICKED)
@@ -71,7 +72,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         self._context.tool_changed()
 
     def continue_feature(self, feature_id: str) -> None:
-        """Continue a feature, unless it is a reading, which has no vertices."""
+        """Continue a feature, except a compass reading, which has no vertices."""
         line = get(self._context.session.records, feature_id, KnownLine)
         if line is not None and line.is_read:
             raise DocumentError(Finding("line.from-compass", name=line.name))
@@ -98,7 +99,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
-        """Do nothing: a line has no vertices between its ends."""
+        """Do nothing, because a known line has no vertices between its ends."""
 
     def _edit(self, feature: KnownLine) -> Edit:
         if (why := self.why_not_finish()) is not None:

@@ -1,4 +1,4 @@
-"""Tool for lineations: clicks give trend and plunge, rake on a plane, or slip."""
+"""Tool for lineations, which yield trend and plunge, rake on a plane, or slip."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 
 @dataclass(frozen=True)
 class NextLine:
-    """Attributes of the next line; fields as in Lineation."""
+    """Attributes of the next line, with the fields of `Lineation`."""
 
     type_id: str = "lineation"
     set_name: str = ""
@@ -37,9 +37,9 @@ class NextLine:
 
 
 class LineTool(PolylineTool[Lineation]):
-    """Picks lineations of two points or more, with a feature type of its own.
+    """Tool for lineations of two or more points, with its own current feature type.
 
-    The other tools measure planes.
+    The types are separate because the other tools measure planes.
     """
 
     name = "line"
@@ -73,14 +73,14 @@ class LineTool(PolylineTool[Lineation]):
 
     @property
     def attributes(self) -> NextLine:
-        """The attributes of the open line, else of the next one."""
+        """Attributes of the open line, or else of the next line."""
         line = self._feature
         if line is None:
             return self.next
         return NextLine(line.type_id, line.set_name, line.plane_id, line.slip)
 
     def choose(self, **values: str) -> None:
-        """Set attributes of the next line, and of the open one if it is new.
+        """Set attributes of the next line, and of the open line if it is new.
 
         A sense of slip requires a plane.
         """
@@ -132,7 +132,7 @@ class LineTool(PolylineTool[Lineation]):
         }
 
     def forget(self) -> None:
-        """Return to the default attributes: types, sets and planes belong to a project."""
+        """Reset the attributes, because types, sets and planes belong to a project."""
         super().forget()
         self.next = NextLine()
 
@@ -177,7 +177,7 @@ class LineTool(PolylineTool[Lineation]):
         at = self._hovered()
         live = count == 1 and at is not None and at != self.vertices[0]
         if live and self._feature is not None and at is not None:
-            # The cursor is the second point.
+            # The cursor is used as the second point.
             measured = self._context.measure(replace(self._feature, vertices=(*self.vertices, at)))
         if measured is None or measured.line is None or measured.line_fit is None:
             if count < 2 or measured is None or not measured.problem:

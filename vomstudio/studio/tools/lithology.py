@@ -1,4 +1,4 @@
-"""Tool for lithologies: clicks outline a part of the outcrop that is one rock."""
+"""Tool for lithologies, which outlines a part of the outcrop that consists of one rock."""
 
 from __future__ import annotations
 
@@ -24,15 +24,17 @@ from vomstudio.studio.tools.polyline import points_text
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 MAX_SYNCHRONOUS_FACES = 30_000
-"""Number of faces up to which the area inside an outline takes a few hundredths of a second."""
+"""Maximum number of faces for which the area inside an outline is computed immediately, within a
+few hundredths of a second."""
 _Outline = tuple[str, tuple[Point, ...]]
-"""Id of the model, and the vertices around an area."""
+"""Id of the model, and the vertices of the outline."""
 
 
 class LithologyTool(FollowingTool[Lithology]):
-    """Picks outlines of three points or more.
+    """Tool for outlines of three or more points.
 
-    On a large model the area inside is computed in the background, one outline at a time.
+    On a large model, the area inside an outline is computed in the background, one outline at a
+    time.
     """
 
     name = "lithology"
@@ -57,7 +59,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     @property
     def lithology(self) -> str:
-        """The rock of the open area, else of the next one."""
+        """Rock of the open area, or else of the next area."""
         return self._feature.lithology if self._feature else self.next_lithology
 
     def hint(self) -> str:
@@ -80,7 +82,7 @@ class LithologyTool(FollowingTool[Lithology]):
         return Finding("feature.too-few-points", count=missing, minimum=3)
 
     def choose(self, lithology: str) -> None:
-        """Set the rock of the next area, and of the open one if it is new."""
+        """Set the rock of the next area, and of the open area if it is new."""
         self.next_lithology = lithology
         feature = self._feature
         if feature is None or self._continued or feature.lithology == lithology:
@@ -115,7 +117,7 @@ class LithologyTool(FollowingTool[Lithology]):
         self.measurement = self._context.measure(complete) if complete.vertices else None
 
     def _area(self, outline: _Outline) -> float | None:
-        """Return the area inside an outline; None, after a request, while unknown."""
+        """Return the area inside an outline, or request it and return None if it is unknown."""
         if self._cached_area is None or self._cached_area[0] != outline:
             if len(outline[1]) < 3 or self._context.surface(outline[0]) is None:
                 return None

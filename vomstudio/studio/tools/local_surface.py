@@ -25,7 +25,7 @@ def measure_surroundings(
 ) -> tuple[float | None, Point | None]:
     """Return the typical spacing and the outcrop normal (3,) around the vertices.
 
-    Both are in the model's file frame and unit, None if unknown.
+    Both are in the file frame and unit of the model; None if unknown.
     """
     points = np.asarray(vertices, dtype=np.float64)
     outcrop_normal = surface.outcrop_normal(points) if len(points) > 1 else None
@@ -38,13 +38,13 @@ def measure_surroundings(
 
 
 def features_of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
-    """Return features whose surroundings were measured by an earlier rule."""
+    """Return the features whose surroundings were measured by an earlier rule."""
     features = records.of(Feature) if isinstance(records, RecordMap) else records.values()
     return [r for r in features if isinstance(r, Surrounded) and r.rule < SURROUNDINGS_RULE]
 
 
 def find_model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
-    """Return id and hash of the model if a feature was measured by an earlier rule, else None."""
+    """Return id and hash of the model of a feature measured by an earlier rule, or None."""
     if isinstance(record, Surrounded) and record.rule < SURROUNDINGS_RULE:
         return record.model_id, record.model_hash
     return None

@@ -1,4 +1,4 @@
-"""Tool for measurements: distances, polylines, areas and thicknesses across a plane."""
+"""Tool for measuring distances, polylines, areas and thicknesses across a plane."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _HINTS = {
 
 
 class MeasureTool(PolylineTool[Dimension]):
-    """Picks measurements; a distance or thickness ends with the second point."""
+    """Tool for measurements; a distance or thickness ends with the second point."""
 
     name = "measure"
     noun = "measurement"
@@ -51,12 +51,12 @@ class MeasureTool(PolylineTool[Dimension]):
 
     @property
     def kind(self) -> DimensionKind:
-        """Kind of the open measurement, else of the next one."""
+        """Kind of the open measurement, or else of the next one."""
         return self._feature.kind if self._feature else self.next_kind
 
     @property
     def plane_id(self) -> str:
-        """Plane across which a thickness is measured; "" for none."""
+        """Id of the plane across which a thickness is measured, or "" for no plane."""
         return self._feature.plane_id if self._feature else self.next_plane_id
 
     def hint(self) -> str:
@@ -88,7 +88,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return None
 
     def choose(self, kind: DimensionKind | None = None, plane_id: str | None = None) -> None:
-        """Set kind or plane of the next measurement, and of the open one if it is new."""
+        """Set the kind or plane of the next measurement, and of the open one if it is new."""
         self.next_kind = self.next_kind if kind is None else kind
         self.next_plane_id = self.next_plane_id if plane_id is None else plane_id
         open_one = self._feature
@@ -150,7 +150,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return {"kind": feature.kind, "plane_id": feature.plane_id}
 
     def forget(self) -> None:
-        """Reset for the next project, which does not have this project's planes."""
+        """Reset for another project, because the plane belongs to this project."""
         super().forget()
         self.next_plane_id = ""
 
@@ -178,7 +178,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return self.kind == "area" and len(self.vertices) > 2
 
     def _patch(self) -> FloatArray | None:
-        """Return the plane across which a thickness is measured, through its base."""
+        """Return an outline of the plane of a thickness, through the base of the measurement."""
         plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
         measured = self._live()
         if plane is None or plane.plane is None or measured is None or len(measured.points) < 2:

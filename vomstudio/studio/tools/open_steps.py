@@ -1,4 +1,4 @@
-"""Steps of an unfinished feature."""
+"""Steps of an unfinished feature, with undo and redo."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ class SteppedFeature(Generic[F]):
         raise NotImplementedError
 
     def _show(self) -> None:
-        """Draw the feature, or nothing if none is open."""
+        """Draw the open feature, or remove the drawing if no feature is open."""
         raise NotImplementedError
 
     def _state(self, feature: F) -> dict[str, Any]:
-        """Return the draft."""
+        """Return the draft of a feature."""
         raise NotImplementedError
 
     def _close(self) -> bool:
-        """Close the feature with its draft. Return False if that cannot be written."""
+        """Close the feature and its draft. Return False if this cannot be written."""
         raise NotImplementedError
 
     def cancel(self) -> None:
@@ -70,17 +70,17 @@ class SteppedFeature(Generic[F]):
 
     @property
     def feature(self) -> F | None:
-        """The open feature, None without one."""
+        """Open feature, or None if no feature is open."""
         return self._feature
 
     @property
     def continued(self) -> bool:
-        """Whether the open feature is a continued feature of the document."""
+        """Whether the open feature is a feature of the document that is being continued."""
         return self._continued
 
     @property
     def vertices(self) -> tuple[Point, ...]:
-        """Vertices of the open feature, in the model's file frame."""
+        """Vertices of the open feature, in the file frame of the model."""
         return self._feature.vertices if self._feature else ()
 
     @property
@@ -102,7 +102,7 @@ class SteppedFeature(Generic[F]):
 
     # --- steps -------------------------------------------------------------------------------
     def mark(self, index: int | None) -> None:
-        """Mark the vertex that Delete removes; None for none."""
+        """Mark the vertex that the Delete key removes, or remove the mark if None."""
         if index != self.current_vertex:
             self.current_vertex = index
             self._show()
@@ -120,7 +120,7 @@ class SteppedFeature(Generic[F]):
         self._set_vertices(tuple(changed), index)
 
     def delete_vertex(self, index: int | None = None) -> None:
-        """Delete a vertex, by default the marked one."""
+        """Delete a vertex, by default the marked vertex."""
         at = self.current_vertex if index is None else index
         if self._feature is None or at is None or not 0 <= at < len(self.vertices):
             return
@@ -131,7 +131,7 @@ class SteppedFeature(Generic[F]):
             self.cancel()
 
     def undo(self) -> bool:
-        """Undo the last step of the open feature. Return False if there are none."""
+        """Undo the last step of the open feature. Return False if there is no step."""
         if self._feature is None or self.undo_label is None:
             return False
         ahead = [*self._ahead, (self._feature, self._steps)]
@@ -145,12 +145,12 @@ class SteppedFeature(Generic[F]):
         return True
 
     def redo(self) -> bool:
-        """Redo the last undone step. Return False if there are none."""
+        """Redo the last undone step. Return False if there is no such step."""
         if not self._ahead:
             return False
         *remaining, (feature, steps) = self._ahead
         if self._feature is not None:
-            # Its type may have been changed meanwhile.
+            # The type of the feature may have been changed in the meantime.
             feature = self._feature.but(vertices=feature.vertices)
         stored = self._context.session.records.get(feature.id)
         self._continued = isinstance(stored, self.record)
@@ -169,7 +169,7 @@ class SteppedFeature(Generic[F]):
         self._keep(feature, [*self._steps, self.vertices], mark)
 
     def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
-        """Write the draft, then store and show the feature; without a draft nothing changes."""
+        """Write the draft, then store and show the feature. Change nothing if writing fails."""
         try:
             self._context.session.set_draft(self._state(feature))
         except VomError as error:

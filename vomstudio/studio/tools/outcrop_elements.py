@@ -1,4 +1,4 @@
-"""Faces and points of the models as the tools see them."""
+"""Faces and points of the models, as provided to the tools."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ if TYPE_CHECKING:
 
 
 class OutcropElements(Protocol):
-    """Elements are the faces of a mesh or the points of a cloud, by their rows in the file."""
+    """Access to elements: the faces of a mesh or points of a cloud, by row in the file."""
 
     def looking(self) -> ViewSnapshot | None:
-        """Return the current view of the outcrop, None if nothing is drawn."""
+        """Return the current view of the outcrop, or None if nothing is drawn."""
 
     def shown(self) -> list[str]:
-        """Return the ids of the models that are open and visible."""
+        """Return the ids of the open and visible models."""
 
     def data(self, model_id: str) -> Mesh | PointCloud | None:
-        """Return the data of a model, None if it is not open."""
+        """Return the data of a model, or None if the model is not open."""
 
     def spacing(self, model_id: str) -> float:
-        """Return the typical spacing of neighbours in the file's unit, 0 if unknown."""
+        """Return the typical spacing of neighbours in the unit of the file, or 0 if unknown."""
 
     def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
         """Return the neighbour graph, or why it cannot be built.
 
-        None while it is built in the background, after which `then` is called.
+        Returns None while the graph is built in the background, after which `then` is called.
         """
 
     def hidden(self, model_id: str) -> BoolArray | None:
-        """Return which elements (n,) are hidden, None for none."""
+        """Return which elements (n,) are hidden, or None if all are visible."""
 
     def hide(self, model_id: str, hidden: BoolArray | None) -> None:
-        """Hide exactly these elements; None shows everything."""
+        """Hide exactly the marked elements; None shows all."""
 
     def cut_out(self, model_id: str, mask: BoolArray) -> None:
-        """Create a model of these elements in the background; the original remains."""
+        """Create a model of the marked elements in the background; the original remains."""

@@ -1,4 +1,4 @@
-"""Painted parts of a model's surface as they are drawn."""
+"""Painted parts of a model's surface for drawing."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.records import Model, Painted
 from vomstudio.studio.tools.interaction_types import Area
 
-# More points of a cloud would only cover each other.
+# Additional points of a cloud would only cover each other.
 MAX_DOTS = 20_000
-# Maximum numbers of selected faces that are filled, and that have a border.
+# Maximum number of selected faces that are filled, and that are drawn with a border.
 MAX_FILLED_FACES = 120_000
 MAX_BORDERED_FACES = 30_000
 
 
 def known_ids(patch: Painted, count: int) -> IntArray:
-    """Return the indices (k,) of a patch that exist in a model with `count` elements."""
+    """Return the element indices (k,) of a patch that exist in a model of `count` elements."""
     ids = runs_to_ids(patch.runs)
     return ids[ids < count]
 
 
 def local_corners(corners: FloatArray, model: Model, origin: FloatArray) -> Float32Array:
-    """Return points (k, 3) or (k, 3, 3) of a model's file frame in World minus `origin`."""
+    """Transform points (k, 3) or (k, 3, 3) of a file frame to World minus `origin`."""
     rows = transform.matrix(model.to_world)
     near = transform.apply(transform.invert(rows), [origin])[0]
     x, y, z = (corners.reshape(-1, 3) - near).astype(np.float32).T
     local = np.empty((len(x), 3), np.float32)
-    # Axis by axis: a matrix product of so many short rows takes ten times as long.
+    # Computed axis by axis, because a matrix product of many short rows takes ten times as long.
     for axis, (a, b, c) in enumerate(rows[:3, :3].astype(np.float32)):
         local[:, axis] = a * x + b * y + c * z
     return local.reshape(corners.shape)
 
 
 def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
-    """Return a patch as it is drawn, None if the model has none of its elements."""
+    """Return a patch for drawing, or None if the model has none of its elements."""
     ids = known_ids(patch, surface.count)
     if not len(ids) or surface.element != patch.element:
         return None
@@ -56,9 +56,9 @@ def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | No
 
 
 def enclosed_area(ring: FloatArray, model: Model, surface: PaintSurface) -> Area | None:
-    """Return the area inside an outline (n, 3) in the model's file frame, without a border.
+    """Return the area inside an outline (n, 3) in the file frame, without a border.
 
-    None if it is unknown, as for point clouds.
+    The result is None if the area is unknown, as it is for point clouds.
     """
     corners = surface.part_inside(ring)
     if corners is None or not len(corners):
@@ -69,9 +69,9 @@ def enclosed_area(ring: FloatArray, model: Model, surface: PaintSurface) -> Area
 
 
 def selection_area(ids: IntArray, model: Model, surface: PaintSurface) -> Area:
-    """Return selected faces or points as they are drawn, quickly for any number.
+    """Return selected faces or points for drawing; fast for any number of elements.
 
-    Many faces are drawn as dots, and only few have a border.
+    If there are many faces, they are drawn as dots. Only a few faces have a border.
     """
     border = np.zeros((0, 2, 3))
     if surface.element == "face" and len(ids) <= MAX_BORDERED_FACES:

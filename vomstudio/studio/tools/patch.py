@@ -1,9 +1,9 @@
-"""Patch tool: a round brush selects the faces or points of one surface.
+"""Patch tool, a round brush that selects the faces or points of one surface.
 
-A state machine without Qt or VTK. A stroke is press, drag and release, and one edit of the
-document: the first creates the patch, later ones change it, so that undo reverts strokes and no
-painted area can be lost. Only an unfinished stroke is `open`; `current` is the patch that the
-next stroke changes.
+The tool is a state machine without Qt or VTK. A stroke consists of a press, a drag and a
+release, and is one edit of the document. The first stroke creates the patch and later strokes
+change it, so that undo reverts strokes and no painted area can be lost. Only an unfinished
+stroke is `open`; `current` is the patch that the next stroke changes.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from vomstudio.studio.tools.tool_entry import NoSteps, ToolEntry
 
 MIN_RADIUS_M, MAX_RADIUS_M = 1e-3, 1e4
 RADIUS_FACTOR = 1.25
-# The first brush has this share of the model's size.
+# Initial size of the brush as a share of the model size.
 DEFAULT_RADIUS_SHARE = 1.0 / 80.0
 ERASER_COLOR = (1.0, 1.0, 1.0)
 _HINT_NEW = to_translate(
@@ -60,7 +60,7 @@ _HINT_ERASES = to_translate(
 
 
 class PatchTool(NoSteps):
-    """Paints patches, see the module."""
+    """Tool that paints patches; see the module."""
 
     name = "patch"
     paints = True
@@ -87,17 +87,17 @@ class PatchTool(NoSteps):
 
     @property
     def current(self) -> Patch | None:
-        """Patch that the next stroke changes, None if it creates one."""
+        """Patch that the next stroke changes, or None if it creates a new patch."""
         return get(self._context.session.records, self._id, Patch)
 
     @property
     def continued(self) -> bool:
-        """The current patch existed before this tool continued it."""
+        """Whether the current patch existed before this tool continued it."""
         return self._original is not None and self.current is not None
 
     @property
     def radius(self) -> float:
-        """Radius of the brush, m."""
+        """Radius of the brush, metres."""
         return self._radius if self._radius is not None else 0.1
 
     @property
@@ -130,7 +130,7 @@ class PatchTool(NoSteps):
 
     # --- the brush ---------------------------------------------------------------------------
     def set_radius(self, metres: float) -> None:
-        """Set the radius of the brush, m, within the allowed limits."""
+        """Set the radius of the brush in metres, limited to the permitted range."""
         metres = min(max(float(metres), MIN_RADIUS_M), MAX_RADIUS_M)
         if metres != self._radius:
             self._radius = metres
@@ -146,7 +146,7 @@ class PatchTool(NoSteps):
         self.set_radius(_two_digits(self.radius / RADIUS_FACTOR))
 
     def set_removing(self, removing: bool) -> None:
-        """Set whether strokes erase; Ctrl reverses it."""
+        """Set whether strokes erase; Ctrl inverts the setting."""
         self.removing = removing
         self._show()
         self._context.tool_changed()
@@ -227,7 +227,7 @@ class PatchTool(NoSteps):
         self._context.tool_changed()
 
     def _keep(self, stroke: Stroke) -> None:
-        """Apply the stroke as an edit."""
+        """Apply a finished stroke as an edit."""
         session, patch = self._context.session, self.current
         ids = stroke.ids()
         if not len(ids):
@@ -245,7 +245,7 @@ class PatchTool(NoSteps):
         self._context.created(painted.id)
 
     def _measure_live(self) -> None:
-        """Fit the painted area, unless that was just done and takes long."""
+        """Fit a plane to the painted area, unless a slow fit was made just before."""
         stroke, started = self._stroke, time.perf_counter()
         if stroke is None or not stroke.due(started):
             return
@@ -272,11 +272,11 @@ class PatchTool(NoSteps):
         self._context.tool_changed()
 
     def undo(self) -> bool:
-        """Return False: a stroke that is being painted can only be released or discarded."""
+        """Return False, because an unfinished stroke can only be released or discarded."""
         return self._down
 
     def finish(self) -> str | None:
-        """Finish the patch; the next stroke starts another one."""
+        """Finish the patch; the next stroke creates a new patch."""
         if self._down:
             self._release()
         patch = self.current
@@ -287,9 +287,9 @@ class PatchTool(NoSteps):
         return patch.id
 
     def cancel(self) -> None:
-        """Discard the stroke that is being painted, else all strokes since the start.
+        """Discard the unfinished stroke, or else all strokes of the current patch.
 
-        Undo restores them.
+        Undo restores the strokes.
         """
         if self._down:
             self._discard_stroke()
@@ -315,7 +315,7 @@ class PatchTool(NoSteps):
         self._given_up = (top, patch.id, original)
 
     def _discard_stroke(self) -> None:
-        """Discard the stroke that is being painted; undo restores it."""
+        """Discard the unfinished stroke, which undo restores."""
         stroke, self._down, self._stroke, self._live = self._stroke, False, None, None
         self._show()
         self._context.tool_changed()
@@ -335,7 +335,7 @@ class PatchTool(NoSteps):
         self._context.discarded(Discarded(self.name, "Discard the stroke", paint, lambda: False))
 
     def leave(self) -> None:
-        """Finish the stroke that is being painted, before another tool becomes active."""
+        """Finish an unfinished stroke before another tool becomes active."""
         if self._down:
             self._release()
         self._reset()
@@ -343,7 +343,7 @@ class PatchTool(NoSteps):
         self._context.show(None)
 
     def forget(self) -> None:
-        """Reset because the project is being closed; finished strokes are in its journal."""
+        """Reset because the project is being closed; its journal contains finished strokes."""
         self._down, self._stroke = False, None
         self._reset()
         self._given_up = None
@@ -351,17 +351,17 @@ class PatchTool(NoSteps):
 
     def _reset(self) -> None:
         self._id, self._original, self._live, self._measured = None, None, None, None
-        # The next stroke starts a patch, from which nothing can be erased.
+        # The next stroke creates a patch, from which nothing can be erased.
         self.removing = False
         self._show()
         self._context.tool_changed()
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Return False: there are no drafts because strokes are edits."""
+        """Return False, because strokes are edits and there are no drafts."""
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Set feature type and set of the current patch, unless it was continued."""
+        """Set the feature type and set of the current patch, unless it was continued."""
         patch = self.current
         if patch is None or self.continued:
             return
@@ -379,7 +379,7 @@ class PatchTool(NoSteps):
         self._show()
 
     def document_changed(self) -> None:
-        """Continue with the patch that undo has changed or restored."""
+        """Continue with a patch that undo has changed or restored."""
         given_up = self._given_up
         if self._id is None and given_up and given_up[0] == self._context.session.top:
             _, self._id, self._original = given_up
@@ -452,7 +452,7 @@ _PAINTED = (
 
 
 def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:
-    """Create an empty patch of the next type and set."""
+    """Create an empty patch with the next feature type and set."""
     zero = (0.0, 0.0, 0.0)
     return Patch(
         id=new_id("patch"),
@@ -471,7 +471,7 @@ def new_patch(context: ToolContext, model: Model, element: Literal["face", "poin
 
 
 def _round(length: float) -> float:
-    """Round to the nearest 1, 2 or 5 times a power of ten."""
+    """Round a length to the nearest 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(max(length, 1e-300)))
     return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(step - length / power)))
 

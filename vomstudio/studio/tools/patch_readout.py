@@ -1,4 +1,4 @@
-"""Text beside the brush: attitude, error and indices of the painted area."""
+"""Text beside the brush, with the attitude, error and indices of the painted area."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.studio.tools.tool_context import ToolContext
 def patch_reading(
     context: ToolContext, measurement: Measurement | None, *, painting: bool
 ) -> tuple[str, ...]:
-    """Return the lines of text; they are short while `painting`."""
+    """Return the lines of text, which are abbreviated while `painting`."""
     if measurement is None:
         return ()
     fit, verdict = measurement.fit, measurement.verdict
@@ -28,7 +28,8 @@ def patch_reading(
         else f"{area_text(measurement.area_m2, metric=measurement.metric)}   n {fit.n}"
     )
     if painting:
-        # The text must not cover the next part of the surface; the panel shows the rest.
+        # The text must not cover the surface that is painted next; the panel shows the remaining
+        # values.
         return (context.format_attitude(measurement),)
     return (
         context.format_attitude(measurement),

@@ -1,7 +1,7 @@
 """Base class of tools that pick vertices: a state machine without Qt or VTK.
 
-It is idle until the first click or until a feature is continued; then exactly one of `finish`
-or `cancel` ends it. Every step is written to the journal as a draft before it is shown.
+A tool is idle until the first click or until a feature is continued. Then either `finish` or
+`cancel` ends it. Every step is written to the journal as a draft before it is shown.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ BLANK_COLOR = "#e69f00"
 
 
 class PolylineTool(SteppedFeature[F]):
-    """Tool that picks vertices; the unfinished feature is a record outside the document.
+    """Tool that picks vertices; the unfinished feature is not part of the document.
 
     Attributes
     ----------
     noun : str
-        Name of the feature in labels of undo, "" for `name`.
+        Name of the feature in undo labels; "" stands for `name`.
     """
 
     name: ClassVar[str]
@@ -63,11 +63,11 @@ class PolylineTool(SteppedFeature[F]):
         raise NotImplementedError
 
     def _edit(self, feature: F) -> Edit:
-        """Create the edit that stores the feature. Raises VomError if it is not valid."""
+        """Create the edit that stores a feature. Raises VomError if the feature is not valid."""
         raise NotImplementedError
 
     def _more_state(self, feature: F) -> dict[str, Any]:
-        """Return the draft's entries besides the vertices."""
+        """Return the entries of a draft other than the vertices."""
         raise NotImplementedError
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> F:
@@ -87,11 +87,11 @@ class PolylineTool(SteppedFeature[F]):
         return None
 
     def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
-        """Return World lines in place of the straight pieces and of the rubber band."""
+        """Return World lines that replace the straight pieces and the rubber band, or None."""
         return None, None
 
     def _marked_stretches(self, path: FloatArray | None) -> tuple[FloatArray, ...]:
-        """Return World lines (k, 3), parts of the preview, that may not belong to the feature."""
+        """Return parts of the preview, as World lines (k, 3), that may not be on the feature."""
         return ()
 
     def _color(self) -> str:
@@ -105,20 +105,20 @@ class PolylineTool(SteppedFeature[F]):
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Adopt another feature type or set for the next feature."""
+        """Set the feature type and set of the next feature."""
 
     def leave(self) -> None:
         """Deactivate the tool; the open feature remains, with its draft."""
 
     def document_changed(self) -> None:
-        """Do nothing: an unfinished feature is not in the document."""
+        """Do nothing, because an unfinished feature is not part of the document."""
 
     def why_not_cancel(self) -> Finding | None:
         return None if self.open else Finding("tool.nothing-open")
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
-        """Add, insert, mark or move vertices; a double click finishes."""
+        """Add, insert, mark or move vertices; a double click finishes the feature."""
         if event.handle is not None and self.vertices:
             handle = event.handle - (1 if self._closed else 0)
             event = replace(event, handle=handle % len(self.vertices))
@@ -202,16 +202,16 @@ class PolylineTool(SteppedFeature[F]):
         if not isinstance(feature, self.record):
             raise DocumentError(Finding("tool.other-kind"))
         self._continued = True
-        # No line from the last position of the cursor.
+        # Avoids a rubber band to the last position of the cursor.
         self._hover, self._ahead = None, []
         self._keep(feature, [], None)
         self._continued = self._feature is not None
 
     def finish(self) -> str | None:
-        """Finish the open feature and return its id; None, after a message, if that fails."""
+        """Finish the open feature and return its id, or show a message and return None."""
         if self._feature is None:
             return None
-        # A restored feature may be older than its model's surface.
+        # A restored feature may be older than the surface of its model.
         self._look()
         feature, session = self._feature, self._context.session
         try:
@@ -224,10 +224,10 @@ class PolylineTool(SteppedFeature[F]):
         return feature.id
 
     def cancel(self) -> None:
-        """Discard the open feature, which undo restores; a continued one stays unchanged.
+        """Discard the open feature, which undo restores; a continued feature is unchanged.
 
-        While the journal cannot be written it remains open, since the next start would restore
-        it.
+        While the journal cannot be written, the feature remains open, because the next start
+        would restore it.
         """
         feature, steps, continued = self._feature, self._steps, self._continued
         is_changed = not self._unchanged()
@@ -282,7 +282,7 @@ class PolylineTool(SteppedFeature[F]):
         }
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Restore a draft. Return False if it is of another tool or its model was removed."""
+        """Restore a draft. Return False if another tool made it or its model was removed."""
         records = self._context.session.records
         try:
             if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):
@@ -313,7 +313,7 @@ class PolylineTool(SteppedFeature[F]):
         return model if isinstance(model, Model) else None
 
     def _hovered(self) -> Point | None:
-        """Return the position of the cursor on the open feature's model."""
+        """Return the position of the cursor on the model of the open feature, or None."""
         model = self._model()
         if self._hover is None or model is None or self._hover.model_id != model.id:
             return None
@@ -348,25 +348,25 @@ class PolylineTool(SteppedFeature[F]):
         )
 
     def _verdict(self) -> str | None:
-        """Return the verdict on the feature so far, None if it cannot be judged yet."""
+        """Return the verdict on the feature so far, or None if it cannot be assessed yet."""
         measurement = self.measurement
         return measurement.verdict.quality if measurement and measurement.verdict else None
 
 
 def type_of_draft(context: ToolContext, state: Mapping[str, Any], instead: str) -> str:
-    """Return the type of a draft; if it was removed, that of the next feature."""
+    """Return the type of a draft, or that of the next feature if the type was removed."""
     type_id = str(state["type_id"])
     return type_id if isinstance(context.session.records.get(type_id), FeatureType) else instead
 
 
 def rgb(color: str) -> tuple[float, float, float]:
-    """Return red, green and blue, 0 to 1, of a colour #rrggbb."""
+    """Convert a colour "#rrggbb" to red, green and blue values from 0 to 1."""
     red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
 
 
 def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
-    """Return the measurement of a plane of the document, None if it does not exist."""
+    """Return the measurement of a plane of the document, or None if it does not exist."""
     feature = get_feature(context.session.records, plane_id)
     if feature is None or not may_have_plane(feature):
         return None

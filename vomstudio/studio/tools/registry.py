@@ -1,4 +1,4 @@
-"""All tools: each module of this package with a `TOOL`."""
+"""Registry of all tools: the modules of this package that define `TOOL`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["TOOLS"]
 
 def _discover_tools() -> list[ToolEntry]:
     names = sorted(module.name for module in pkgutil.iter_modules(tools.__path__))
-    # This module is being imported.
+    # Skipped, because this module itself is being imported.
     modules = [import_module(f"{tools.__name__}.{name}") for name in names if name != "registry"]
     entries = [module.TOOL for module in modules if hasattr(module, "TOOL")]
     return sorted(entries, key=lambda entry: (entry.order, entry.name))

@@ -1,4 +1,4 @@
-"""Shape that is being drawn over the picture, in the window's pixels."""
+"""Shape that is drawn over the picture, in window pixels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.studio.tools.selection_messages import SelectMode
 Place = tuple[float, float]
 
 CLOSING_DISTANCE_PX = 8.0
-"""A click within this distance of the first or last corner closes a polygon."""
+"""Maximum distance from the first or last corner at which a click closes a polygon."""
 MIN_STEP_PX = 2.0
 """Minimum distance between the vertices of a lasso."""
 
@@ -21,7 +21,7 @@ MIN_STEP_PX = 2.0
 class DrawnShape:
     """Rectangle or lasso drawn by one drag, or polygon drawn by clicks.
 
-    `combine` states how to combine its contents with the selection.
+    `combine` defines how the elements inside are combined with the selection.
     """
 
     def __init__(self, mode: SelectMode, combine: Combine, start: Place) -> None:
@@ -31,7 +31,7 @@ class DrawnShape:
 
     @property
     def corners(self) -> int:
-        """Number of corners so far."""
+        """Number of corners drawn so far."""
         return len(self._places)
 
     def move(self, event: PointerEvent) -> None:
@@ -39,7 +39,7 @@ class DrawnShape:
         self._cursor = (event.x, event.y)
 
     def drag(self, event: PointerEvent) -> None:
-        """Move the cursor with the button held."""
+        """Move the cursor while the button is pressed."""
         self.move(event)
         if self.mode == "lasso" and math.dist(self._places[-1], self._cursor) >= MIN_STEP_PX:
             self._places.append(self._cursor)
@@ -58,21 +58,21 @@ class DrawnShape:
         return False
 
     def take_back(self) -> bool:
-        """Remove the last corner. Return False if none remains."""
+        """Remove the last corner. Return False if no corner remains."""
         if self.mode != "polygon" or len(self._places) < 2:
             return False
         self._places.pop()
         return True
 
     def ring(self) -> list[Place]:
-        """Return the corners."""
+        """Return the corners of the closed shape."""
         if self.mode != "rectangle":
             return self._places
         (x0, y0), (x1, y1) = self._places[0], self._cursor
         return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
     def why_not_close(self) -> Finding | None:
-        """Return why the shape is not complete, None if it is."""
+        """Return why the shape is not complete, or None if it is."""
         if self.mode == "polygon" and len(self._places) < 3:
             return Finding("feature.too-few-points", count=3 - len(self._places), minimum=3)
         return None
@@ -89,7 +89,7 @@ class DrawnShape:
         )
 
     def outline(self) -> Outline:
-        """Return the shape as it is painted."""
+        """Return the outline of the shape for painting."""
         places = self.ring() if self.mode == "rectangle" else self._places
         if self.mode == "polygon":
             places = [*places, self._cursor]

@@ -1,9 +1,10 @@
-"""Tool that selects faces of a mesh or points of a cloud, for a patch or a new model.
+"""Tool that selects faces or points to create a patch or a new model.
 
-A state machine without Qt or VTK. The selection belongs to one model and is unfinished until
-Enter makes a patch of it or Esc discards it, which undo reverts. Every change of it is a step
-that undo reverts. Shapes that are drawn over the picture select the elements inside, by the
-centroids of faces, and hidden ones only on request.
+The tool is a state machine without Qt or VTK. The selection belongs to one model and is
+unfinished until Enter converts it to a patch or Esc discards it. Both can be undone, and every
+change of the selection is a step that can be undone. A shape that is drawn over the picture
+selects the elements inside (the centroids of faces), and includes hidden elements only on
+request.
 """
 
 from __future__ import annotations
@@ -44,20 +45,20 @@ MAX_PATCH_ELEMENTS = 2_000_000
 
 
 class SelectTool:
-    """Selects faces or points, see the module.
+    """Tool that selects faces or points; see the module.
 
     Attributes
     ----------
     growth : Growth
-        Growth of a piece from a click.
+        Growth of the selection from a click.
     changes : SelectChanges
         Other changes of the selection.
     mode : SelectMode
         Action of a click or drag.
     combine : Combine
-        How to combine the result with the selection.
+        How the result is combined with the selection.
     through : bool
-        Whether shapes select hidden elements too.
+        Whether shapes also select hidden elements.
     """
 
     name = "select"
@@ -87,7 +88,7 @@ class SelectTool:
 
     @property
     def selection(self) -> ElementSelection | None:
-        """The selection, None if it is empty."""
+        """Current selection, or None if it is empty."""
         return self._selection if self.count else None
 
     @property
@@ -108,7 +109,7 @@ class SelectTool:
 
     @property
     def measurement(self) -> Measurement | None:
-        """Measurement of the plane through the selection, None if it is too large to be live."""
+        """Measurement of the plane through the selection, or None if the selection is too large."""
         return self._preview.measurement(self.selection)
 
     def hint(self) -> str:
@@ -132,7 +133,7 @@ class SelectTool:
         self._changed()
 
     def set_combine(self, combine: Combine) -> None:
-        """Set how the next result is combined, without Shift and Ctrl."""
+        """Set how the next result is combined if neither Shift nor Ctrl is pressed."""
         self.combine = combine
         self._changed()
 
@@ -191,7 +192,7 @@ class SelectTool:
 
     def _press(self, event: PointerEvent) -> None:
         if self.mode == "grow":
-            # A click with a small movement.
+            # This is a click with a small movement.
             self._grow(event)
             return
         if self.mode == "polygon" and self._shape is not None:
@@ -227,7 +228,7 @@ class SelectTool:
         self.regrow()
 
     def regrow(self) -> None:
-        """Grow the last piece again with the new tolerance."""
+        """Repeat the last growth with the new tolerance."""
         seed, selection = self.growth.seed, self._selection
         if seed is not None and selection is not None and selection.last_step is not None:
             piece = self.growth.piece(seed.hit, lambda: None)
@@ -262,7 +263,7 @@ class SelectTool:
         self._changed()
 
     def _models(self, how: Combine) -> list[str]:
-        """Return the models to search; changes of a selection are restricted to its model."""
+        """Return the ids of the models to search; an existing selection restricts them."""
         visible_ids = self._context.elements.shown()
         if self.selection is not None and how != "new":
             return [id_ for id_ in visible_ids if id_ == self.selection.model_id]
@@ -289,7 +290,7 @@ class SelectTool:
 
     # --- start and end ------------------------------------------------------------------------
     def undo(self) -> bool:
-        """Remove the last corner of the shape, else undo the last step."""
+        """Remove the last corner of the shape, or else undo the last step."""
         if self._shape is not None:
             if not self._shape.take_back():
                 self._shape = None
@@ -309,7 +310,7 @@ class SelectTool:
         return done
 
     def finish(self) -> str | None:
-        """Close the shape that is being drawn, else make a patch of the selection."""
+        """Close the unfinished shape, or else convert the selection to a patch."""
         if self._shape is not None:
             if (reason := self._shape.why_not_close()) is not None:
                 self._context.hint(reason)
@@ -336,13 +337,13 @@ class SelectTool:
         except VomError as error:
             self._context.report(error)
             return None
-        # Undo removes the patch; the next undo restores its selection.
+        # Undo removes the patch, and the next undo restores the selection.
         self._discard(selection, "Let go of what was chosen", lambda: None, after=top_before)
         self._context.created(patch.id)
         return patch.id
 
     def cancel(self) -> None:
-        """Discard the shape that is being drawn, else the selection, which undo restores."""
+        """Discard the unfinished shape, or else the selection, which undo restores."""
         if self._shape is not None:
             self._shape = None
             self._changed()
@@ -411,7 +412,7 @@ class SelectTool:
         self._context.show(None)
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Adopt type and set for the patch that Enter will create."""
+        """Set the feature type and set of the patch that `finish` will create."""
         self._preview.forget_measurement()
         if self.open:
             self._show()
@@ -462,7 +463,7 @@ def inside(
     *,
     through: bool,
 ) -> dict[str, BoolArray]:
-    """Return the elements inside a shape by model."""
+    """Return the elements (n,) of each model that are inside a shape."""
     filled = looking.filled(shape.ring())
     elements, masks = context.elements, {}
     for model_id in model_ids:
@@ -480,7 +481,7 @@ def inside(
 
 
 def combination(event: PointerEvent, usual: Combine) -> Combine:
-    """Return how to combine: Shift adds, Ctrl subtracts, both intersect, else as usual."""
+    """Return the combination: Shift adds, Ctrl subtracts, both intersect, or the default."""
     if event.shift and event.ctrl:
         return "intersect"
     if event.shift:

@@ -1,4 +1,4 @@
-"""Changes of the whole selection: all, inverse, neighbours, by a value."""
+"""Changes of the entire selection, such as its inverse or selection by value."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class SelectionTool(Protocol):
-    """Tool as the changes use it."""
+    """Protocol of the tool whose selection is changed."""
 
     combine: Combine
     name: str
@@ -48,7 +48,7 @@ class SelectChanges:
 
     # --- all at once -------------------------------------------------------------------------
     def model_id(self) -> str | None:
-        """Return the model of the selection, else the only visible one."""
+        """Return the id of the selection's model, or else of the only visible model."""
         selection = self._tool.selection
         visible_ids = self._context.elements.shown()
         if selection is not None:
@@ -56,7 +56,7 @@ class SelectChanges:
         return visible_ids[0] if len(visible_ids) == 1 else None
 
     def data(self) -> Mesh | PointCloud | None:
-        """Return the data of that model, None if it is not unique."""
+        """Return the data of the model, or None if the model is not unique."""
         model_id = self.model_id()
         return None if model_id is None else self._context.elements.data(model_id)
 
@@ -76,11 +76,11 @@ class SelectChanges:
             self._only(selection, ~selection.mask, tr("Invert"))
 
     def wider(self) -> None:
-        """Widen the selection by a ring of neighbours."""
+        """Enlarge the selection by one ring of neighbours."""
         self._ring(gains=True)
 
     def narrower(self) -> None:
-        """Narrow the selection by a ring."""
+        """Shrink the selection by one ring of elements."""
         self._ring(gains=False)
 
     def _ring(self, *, gains: bool) -> None:
@@ -146,7 +146,7 @@ class SelectChanges:
 
     # --- hiding and cutting ------------------------------------------------------------------
     def isolate(self) -> None:
-        """Hide everything of the model except the selection."""
+        """Hide all elements of the model except the selection."""
         if (selection := self._tool.selection) is not None:
             self._context.elements.hide(selection.model_id, ~selection.mask)
             self._context.tool_changed()
@@ -170,11 +170,11 @@ class SelectChanges:
         )
 
     def anything_hidden(self) -> bool:
-        """Return whether a face or point is hidden."""
+        """Return whether any face or point is hidden."""
         elements = self._context.elements
         return any(elements.hidden(id_) is not None for id_ in elements.shown())
 
     def cut_out(self) -> None:
-        """Create a model of the selection."""
+        """Create a new model from the selection."""
         if (selection := self._tool.selection) is not None:
             self._context.elements.cut_out(selection.model_id, selection.mask)

@@ -1,4 +1,4 @@
-"""Preview of a selection of faces and points, and of the patch that it would make."""
+"""Preview of a selection of faces or points, and of the resulting patch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from vomstudio.studio.tools.screen_shape import DrawnShape
 from vomstudio.studio.tools.tool_context import ToolContext
 
 MAX_LIVE_ELEMENTS = 60_000
-"""Larger selections are not measured at every step, only by Enter."""
+"""Maximum number of elements that are measured at every step; larger selections are measured only
+when a patch is created."""
 _COLOR = (0.05, 0.75, 0.95)
 
 
@@ -36,11 +37,11 @@ class SelectPreview:
         self._area = self._live = None
 
     def forget_measurement(self) -> None:
-        """Reset because the patch would have another type."""
+        """Reset the measurement because the patch would have another type."""
         self._live = None
 
     def patch(self, selection: ElementSelection) -> Patch | None:
-        """Return the patch of the selection, None if its model is not open."""
+        """Return the patch of the selection, or None if its model is not open."""
         surface = self._context.surface(selection.model_id)
         model = get(self._context.session.records, selection.model_id, Model)
         if surface is None or model is None or surface.count != len(selection.mask):
@@ -49,7 +50,7 @@ class SelectPreview:
         return patch.but(**record_figures(surface, selection.ids()))
 
     def measurement(self, selection: ElementSelection | None) -> Measurement | None:
-        """Return the measurement of the plane, None if the selection is too large to be live."""
+        """Return the measurement of the plane, or None if the selection is too large."""
         if selection is None or selection.count > MAX_LIVE_ELEMENTS:
             return None
         if self._live is None or self._live[0] is not selection.mask:
@@ -58,7 +59,7 @@ class SelectPreview:
         return self._live[1]
 
     def show(self, selection: ElementSelection | None, shape: DrawnShape | None) -> None:
-        """Draw selection and shape."""
+        """Draw the selection and the unfinished shape."""
         if shape is None and selection is None:
             self._context.show(None)
             return

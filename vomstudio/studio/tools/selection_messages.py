@@ -29,12 +29,12 @@ _CHOSEN = to_translate("{count:,} chosen; Shift adds, Ctrl takes away; Enter: pa
 
 
 def selection_text(count: int) -> str:
-    """Return the number of selected elements and what can be done with them."""
+    """Describe the number of selected elements and the possible actions."""
     return tr(_CHOSEN, count=count) if count else tr(_CHOSEN_NOTHING)
 
 
 def empty_shape_finding(*, through: bool) -> Finding:
-    """Return the finding for an empty shape; `through` if it selects hidden elements."""
+    """Return the finding about an empty shape; `through` if it selects hidden elements."""
     if through:
         return Finding("selection.nothing-inside", through=True)
     return Finding("selection.nothing-inside", through=False)

@@ -1,4 +1,4 @@
-"""Tool for stations and samples: each click creates one."""
+"""Tool for stations and samples, which are created by a click each."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 
 @dataclass(frozen=True)
 class NextStation:
-    """Attributes of the next station; fields as in Station."""
+    """Attributes of the next station, with the fields of `Station`."""
 
     what: StationKind = "station"
     number: str = ""
@@ -30,7 +30,7 @@ class NextStation:
 
 
 class StationTool(PolylineTool[Station]):
-    """Creates stations; only a continued one is open, which a click or drag moves."""
+    """Tool that creates stations; a continued station is open and moved by click or drag."""
 
     name = "station"
     noun = "field station"
@@ -77,7 +77,7 @@ class StationTool(PolylineTool[Station]):
         self._set_vertices((position,))
 
     def insert_vertex(self, position: Point) -> None:
-        """Do nothing: a station has one position."""
+        """Do nothing, because a station has a single position."""
         self._set_vertices((position,))
 
     def _edit(self, feature: Station) -> Edit:
@@ -91,7 +91,7 @@ class StationTool(PolylineTool[Station]):
         return {"what": feature.what, "number": feature.number, "photo": feature.photo}
 
     def forget(self) -> None:
-        """Reset for the next project, which has other numbers."""
+        """Reset for another project, which has its own numbers."""
         super().forget()
         self.next = NextStation()
 
@@ -118,7 +118,7 @@ class StationTool(PolylineTool[Station]):
 
 
 def number_after(number: str) -> str:
-    """Return the number that follows a label, KB-10 after KB-09; "" without digits."""
+    """Return the label after a numbered label, such as KB-10 after KB-09, or ""."""
     match = re.search(r"(\d+)(\D*)$", number)
     if match is None:
         return ""

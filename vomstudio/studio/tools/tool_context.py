@@ -21,15 +21,15 @@ T = TypeVar("T")
 class Tool(Protocol):
     """State machine for gestures in the viewport.
 
-    At most one tool is open at a time: it has an unfinished feature, which `finish` or `cancel`
-    ends and which its draft restores.
+    At most one tool is open at a time. An open tool has an unfinished feature, which is ended by
+    `finish` or `cancel`, and which can be restored from its draft.
 
     Attributes
     ----------
     name : str
-        In drafts, and of its command and panel.
+        Name of the tool in drafts, and of its command and panel.
     paints : bool
-        Whether it draws with the left button, so that the right one orbits.
+        Whether the tool draws with the left button, so that the right button orbits.
     """
 
     name: ClassVar[str]
@@ -40,34 +40,35 @@ class Tool(Protocol):
 
     @property
     def undo_label(self) -> str | None:
-        """Label of the step that `undo` would revert, None if there are none."""
+        """Label of the step that `undo` would revert, or None if there is no step."""
 
     @property
     def redo_label(self) -> str | None:
-        """Label of the step that `redo` would repeat, None if there are none.
+        """Label of the step that `redo` would repeat, or None if there is no step.
 
-        It remains after undo has reverted the first step, although the tool is no longer open.
+        It is still available after undo has reverted the first step, although the tool is not
+        open any more.
         """
 
     def hint(self) -> str:
         """Describe the effect of the next click for the status line."""
 
     def why_not_finish(self) -> Finding | None:
-        """Return why `finish` cannot be called now; None if it can."""
+        """Return why `finish` cannot be called now, or None if it can."""
 
     def why_not_cancel(self) -> Finding | None:
-        """Return why `cancel` cannot be called now; None if it can."""
+        """Return why `cancel` cannot be called now, or None if it can."""
 
     def pointer(self, event: PointerEvent) -> None: ...
 
     def undo(self) -> bool:
-        """Undo the last step of the unfinished feature. Return False if there are none."""
+        """Undo the last step of the unfinished feature. Return False if there is no step."""
 
     def redo(self) -> bool:
-        """Redo the last undone step. Return False if there are none."""
+        """Redo the last undone step. Return False if there is no such step."""
 
     def finish(self) -> str | None:
-        """Finish the feature and return its id; None, after a message, if that fails."""
+        """Finish the feature and return its id, or show a message and return None."""
 
     def cancel(self) -> None: ...
 
@@ -75,7 +76,7 @@ class Tool(Protocol):
         """Deactivate the tool."""
 
     def document_changed(self) -> None:
-        """Handle a change of the document, perhaps by undo."""
+        """Handle a change of the document, including changes by undo."""
 
     def forget(self) -> None:
         """Reset because the project is being closed; an unfinished feature remains as a draft."""
@@ -84,60 +85,61 @@ class Tool(Protocol):
         """Restore a draft. Return False if it belongs to another tool or is not valid."""
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Adopt another feature type or set for the next feature."""
+        """Set the feature type and set of the next feature."""
 
 
 class ToolContext(Protocol):
-    """Session and models as a tool sees them."""
+    """Session and models, as provided to a tool."""
 
     @property
     def session(self) -> Session: ...
 
     @property
     def next_type_id(self) -> str:
-        """The feature type of the next feature."""
+        """Id of the feature type of the next feature."""
 
     @property
     def next_set(self) -> str:
-        """The set of the next feature."""
+        """Set of the next feature."""
 
     def set_next(self, type_id: str, set_name: str) -> None:
-        """Set type and set of the next feature."""
+        """Set the feature type and set of the next feature."""
 
     def surface(self, model_id: str) -> PaintSurface | None:
-        """Return the surface of a model, None while it is not loaded."""
+        """Return the surface of a model, or None while the model is not loaded."""
 
     def run_in_background(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
-        """Run long work in the background.
+        """Run a long task in the background.
 
-        `then` receives the result in the caller's thread; None, after a message, if it failed.
+        `then` receives the result in the caller's thread, or None, after a message, if the task
+        has failed.
         """
 
     @property
     def paths(self) -> PathFinder:
-        """Finds the paths that lines follow over models."""
+        """Path finder for lines that follow a contact."""
 
     @property
     def elements(self) -> OutcropElements:
         """Faces and points of the visible models, and the view onto them."""
 
     def measure(self, feature: Feature) -> Measurement:
-        """Measure a feature that is not in the document."""
+        """Measure a feature that is not part of the document."""
 
     def format_attitude(self, measurement: Measurement) -> str:
         """Format a plane or line with its 95 % error, in the user's notation."""
 
     def show(self, preview: Preview | None) -> None:
-        """Draw the unfinished feature, or nothing."""
+        """Draw the preview of an unfinished feature, or remove it if None."""
 
     def report(self, message: Finding | VomError) -> None:
-        """Report to the user what happened and what to do."""
+        """Show a message to the user."""
 
     def hint(self, message: Finding) -> None:
-        """Report why a click did nothing; the message disappears by itself."""
+        """Show why a click had no effect; the message disappears by itself."""
 
     def tool_changed(self) -> None:
-        """Report a change of the tool's state, so that panel and commands are refreshed."""
+        """Report a change of the tool's state, so that the panel and commands are updated."""
 
     def discarded(self, discarded: Discarded) -> None:
         """Report discarded work, which undo restores."""

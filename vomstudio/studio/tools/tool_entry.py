@@ -1,4 +1,4 @@
-"""Presentation of a tool: texts of its button, menu and panel, as plain data."""
+"""Presentation of a tool as plain data: texts of its button, menu and panel."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ class ToolEntry:
     Parameters
     ----------
     tool : type
-        Its class, created with a `ToolContext` alone.
+        Class of the tool, which is created with a `ToolContext` as its only argument.
     label, tip : str
-        Marked for translation; the label has "&" before its mnemonic.
+        Texts that are marked for translation; the label contains "&" before its mnemonic.
     icon : str
         Name of a Material Design icon.
     key : str
         Shortcut in the viewport.
     order : int
-        Position of its button among the tools.
+        Position of the button among those of the tools.
     takes_keys : bool
-        Whether it uses Shift with the left button, which else pans, and the wheel with Ctrl or
-        Shift.
+        Whether the tool uses Shift with the left button, which otherwise pans, and the wheel
+        with Ctrl or Shift.
     """
 
     tool: type[Any]
@@ -40,18 +40,18 @@ class ToolEntry:
 
     @property
     def name(self) -> str:
-        """Name of the tool, as in drafts."""
+        """Name of the tool, as used in drafts."""
         name: str = self.tool.name
         return name
 
     @property
     def title(self) -> str:
-        """Title of its panel, translated."""
+        """Translated title of the panel."""
         return tr(self.label).replace("&", "")
 
 
 class NoSteps:
-    """Base of tools whose steps are edits of the document, which has the undo."""
+    """Base class of tools whose steps are edits, which are undone in the document."""
 
     @property
     def undo_label(self) -> str | None:
@@ -69,16 +69,16 @@ class NoSteps:
 
 
 class StatelessTool(NoSteps):
-    """Base of tools that change something with a click: no steps, no end and no draft."""
+    """Base class of tools that act on single clicks, without steps or drafts."""
 
     def finish(self) -> str | None:
         return None
 
     def cancel(self) -> None:
-        """Do nothing: there is never an unfinished feature."""
+        """Do nothing, because there is never an unfinished feature."""
 
     def restore(self, state: Mapping[str, Any]) -> bool:
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Do nothing: its edits have neither type nor set."""
+        """Do nothing, because the edits of the tool have neither type nor set."""

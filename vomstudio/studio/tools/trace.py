@@ -1,4 +1,4 @@
-"""Trace tool: clicks along the intersection of a surface with the outcrop give a plane."""
+"""Trace tool, which fits a plane to the intersection of a surface with the outcrop."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 
 
 class TraceTool(FollowingTool[Trace]):
-    """Picks traces of three points or more; a plane is fitted to them live.
+    """Tool for traces of three or more points, to which a plane is fitted live.
 
-    When it follows a contact, its vertices are way-points, and the trace is the path through
+    If the tool follows a contact, its vertices are way-points, and the trace is the path through
     them.
     """
 
     name = "trace"
     record = Trace
     _stretches: tuple[tuple[int, int], ...] = ()
-    """First and last vertex of the open path's stretches that may be on another contact."""
+    """First and last vertices of stretches of the open path that may follow another contact."""
 
     @property
     def trace(self) -> Trace | None:
-        """The open trace."""
+        """Open trace, or None if no trace is open."""
         return self._feature
 
     def hint(self) -> str:
@@ -94,13 +94,13 @@ class TraceTool(FollowingTool[Trace]):
     def begin_followed(
         self, model: Model, way_points: tuple[Point, ...], cost: str | None, notes: str
     ) -> str | None:
-        """Open a new trace that follows a cost through way-points of a model.
+        """Open a new trace that follows a cost through way-points on a model.
 
-        Returns its id, None if it is not valid. No trace may be open. `notes` state the origin
-        of the trace.
+        Returns the id of the trace, or None if the trace is not valid. No other trace may be
+        open. `notes` describe the origin of the trace.
         """
         self._line.cost = cost
-        # No line from the last position of the cursor.
+        # Avoids a rubber band to the last position of the cursor.
         self._hover, self._ahead = None, []
         self._keep(replace(self._new(model, way_points), notes=notes), [()], None)
         return None if self._feature is None else self._feature.id
@@ -193,7 +193,7 @@ class TraceTool(FollowingTool[Trace]):
             return None
         verdict = self.measurement.verdict if self.measurement else None
         if verdict is not None and verdict.quality == "poor":
-            # It would cover the trace without adding information.
+            # The rubber band would cover the trace without adding information.
             return None
         return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
 

@@ -1,4 +1,4 @@
-"""Table of actions, which menus, toolbar, palette, shortcuts and tests run."""
+"""Table of actions for the menus, toolbars, search, shortcuts and tests."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Command:
-    """Command of the user interface, with a name that menus, keys and tests use.
+    """Command of the user interface, with a name for menus, keys and tests.
 
     All texts are in the user's language.
 
@@ -32,17 +32,18 @@ class Command:
     tip : str
         First line of the tooltip.
     why_not : callable
-        Returns the reason why the command cannot run now, which the tooltip shows; None if it can.
+        Returns the reason why the command cannot run now, which is shown in the tooltip, or None
+        if it can.
     is_viewport_key : bool
-        The shortcut is a plain key that acts only while the viewport has the focus.
+        Whether the shortcut is a plain key that acts only while the viewport has the focus.
     is_checked : callable, optional
-        Returns the state of a command that is a switch.
+        Returns the state of a checkable command.
     target : callable
-        Returns the object that the command would change now, for the tooltip.
+        Returns the name of the object that the command would change now, for the tooltip.
     current_text : callable, optional
         Returns a menu text that depends on the current state.
     is_global : bool
-        The shortcut also acts in dialogs.
+        Whether the shortcut also acts in dialogs.
     """
 
     name: str
@@ -61,7 +62,7 @@ class Command:
 
 @dataclass(frozen=True)
 class _State:
-    """State of a command as its action shows it."""
+    """State of a command that is shown by its action."""
 
     text: str
     why_not: Finding | None
@@ -70,7 +71,7 @@ class _State:
 
 
 class Actions(QObject):
-    """The commands of a window and their `QAction` objects, by name.
+    """Commands of a window and their `QAction` objects, keyed by name.
 
     Attributes
     ----------
@@ -108,7 +109,7 @@ class Actions(QObject):
         self.all[command.name] = action
 
     def assign_viewport_keys(self, viewport: QWidget) -> None:
-        """Assign the plain keys to the viewport, so that typing in fields does not run them."""
+        """Assign plain keys to the viewport, so that typing in fields does not run commands."""
         for name, command in self._commands.items():
             if command.is_viewport_key:
                 viewport.addAction(self.all[name])
@@ -118,7 +119,8 @@ class Actions(QObject):
         """Report a plain key whose command cannot run now."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
-        # A key arrives here only if no enabled command has handled it. Esc is never reported.
+        # A key arrives here only if it was not handled by an enabled command. Esc is never
+        # reported.
         if event.key() != Qt.Key.Key_Escape and not event.isAutoRepeat():
             self._report_refusal(QKeySequence(event.keyCombination()))
         return False
@@ -132,15 +134,15 @@ class Actions(QObject):
                     return
 
     def viewport_actions(self) -> list[QAction]:
-        """Return the actions of the commands whose plain keys belong to the viewport."""
+        """Return the actions of commands with plain keys in the viewport."""
         return [self.all[name] for name, each in self._commands.items() if each.is_viewport_key]
 
     def why_not(self, name: str) -> Finding | None:
-        """Return why a command cannot run now; None if it can."""
+        """Return why a command cannot run now, or None if it can."""
         return self._commands[name].why_not()
 
     def target(self, name: str) -> str | None:
-        """Return the object that a command would change now."""
+        """Return the name of the object that a command would change now, or None."""
         return self._commands[name].target()
 
     def run(self, name: str) -> None:
@@ -152,7 +154,7 @@ class Actions(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        """Update state, text and tooltip of all actions, once per batch of notifications."""
+        """Update the state, text and tooltip of all actions once per batch of notifications."""
         call_after_notifications(self._refresh)
 
     def _refresh(self) -> None:

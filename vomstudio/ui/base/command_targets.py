@@ -1,4 +1,4 @@
-"""Targets of commands: selected features, current model and start folder of dialogs."""
+"""Targets of commands, such as the selected features and the current model."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ Line = TypeVar("Line", bound=Picked)
 
 
 def selected_features(studio: Studio) -> list[str]:
-    """Return the ids of the selected features, without models and other records."""
+    """Return the ids of the selected features, ignoring models and other records."""
     records = studio.records
     return [i for i in studio.selection.ids if get_feature(records, i) is not None]
 
 
 def why_no_feature(studio: Studio) -> Finding | None:
-    """Return that no feature is selected; None if one is."""
+    """Return a finding if no feature is selected, otherwise None."""
     records = studio.records
-    # Runs at every click; the first id nearly always decides.
+    # Runs at every click; the first id is nearly always sufficient.
     has_feature = any(get_feature(records, i) is not None for i in studio.selection.ids)
     return None if has_feature else Finding("action.no-feature")
 
 
 def why_no_model(studio: Studio) -> Finding | None:
-    """Return that no model is open; None if one is."""
+    """Return a finding if no model is open, otherwise None."""
     return None if studio.models else Finding("action.no-model")
 
 
 def current_model(studio: Studio) -> Model | None:
-    """Return the selected model, the only one, or the model of the selected feature."""
+    """Return the selected model, the only model, or the model of the selected feature."""
     records, models = studio.records, studio.session.of(Model)
     for id_ in reversed(studio.selection.ids):
         record = records.get(id_)
@@ -58,7 +58,7 @@ def current_model(studio: Studio) -> Model | None:
 
 
 def current_feature(studio: Studio) -> Feature | None:
-    """Return the feature that was selected last; None without a selection."""
+    """Return the feature that was selected last, or None without a selection."""
     current = studio.selection.current if studio.has_project else None
     return None if current is None else get_feature(studio.records, current)
 
@@ -72,7 +72,7 @@ def current_line(studio: Studio, kind: type[Line], min_vertices: int = 2) -> Lin
 def start_folder(studio: Studio) -> str:
     """Return the start folder of file dialogs.
 
-    It is the folder of the file that was opened last, but never one of the sample project.
+    This is the folder of the file that was opened last, but never that of the sample project.
     """
     sample = resource("sample").parent
     for text in studio.settings.recent:
@@ -91,10 +91,10 @@ def ask_for_target(
     Parameters
     ----------
     name : str
-        The proposed file name.
+        Proposed file name.
     formats : mapping of str to str
-        Names of the formats by file extension. The extension of the selected format is added if
-        the user types none.
+        Names of the formats, keyed by file extension. The extension of the selected format is
+        added if the user does not type one.
     """
     patterns = {f"{label} (*.{ending})": f".{ending}" for ending, label in formats.items()}
     proposed = Path(start_folder(studio)) / name
@@ -115,10 +115,10 @@ def ask_for_file(
     Parameters
     ----------
     patterns : mapping of str to str
-        Patterns of the dialog, with the extension, such as ".csv", that is added if the user types
-        none.
+        File patterns of the dialog, with the extension (such as ".csv") that is added if the
+        user does not type one.
     ending_decides : bool
-        Accept the extension of another pattern as well.
+        Whether the extension of another pattern is also accepted.
     """
     first = next((p for p, e in patterns.items() if e == proposed.suffix), next(iter(patterns)))
     filename, pattern = QFileDialog.getSaveFileName(
@@ -132,7 +132,7 @@ def ask_for_file(
     if Path(filename).suffix.lower() in accepted:
         return Path(filename), pattern
     path = Path(filename + patterns[pattern])
-    # The dialog has confirmed the name without its extension, which is another file.
+    # The dialog has confirmed the name without the extension, which is a different file.
     if path.exists() and not confirm_replacement(parent, [path.name]):
         return None
     return path, pattern
@@ -148,7 +148,7 @@ def current_measurement(studio: Studio) -> Measurement | None:
 
 
 def confirm_replacement(parent: QWidget, names: list[str]) -> bool:
-    """Ask the user whether existing files may be replaced."""
+    """Ask the user to confirm that existing files are replaced."""
     answer = QMessageBox.question(
         parent,
         tr("Replace files?"),

@@ -31,14 +31,14 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-# Some rows of a panel, and the arrows of the scroll bar.
+# Height of a few rows of a panel and of the arrows of the scroll bar.
 _MIN_HEIGHT = 100
 
 
 class Label(QLabel):
-    """Label that shows its text literally.
+    """Label that shows text literally, without interpreting markup.
 
-    Qt takes text for HTML if it looks like some, and loads the images that it names: a feature
+    Qt interprets text as HTML if it looks like HTML, and loads the images in it. A feature
     called `<img src="/dev/zero">` would block the window forever.
     """
 
@@ -50,7 +50,7 @@ class Label(QLabel):
 
 
 def rich_lines(lines: Sequence[str], bold: Collection[str] = ()) -> str:
-    """Return HTML that shows lines literally, some of them bold."""
+    """Return HTML that shows lines of text literally, some of them in bold."""
     escaped = ((escape(line), line in bold) for line in lines)
     return "<br>".join(f"<b>{line}</b>" if is_bold else line for line, is_bold in escaped)
 
@@ -64,22 +64,22 @@ def rich_label(text: str = "") -> Label:
 
 
 def escape_markup(text: str) -> str:
-    """Return text that Qt does not take for HTML, for tooltips and message boxes.
+    """Return text that Qt does not interpret as HTML, for tooltips and message boxes.
 
-    A word joiner, which has no width, follows each `<`.
+    A word joiner, which has no width, is inserted after each `<`.
     """
     return text.replace("<", "<\N{WORD JOINER}")
 
 
 class ComboBox(QComboBox):
-    """Combo box that ignores the wheel: scrolling a panel must not change a value."""
+    """Combo box that ignores the wheel, so that scrolling a panel does not change it."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def keep_narrow(self) -> None:
-        """Limit the width: long entries are read in the popup."""
+        """Limit the width of the box; long entries are readable in the popup."""
         policy = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         self.setSizeAdjustPolicy(policy)
         self.setMinimumContentsLength(10)
@@ -133,7 +133,7 @@ def allow(widget: QWidget, why_not: Finding | None) -> None:
     Parameters
     ----------
     why_not : Finding or None
-        The reason; None enables the widget and restores its tooltip.
+        Reason why the widget is disabled. If None, it is enabled and its tooltip is restored.
     """
     tip = widget.toolTip()
     own_tip = widget.property("own_tip") if tip and tip == widget.property("refusal") else tip
@@ -145,7 +145,7 @@ def allow(widget: QWidget, why_not: Finding | None) -> None:
 
 
 def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
-    """Create buttons with icon and text, two in a row."""
+    """Create buttons with icon and text, two per row."""
     grid = QGridLayout()
     grid.setSpacing(4)
     for i, action in enumerate(actions):
@@ -158,7 +158,7 @@ def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
 
 
 class ElidedLabel(Label):
-    """Label that elides lines wider than itself; the tooltip has the full text."""
+    """Label that elides lines that do not fit; the tooltip contains the full text."""
 
     def setText(self, text: str) -> None:  # noqa: N802
         super().setText(text)
@@ -197,16 +197,17 @@ class PanelScrollArea(QScrollArea):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.LayoutRequest:
-            # Qt keeps the width that the panel had before.
+            # Qt would keep the previous width of the panel.
             self.updateGeometry()
             if watched is self._panel:
                 self.update_panel_height()
         return super().eventFilter(watched, event)
 
     def update_panel_height(self) -> None:
-        """Give the panel the height that it needs now.
+        """Set the height of the panel to the height that it requires now.
 
-        Qt first squeezes the panel into its previous height, and may draw a frame of that.
+        Otherwise Qt would first squeeze the panel into its previous height, and might draw it in
+        this state.
         """
         super().event(QEvent(QEvent.Type.LayoutRequest))
 
@@ -240,7 +241,7 @@ class LazyScrollArea(PanelScrollArea):
 class _Placeholder(QWidget):
     """Widget that a panel replaces.
 
-    It covers the scroll area, which Qt therefore never paints: only the placeholder is notified
+    It covers the scroll area, which Qt therefore never paints. Only the placeholder is notified
     when it becomes visible, for example when its tab is clicked.
     """
 
@@ -253,14 +254,14 @@ class _Placeholder(QWidget):
 
 
 def lay_out_now(widget: QWidget) -> None:
-    """Lay out a widget of a scrolling panel at once, so that no frame shows cut texts."""
+    """Lay out a widget of a scrolling panel now, so that no frame shows truncated texts."""
     chain, ancestor = [widget], widget.parentWidget()
     while ancestor is not None and not isinstance(ancestor, PanelScrollArea):
         chain.append(ancestor)
         ancestor = ancestor.parentWidget()
     if ancestor is None or not ancestor.isVisible():
         return
-    # The last two are the viewport of the area and the panel, which gets its height first.
+    # The last two are the viewport of the area and the panel, whose height is set first.
     for each in chain[:-2]:
         if (layout := each.layout()) is not None:
             layout.activate()
@@ -314,7 +315,7 @@ def icon_button(icon: str, text: str) -> QToolButton:
 
 
 def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
-    """Create a field for the path of a file, and a row with the field and its button.
+    """Create a field for a file path, and a row that contains it and its button.
 
     Parameters
     ----------
@@ -340,7 +341,7 @@ def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QL
 
 
 def add_splitter(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
-    """Fill a page with two widgets and a splitter; the right one grows with the page."""
+    """Fill a page with two widgets and a splitter; the right widget grows with the page."""
     split = QSplitter(Qt.Orientation.Horizontal)
     split.addWidget(left)
     split.addWidget(right)

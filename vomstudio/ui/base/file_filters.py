@@ -1,4 +1,4 @@
-"""Filters of file dialogs, from the extensions that the readers support."""
+"""Filters for file dialogs, derived from the extensions that the readers support."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vomstudio.core.words import tr
 
 
 def _patterns(endings: Iterable[str]) -> str:
-    """Return patterns in lower and upper case: some dialogs are case sensitive."""
+    """Return patterns in lower and upper case, because some dialogs are case-sensitive."""
     variants = dict.fromkeys(each for e in endings for each in (e.lower(), e.upper()))
     return " ".join(f"*{ending}" for ending in variants)
 

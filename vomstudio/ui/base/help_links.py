@@ -30,7 +30,7 @@ def explain(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:
 
 
 def current_help_topic() -> HelpTopic | None:
-    """Return the topic of the widget under the cursor, else of the one with the focus."""
+    """Return the topic of the widget under the cursor, or else of the focus widget."""
     position = QCursor.pos()
     widget = QApplication.widgetAt(position)
     topic = None if widget is None else find_help_topic(widget, position)
@@ -61,7 +61,7 @@ def find_help_topic(widget: QWidget, position: QPoint) -> HelpTopic | None:
 
 
 class _Holder:
-    """Wrapper of a topic: Qt would convert a string or a list."""
+    """Wrapper of a topic, because Qt would convert a string or a list."""
 
     def __init__(self, topic: HelpTopic | TopicFinder) -> None:
         self.topic = topic

@@ -1,4 +1,4 @@
-"""Fit windows to the screen: dialogs that are too large shrink and scroll."""
+"""Fitting of windows to the screen; dialogs that are too large are shrunk and scroll."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.base.controls import PanelScrollArea
 
-# Frame and title that the system draws around a window.
+# Size of the frame and title bar that the system draws around a window.
 _FRAME = QSize(8, 40)
 _TEXT_WIDTH = 560
 
@@ -26,7 +26,7 @@ def available_area(window: QWidget) -> QRect:
 
 
 def fit_height_to_text(window: QWidget) -> None:
-    """Make a window as high as its texts need at its width.
+    """Set the height of a window to that required by its texts at its width.
 
     Qt requests less height for wrapped text, and squeezes the widgets below it.
     """
@@ -41,14 +41,14 @@ def fit_height_to_text(window: QWidget) -> None:
 
 
 def _size_when_shown(window: QWidget) -> QSize:
-    """Return the size that a window will have: Qt reports another one before it is shown."""
+    """Return the size that a window will have; Qt reports another size before it is shown."""
     if window.isVisible() or window.testAttribute(Qt.WidgetAttribute.WA_Resized):
         return window.size()
     return window.sizeHint().expandedTo(window.minimumSize())
 
 
 def _polish(widget: QWidget) -> None:
-    """Apply the style, on which sizes depend; Qt applies it only when widgets are shown."""
+    """Apply the style, on which sizes depend, before Qt does so on showing the widget."""
     widget.ensurePolished()
     for child in widget.children():
         if isinstance(child, QWidget):
@@ -56,9 +56,9 @@ def _polish(widget: QWidget) -> None:
 
 
 def fit_to_screen(window: QWidget) -> None:
-    """Make a window that is about to be shown no larger than its screen.
+    """Limit the size of a window that is about to be shown to its screen.
 
-    A dialog scrolls if its contents need more height, now or after they have grown.
+    A dialog scrolls if its contents require more height, now or after they have grown.
     """
     _polish(window)
     fit_height_to_text(window)
@@ -84,7 +84,7 @@ class _Growth(QObject):
 
 
 def _fit_height(dialog: QDialog) -> None:
-    """Make a dialog high enough for its contents, or let it scroll."""
+    """Set the height of a dialog to that of its contents, or let it scroll."""
     layout, area = dialog.layout(), available_area(dialog)
     if layout is None:
         return
@@ -96,7 +96,7 @@ def _fit_height(dialog: QDialog) -> None:
 
 
 def _scroll(dialog: QDialog, layout: QLayout, area: QRect) -> None:
-    """Move all widgets except the buttons at the end into a scroll area."""
+    """Move all widgets of a dialog, except the buttons at its end, into a scroll area."""
     width = min(_size_when_shown(dialog).width(), area.width())
     margins = layout.contentsMargins()
     buttons = _buttons_at_end(layout)

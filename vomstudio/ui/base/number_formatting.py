@@ -1,4 +1,4 @@
-"""Format numbers with the same notation, units and digits everywhere in the window."""
+"""Formatting of numbers with uniform notation, units and digits in the window."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ __all__ = [
 
 
 def orientation_text(measured: Measurement, notation: str) -> str:
-    """Return the plane or line of a feature with its 95 % error, or the summary of its kind."""
+    """Return the attitude of a feature with its 95 % error, or a summary for other kinds."""
     if measured.plane is not None or measured.line is not None:
         return measured.attitude(notation)
     kind = kind_named(measured.kind)
@@ -39,7 +39,7 @@ def orientation_text(measured: Measurement, notation: str) -> str:
 
 
 def slip_names() -> dict[str, str]:
-    """Return code and translated name of each sense of slip, for lists."""
+    """Return the translated name of each sense of slip, keyed by code."""
     return {code: tr(name) for code, name in dict(SENSES).items()}
 
 
@@ -59,7 +59,7 @@ def gigabytes(size: float) -> str:
 
 
 def natural_sort_key(name: str) -> tuple[tuple[int, int, str], ...]:
-    """Return a key that sorts names by the numbers in them: B2 before B10."""
+    """Return a key that sorts names by the numbers in them, such as B2 before B10."""
     return tuple(
         (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold())
         for part in re.split(r"(\d+)", name)

@@ -1,4 +1,4 @@
-"""Non-modal dialogs, of which one per kind and key is open."""
+"""Non-modal dialogs, of which at most one per kind and key is open."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ D = TypeVar("D", bound=QWidget)
 
 
 class OpenDialogs:
-    """The open dialogs, as weak references: a closed dialog is freed with its data."""
+    """Weak references to the open dialogs, so that a closed dialog is freed with its data."""
 
     def __init__(self) -> None:
         self._dialogs: dict[tuple[type[QWidget], Hashable], weakref.ref[QWidget]] = {}
@@ -26,7 +26,7 @@ class OpenDialogs:
         Parameters
         ----------
         key : hashable
-            Distinguishes dialogs of one kind, such as the object that they show.
+            Distinguishes dialogs of the same kind, for example by the object that they show.
         """
         dialog = self._find(kind, key)
         return dialog if dialog is not None and dialog.isVisible() else None

@@ -1,4 +1,4 @@
-"""Read photos and their thumbnails in worker threads."""
+"""Reading of photos and their thumbnails in worker threads."""
 
 from __future__ import annotations
 
@@ -31,16 +31,17 @@ _Turn = QImageIOHandler.Transformation
 
 @dataclass(frozen=True, eq=False)
 class PhotoPyramid:
-    """Image pyramid of a photo as it is stored.
+    """Image pyramid of a photo in its stored orientation.
 
     Attributes
     ----------
     width, height : int
-        Size as stored, in pixels.
+        Size of the stored photo, in pixels.
     to_upright : QTransform
         Transform from stored to upright pixels, from the orientation tag of the photo.
     is_complete : bool
-        False while only a reduced image has been read.
+        Whether the full resolution has been read; False while only a downsampled image is
+        available.
     """
 
     levels: tuple[QImage, ...]
@@ -57,7 +58,7 @@ class PhotoPyramid:
 def orientation_transform(
     orientation: QImageIOHandler.Transformation, width: int, height: int
 ) -> QTransform:
-    """Return the transform from stored to upright pixels, (0, 0) a corner of the first."""
+    """Return the transform from stored to upright pixels, with (0, 0) at a pixel corner."""
     w, h = float(width), float(height)
     # x' = m11 x + m21 y + dx, y' = m12 x + m22 y + dy
     rows = {
@@ -79,8 +80,8 @@ class PhotoImages(QObject):
     Attributes
     ----------
     picture_loaded : Signal
-        Emitted with the path and a `Picture`, first a reduced one of a large photo, or the text of
-        an error.
+        Emitted with the path and a `PhotoPyramid` (for a large photo, first a downsampled one)
+        or the text of an error.
     thumbnail_loaded : Signal
         Emitted with the path and an upright `QImage`.
     """
@@ -97,7 +98,7 @@ class PhotoImages(QObject):
         self._background = QtBackground(self, "photos", threads=1)
 
     def picture(self, path: Path) -> PhotoPyramid | None:
-        """Return the photo if it is cached; otherwise read it next."""
+        """Return a photo if it is cached; otherwise request it with priority and return None."""
         key = str(path)
         cached = self._pictures.get(key)
         if cached is not None:
@@ -115,7 +116,7 @@ class PhotoImages(QObject):
         return None
 
     def thumbnail(self, path: Path) -> QImage | None:
-        """Return the thumbnail if it is cached; otherwise read it."""
+        """Return a thumbnail if it is cached; otherwise request it and return None."""
         key = str(path)
         cached = self._thumbnails.get(key)
         if cached is None and not self._background.is_waiting(key):
@@ -208,7 +209,7 @@ _KEEP = Qt.AspectRatioMode.KeepAspectRatio
 
 
 def _halved(image: QImage) -> QImage:
-    """Return an image of half the size, in bands: each call of Qt blocks the window."""
+    """Halve the size of an image in bands, because each call of Qt blocks the window."""
     half = (image.size() / 2).expandedTo(QSize(1, 1))
     result = QImage(half, QImage.Format.Format_RGB32)
     painter = QPainter(result)

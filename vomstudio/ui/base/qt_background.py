@@ -1,4 +1,4 @@
-"""Background work of widgets, so that the window stays responsive."""
+"""Background tasks of widgets, which keep the window responsive."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _KEY = "newest"
 
 
 class QtBackground(Background):
-    """Background work of a widget, which also stops when Qt deletes the widget."""
+    """Background tasks of a widget, which also stop when Qt deletes the widget."""
 
     def __init__(
         self, owner: QObject, name: str = "background", *, threads: int = PROCESSORS
@@ -31,7 +31,7 @@ class QtBackground(Background):
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the work was stopped or the widget was deleted."""
+        """Whether the background was stopped or the widget was deleted."""
         return super().is_stopped or not isValid(self._owner)
 
 

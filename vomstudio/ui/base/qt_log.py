@@ -1,4 +1,4 @@
-"""Redirect Qt's messages to the log, and its warnings to the terminal as well."""
+"""Redirection of Qt messages to the log, and of Qt warnings also to the terminal."""
 
 from __future__ import annotations
 

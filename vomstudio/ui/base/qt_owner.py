@@ -65,9 +65,9 @@ class QtOwner(QObject):
 
 
 class IncrementalWork:
-    """Long work of the window's thread, done in steps between events.
+    """Long-running task of the window's thread, done in steps between events.
 
-    One step of all instances runs at a time, in turn. A step is one item of an iterator.
+    The instances take turns, with one step at a time. A step is one item of an iterator.
     """
 
     _running: ClassVar[list[IncrementalWork]] = []
@@ -84,7 +84,7 @@ class IncrementalWork:
         return self in self._running
 
     def start(self, work: Iterator[object]) -> None:
-        """Run the first step at once and the others later; cancels earlier work."""
+        """Run the first step now and the others later, cancelling an earlier task."""
         self.cancel()
         self._work = work
         self._running.append(self)
@@ -100,7 +100,7 @@ class IncrementalWork:
             self._schedule_next()
 
     def finish(self) -> None:
-        """Run the remaining steps at once."""
+        """Run all remaining steps now."""
         while self.is_running:
             self._step()
 
@@ -113,7 +113,7 @@ class IncrementalWork:
     @classmethod
     def _schedule_next(cls) -> None:
         """Schedule only the first instance in the queue."""
-        # The window of an instance may have been closed meanwhile.
+        # The window of an instance may have been closed in the meantime.
         cls._running[:] = [each for each in cls._running if isValid(each._timer)]
         if cls._running:
             cls._running[0]._timer.start(0)

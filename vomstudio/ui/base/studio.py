@@ -1,4 +1,4 @@
-"""The workspace for the window: its signals as Qt signals, its parts under short names."""
+"""Workspace for the window, with Qt signals and short names for its parts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Notice", "Studio"]
 
 
 class Studio(QObject):
-    """The workspace for widgets.
+    """Workspace as used by widgets.
 
     Widgets connect to these signals, not to a session, because the project may change.
     """
@@ -37,22 +37,23 @@ class Studio(QObject):
     active_tool_changed = Signal(str)
     preview = Signal(object)  # Preview | None
     sets_requested = Signal()
-    """A proposal of sets is requested."""
+    """Emitted to request a proposal of sets."""
     sets_proposed = Signal(object)
-    """Names of proposed sets with the ids of their planes, for a preview; None ends it."""
+    """Emits the names of proposed sets with the ids of their planes for a preview; None ends the
+    preview."""
     surface_page_requested = Signal(str)
-    """A page of the surface dock is requested: "fields", "facets" or "traces"."""
+    """Emitted to request a page of the surface dock: "fields", "facets" or "traces"."""
     extension_shown = Signal(object)
-    """ExtendedLines of an extended plane; None to remove them."""
+    """Emits the ExtendedLines of an extended plane, or None to remove them."""
     surface_clicked = Signal(object)
-    """Hit of a click on the outcrop beside all features, while no tool is active."""
+    """Emits the hit of a click on the outcrop that meets no feature while no tool is active."""
     notice = Signal(object)  # Notice
     settings_changed = Signal()
-    """Not emitted for the list of recent projects."""
+    """Emitted when settings change, except for the list of recent projects."""
     recent_changed = Signal()
     visibility_changed = Signal(object)  # tuple of ids
     hidden_elements_changed = Signal(str)
-    """Id of a model whose hidden faces or points have changed."""
+    """Emits the id of a model whose hidden faces or points have changed."""
     layers_written = Signal(str)
     recovery_found = Signal(object)  # list of folders
     jobs_changed = Signal()
@@ -62,7 +63,7 @@ class Studio(QObject):
         owner = QtOwner(self)
         self.workspace = Workspace(settings, owner.post, owner.later, owner.run_and_wait)
         self.settings = settings
-        # Widgets with a filter, and a function that returns the features that it hides.
+        # Widgets with a filter, and functions that return the features hidden by it.
         self.filters: list[tuple[QWidget, Callable[[Iterable[str]], set[str]]]] = []
         self._forward()
         self._connect()
@@ -173,7 +174,7 @@ class Studio(QObject):
 
     @property
     def tool(self) -> Tool | None:
-        """The active tool; None while navigating."""
+        """Active tool, or None while navigating."""
         return self.workspace.tools.active
 
     @property
@@ -183,12 +184,12 @@ class Studio(QObject):
 
     @property
     def open_tool(self) -> Tool | None:
-        """The tool with an unfinished feature."""
+        """Tool with an unfinished feature, or None."""
         return self.workspace.tools.open_tool
 
     @property
     def undo_label(self) -> str | None:
-        """Label of the step that undo would revert, also within an open feature."""
+        """Label of the step that undo would revert, including steps of an open feature."""
         return self.workspace.history.undo_label
 
     @property

@@ -1,4 +1,4 @@
-"""Prepare texts from other parts of the program for display."""
+"""Preparation of texts from other parts of the program for display."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _ENDS = ".!?…"
 
 
 def format_sentence(text: str) -> str:
-    """Return a text with an initial capital and a full stop; empty text stays empty."""
+    """Return a text with an initial capital and a full stop, unless it is empty."""
     text = text.strip()
     if not text:
         return ""
@@ -18,7 +18,7 @@ def format_sentence(text: str) -> str:
 
 
 def abbreviate_names(names: Sequence[str], max_names: int = 3) -> str:
-    """Return the first names of a list, separated by commas, and the number of the others."""
+    """Return the first names of a list, separated by commas, and the number of other names."""
     first = ", ".join(names[:max_names])
     remaining = len(names) - max_names
     if remaining <= 0:

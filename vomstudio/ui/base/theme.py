@@ -1,4 +1,4 @@
-"""The theme, icons, badges and sizes that every panel shares."""
+"""Theme, icons, badges and sizes that are shared by all panels."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _FRAMED_WIDGETS = (
     "QListView",
 )
 _INNER_WIDGETS = ("QHeaderView", "QScrollBar")
-"""Children of lists, which would inherit their colours."""
+"""Child widgets of lists, which would inherit the colours of the list."""
 _FRAME_COLOR = "#8f8f8f"
 
 
@@ -74,7 +74,7 @@ def use(name: str) -> None:
 
 
 def _outline_boxes() -> None:
-    """Give boxes and fields a visible frame in a dark scheme.
+    """Make the frames of boxes and fields visible in a dark scheme.
 
     Fusion derives the frame from a darker shade of the window colour, so these widgets get a
     lighter window colour.
@@ -88,12 +88,12 @@ def _outline_boxes() -> None:
         palette = QPalette(QApplication.palette())
         palette.setColor(role, color)
         for kind in kinds:
-            # It takes a name, whatever its stub says.
+            # The method accepts a name, although its type stub does not.
             QApplication.setPalette(palette, kind)  # type: ignore[arg-type]
 
 
 def is_dark() -> bool:
-    """Return whether texts are lighter than their background."""
+    """Return whether the scheme is dark, with texts lighter than their background."""
     palette = QApplication.palette()
     text, background = QPalette.ColorRole.WindowText, QPalette.ColorRole.Window
     return palette.color(text).lightness() > palette.color(background).lightness()
@@ -123,7 +123,7 @@ def _palette(dark: bool) -> QPalette:
 def toggle_style_sheet() -> str:
     """Return a style sheet that highlights checked buttons in both colour schemes.
 
-    They are filled and framed in blue (Okabe-Ito); texts and icons keep their contrast.
+    Checked buttons have a blue fill and frame (Okabe-Ito); texts and icons keep their contrast.
     """
     fill, frame, hover = (
         ("#1d5078", "#56b4e9", "#4a4a4a") if is_dark() else ("#bfdcf2", "#0072b2", "#dedede")
@@ -169,7 +169,7 @@ def highlight_toggles(widget: QWidget) -> None:
 
 
 class _PaletteIcon(QIconEngine):
-    """Material Design icon in the colour of the palette, so that it follows the theme."""
+    """Material Design icon in a colour of the palette, which follows the theme."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -196,9 +196,10 @@ class _PaletteIcon(QIconEngine):
 
 @lru_cache(maxsize=1)
 def _glyphs() -> tuple[str, dict[str, str]]:
-    """Return the family of the Material Design icons and their code points by name.
+    """Return the font family of the Material Design icons, and their code points by name.
 
-    The files are those of QtAwesome, which itself loads eight such fonts: 0.25 s of each start.
+    The files are those of QtAwesome, which would load eight such fonts and take 0.25 s at each
+    start.
     """
     package = find_spec("qtawesome")
     assert package is not None
@@ -224,12 +225,12 @@ def _draw_glyph(painter: QPainter, rect: QRect, name: str, color: QColor) -> Non
 
 
 def icon(name: str) -> QIcon:
-    """Return a Material Design icon that follows the palette's text colour."""
+    """Return a Material Design icon in the text colour of the palette."""
     return QIcon(_PaletteIcon(name))
 
 
 def verdict_icon(verdict: str | None) -> QIcon:
-    """Return a green circle, amber triangle or red square; empty without a verdict."""
+    """Return a green circle, amber triangle or red square, or an empty icon without a verdict."""
 
     def draw(painter: QPainter) -> None:
         if verdict is not None:
@@ -241,7 +242,7 @@ def verdict_icon(verdict: str | None) -> QIcon:
 
 
 def picture_icon(path: str | None, size: QSize) -> QIcon:
-    """Return an image file centred in a box of a size, so that texts beside icons align.
+    """Return an image file as an icon, centred in a box so that adjacent texts are aligned.
 
     Qt stretches an icon that is created from the name of a JPEG file.
     """
@@ -273,7 +274,7 @@ def swatch(color: str) -> QIcon:
 
 
 def type_icon(color: str, symbol: str) -> QIcon:
-    """Return the symbol of a feature type in its colour, as the net and legend show it."""
+    """Return the symbol of a feature type in its colour, as in the net and the legend."""
 
     def draw(painter: QPainter) -> None:
         painter.setBrush(QColor(color))
@@ -301,7 +302,7 @@ def type_icon(color: str, symbol: str) -> QIcon:
     return _painted(f"type {color} {symbol}", draw)
 
 
-# Number of corners, angle of the first, and radius ratio of the inner corners.
+# Number of corners, angle of the first corner, and radius ratio of the inner corners.
 _CORNERS: dict[str, tuple[int, float, float]] = {
     "square": (4, 45.0, 0.0),
     "triangle": (3, 90.0, 0.0),
@@ -311,7 +312,7 @@ _CORNERS: dict[str, tuple[int, float, float]] = {
 }
 SYMBOLS: tuple[str, ...] = ("circle", *_CORNERS)
 
-# Okabe-Ito (2008) and its grey: colours that colour-blind readers can tell apart.
+# Palette of Okabe and Ito (2008) with its grey, which colour-blind readers can distinguish.
 COLORS: tuple[tuple[str, str], ...] = (
     (to_translate("Blue"), "#0072b2"),
     (to_translate("Vermilion"), "#d55e00"),
@@ -325,7 +326,7 @@ COLORS: tuple[tuple[str, str], ...] = (
 
 
 def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
-    """Return a cached icon: tables request theirs at every repaint."""
+    """Return a cached icon, because tables request their icons at every repaint."""
     pixmap = QPixmap()
     if not QPixmapCache.find(f"vomstudio {key}", pixmap):
         pixmap = QPixmap(QSize(32, 32))

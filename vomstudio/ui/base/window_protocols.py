@@ -1,4 +1,4 @@
-"""Protocols of the window for its commands."""
+"""Protocols of the window that its commands use."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from typing import Protocol
 
 
 class Docks(Protocol):
-    """The panels around the outcrop, by the name of their dock."""
+    """Panels around the outcrop, identified by the name of their dock."""
 
     def bring_forward(self, name: str) -> None:
-        """Show a panel in front of the panels of the same tab bar."""
+        """Show a panel in front of the others in the same tab bar."""
 
     def ensure_height(self, name: str, height: int) -> None:
-        """Make a docked panel at least as high as `height` pixels."""
+        """Ensure that a docked panel is at least `height` pixels high."""
 
 
 class WorkspaceSwitcher(Protocol):

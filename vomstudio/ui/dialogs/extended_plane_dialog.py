@@ -1,4 +1,4 @@
-"""Dialog that extends a plane through its model, with its error band and its traces."""
+"""Dialog that extends a plane through its model, with an error band and traces."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ from vomstudio.ui.widgets.axis_titles import length_unit, project_axes
 from vomstudio.ui.widgets.options_form import OptionFields
 
 FIELD = "extended_plane_m"
-"""Scalar field with the distance from the plane of points within the error band."""
+"""Scalar field with the distance from the plane, for points within the error band."""
 
 
 class ExtendDialog(QDialog):
-    """Extend a plane through its model. The computation runs in a thread."""
+    """Dialog that extends a plane through its model. The computation runs in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio, plane: Feature) -> None:
         super().__init__(parent)
@@ -166,7 +166,7 @@ class ExtendDialog(QDialog):
     def _restore_colors(self) -> None:
         display = self._studio.display
         style = display.styles.get(self._model_id)
-        # Another field may be shown by now.
+        # Another field may have been selected in the meantime.
         if style is None or style.name != FIELD:
             return
         if self._previous_style is not None:
@@ -199,7 +199,7 @@ class ExtendDialog(QDialog):
             self.save_to(path)
 
     def save_to(self, path: Path) -> None:
-        """Write the traces in World coordinates."""
+        """Write the traces in World coordinates to a file."""
         model = self._studio.records.get(self._model_id)
         if self.extension is None or not isinstance(model, Model):
             return
@@ -218,7 +218,7 @@ class ExtendDialog(QDialog):
 def _extend_plane(
     data: Mesh | PointCloud, model: Model, fit: FittedPlane, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
-    """Extend a plane through the model in World. Runs in a worker thread."""
+    """Extend a plane through a model in the World frame. Runs in a worker thread."""
     world = transform_model(data, model.to_world)
     estimate = plane_estimate_from_fit(fit)
     extension = extend(world, estimate, options)

@@ -1,4 +1,4 @@
-"""Dialog of the feature types with name, colour and symbol."""
+"""Dialog for the names, colours and symbols of the feature types."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _ID = Qt.ItemDataRole.UserRole
 
 
 class TypesDialog(QDialog):
-    """Edit the feature types. Every change is a separate edit that can be undone."""
+    """Editor of the feature types. Every change is a separate edit that can be undone."""
 
     def __init__(self, parent: QWidget, studio: Studio, type_id: str = "") -> None:
         super().__init__(parent)
@@ -135,12 +135,12 @@ class TypesDialog(QDialog):
     # --- display -----------------------------------------------------------------------------
     @property
     def type_id(self) -> str:
-        """Id of the selected type, empty without one."""
+        """Id of the selected type, or "" without a selection."""
         item = self.list.currentItem()
         return str(item.data(_ID)) if item else ""
 
     def select(self, type_id: str) -> None:
-        """Select a type and its name, ready to be renamed."""
+        """Select a type, and select the text of its name for renaming."""
         self._fill(type_id)
         self.name.setFocus()
         self.name.selectAll()
@@ -228,7 +228,7 @@ class TypesDialog(QDialog):
             self._show()
 
     def _add(self) -> None:
-        """Offer the default types that are missing, and a custom type."""
+        """Offer the missing default types, and a custom type."""
         present_ids = {kind.id for kind in self._studio.session.of(FeatureType)}
         missing_types = [kind for kind in DEFAULT_TYPES if kind.id not in present_ids]
         if not missing_types:
@@ -251,7 +251,7 @@ class TypesDialog(QDialog):
         self._apply(edits.remove_type, self.type_id)
 
     def _apply(self, create_edit: object, *args: object) -> bool:
-        """Apply an edit, show its error if it is refused, and return whether it succeeded."""
+        """Apply an edit, show the error if it is rejected, and return whether it succeeded."""
         assert callable(create_edit)
         try:
             self._studio.session.apply(create_edit(self._studio.records, *args))

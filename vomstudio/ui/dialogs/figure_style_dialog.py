@@ -49,12 +49,12 @@ _SIZES = (
 )
 _PREVIEW_SIZE = QSize(420, 300)
 _MAX_PREVIEW_ORIENTATIONS = 2_000
-"""Drawing more orientations at every change takes too long."""
+"""Maximum number of orientations in the preview, which is redrawn at every change."""
 _MAX_COLORS = 8
 
 
 class FigureStyleDialog(QDialog):
-    """Edit the figure style. Changes apply at once to all future figures."""
+    """Editor of the figure style. Changes apply immediately to all future figures."""
 
     def __init__(self, parent: QWidget, studio: Studio, panel: NetDock) -> None:
         super().__init__(parent)
@@ -142,7 +142,7 @@ class FigureStyleDialog(QDialog):
             self.recolor(color, selection.name())
 
     def recolor(self, color: str, new_color: str) -> None:
-        """Draw everything of one colour in another one."""
+        """Replace one colour by another for all elements of the net."""
         style = load_figure_style(self._studio)
         colors = {k: v for k, v in style.colors.items() if k != color}
         if new_color.casefold() != color.casefold():

@@ -41,7 +41,7 @@ _CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
 
 
 class FrameDialog(QDialog):
-    """Declare up axis, unit, and CRS or local frame. `frame` is the accepted frame."""
+    """Dialog for the up axis, unit, and CRS or local frame. `frame` is the accepted frame."""
 
     def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
         super().__init__(parent)
@@ -49,7 +49,7 @@ class FrameDialog(QDialog):
         self.setWindowTitle(tr("Frame of {model}", model=model.name))
         self.setMinimumWidth(480)
         self.frame = model.frame
-        # Wait for a pause in typing: the search for a name reads the whole register.
+        # Wait for a pause in typing, because the search for a name reads the whole register.
         self._check_timer = QTimer(self)
         self._check_timer.setSingleShot(True)
         self._check_timer.setInterval(300)
@@ -81,7 +81,7 @@ class FrameDialog(QDialog):
 
     # --- widgets -----------------------------------------------------------------------------
     def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
-        """Create the choices, ordered from a CRS to an unknown frame."""
+        """Create the choices, in order from a CRS to an unknown frame."""
         self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
         self._local_button = QRadioButton(
             tr("Local: scale, up axis and grid north are correct, position arbitrary")

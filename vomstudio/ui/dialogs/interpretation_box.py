@@ -14,7 +14,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class InterpretationBox(QWidget):
-    """Select the parts of the interpretation. `changed` is emitted on each change."""
+    """Selection of the parts of the interpretation. `changed` is emitted on each change."""
 
     changed = Signal()
 
@@ -47,12 +47,12 @@ class InterpretationBox(QWidget):
 
     @property
     def selected_parts(self) -> tuple[str, ...]:
-        """Selected parts of PARTS, empty if nothing is to be drawn."""
+        """Selected parts, a subset of PARTS; empty if nothing is to be drawn."""
         parts = tuple(part for part in PARTS if self.boxes[part].isChecked())
         return parts if self._has_features and set(parts) - {LEGEND} else ()
 
     def enable_legend(self, has_sheet: bool) -> None:
-        """Enable the legend, which only a sheet has."""
+        """Enable the option for the legend, which is only available on a sheet."""
         self._has_sheet = has_sheet
         self._refresh()
 

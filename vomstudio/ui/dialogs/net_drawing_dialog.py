@@ -70,7 +70,7 @@ _FIELDS = (
 
 
 class NetTypingDialog(QDialog):
-    """Draw entered elements at once. Invalid input is reported and changes nothing."""
+    """Dialog that draws entered elements immediately, and reports invalid input."""
 
     def __init__(self, parent: QWidget, studio: Studio, view_settings: NetViewSettings) -> None:
         super().__init__(parent)
@@ -139,7 +139,7 @@ class NetTypingDialog(QDialog):
             self.fields["untilt"].setText(plane)
 
     def _selected_plane_text(self) -> str:
-        """Return the plane of the current feature in the notation of the field."""
+        """Return the plane of the current feature as text in the notation of the field."""
         current = self._studio.selection.current
         if current is None:
             return ""

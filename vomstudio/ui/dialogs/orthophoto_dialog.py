@@ -59,7 +59,7 @@ _SUFFIX = ".tif"
 
 
 class OrthoDialog(QDialog):
-    """Start a job that creates an orthophoto. The window remains usable."""
+    """Dialog that starts a job for an orthophoto. The window remains usable."""
 
     def __init__(
         self, parent: QWidget, studio: Studio, viewport: Viewport, directions: ViewPanel
@@ -98,7 +98,7 @@ class OrthoDialog(QDialog):
         folder = Path(start_folder(studio)) if project.untitled else project.folder.parent
         stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
         self.target.setText(str(folder / f"{stem}.tif"))
-        # Read the resolution of the texture once the dialog is shown.
+        # Read the resolution of the texture after the dialog has been shown.
         self._size.setText(tr("Reading the resolution of the model…"))
         QTimer.singleShot(0, self._propose)
 
@@ -225,7 +225,7 @@ class OrthoDialog(QDialog):
         effect = view_directions.cost_of_direction(self._error_deg, depth, metric=metric)
         self._error_effect.setText(effect.message)
         self._check()
-        # The labels with several lines have their text only now.
+        # Labels with several lines have received their text only now.
         fit_height_to_text(self)
 
     def _check(self, *_: object) -> None:

@@ -1,4 +1,4 @@
-"""Dialog for the profile of limits by which planes and lines are judged."""
+"""Dialog for the profile of limits by which planes and lines are assessed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 
 _MAX_PREVIEW_FEATURES = 5_000
-"""Judging more features for a preview takes too long."""
+"""Maximum number of features in the preview; assessing more takes too long."""
 
 _LIMITS = (
     ("good_confidence95_deg", "error", to_translate("Error of a good plane, at most"), "°"),
@@ -70,7 +70,7 @@ def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
 
 
 class ProfileDialog(QDialog):
-    """Edit the verdict profile. Applying it is one edit that can be undone."""
+    """Editor of the verdict profile, which is applied in one edit that can be undone."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -127,7 +127,7 @@ class ProfileDialog(QDialog):
         self._show_project()
 
     def _handle_edit(self, *_: object) -> None:
-        """Show another profile, but keep entered limits while features are edited."""
+        """Show another profile after an edit, but keep entered limits if only features change."""
         if not self.isVisible():
             return
         if limits_of(self._studio.records, self._studio.settings.thresholds) != self._current:
@@ -172,7 +172,7 @@ class ProfileDialog(QDialog):
         self._show_effect()
 
     def limits(self) -> Thresholds:
-        """Return the entered limits under the entered name."""
+        """Return the entered limits with the entered name."""
         values: dict[str, Any] = {name: box.value() for name, box in self.boxes.items()}
         limits = replace(self._base, **values)
         if limits == self._base and self.name.text() == _title(self._base.profile):
@@ -180,7 +180,7 @@ class ProfileDialog(QDialog):
         return replace(limits, profile=self.name.text().strip())
 
     def _show_effect(self) -> None:
-        """Count the verdicts now and with the entered limits."""
+        """Show the numbers of verdicts with the present and the entered limits."""
         limits, records = self.limits(), self._studio.records
         is_unchanged = limits == self._current
         allow(self.apply_button, Finding("edit.no-change") if is_unchanged else None)

@@ -86,7 +86,7 @@ _ROLES = (
 
 @dataclass(frozen=True)
 class Place:
-    """Location of the project: its CRS if known, and a World position if `has_position`."""
+    """Location of the project, with its CRS if known and a position if `has_position`."""
 
     crs: str | None = None
     x: float = 0.0
@@ -95,7 +95,7 @@ class Place:
 
 
 class ReadingsDialog(QDialog):
-    """Import readings. `readings` and `types` are the records to add once accepted."""
+    """Dialog that imports readings. `readings` and `types` are the records to add."""
 
     def __init__(
         self,
@@ -232,7 +232,7 @@ class ReadingsDialog(QDialog):
 
     # --- table -----------------------------------------------------------------------------------
     def _assign_role(self, column: int) -> None:
-        """Assign a role to the column that was chosen last, and to no other."""
+        """Assign a role to the column that was selected last, and to no other column."""
         role = self._column_roles[column].currentData()
         for other, combo in enumerate(self._column_roles):
             if role and other != column and combo.currentData() == role:
@@ -240,7 +240,7 @@ class ReadingsDialog(QDialog):
         self._read()
 
     def columns(self) -> dict[str, int]:
-        """Return the column of each assigned role."""
+        """Return the column number of each assigned role."""
         return {
             str(combo.currentData()): column
             for column, combo in enumerate(self._column_roles)
@@ -320,7 +320,7 @@ class ReadingsDialog(QDialog):
                         item.setToolTip(reason)
 
     def _show_convergence(self) -> None:
-        """Show the convergence at the readings, or at the project without positions."""
+        """Show the convergence at the readings, or at the project if they have no positions."""
         place = self._place
         self._north_data = North(place.crs)
         if place.crs is None:
@@ -349,7 +349,7 @@ class ReadingsDialog(QDialog):
             )
 
     def north_correction(self) -> NorthCorrection | None:
-        """Return the correction to grid north, None until it is known."""
+        """Return the correction to grid north, or None while it is unknown."""
         north = self._north.currentData()
         if north is None:
             return None

@@ -56,9 +56,9 @@ _VISIBLE_ROWS = 8
 
 
 class ReconstructDialog(QDialog):
-    """Edit the reconstruction settings. Every choice takes effect at once.
+    """Editor of the reconstruction settings. Every change takes effect immediately.
 
-    `make_action` starts the reconstruction, and its text is on the start button.
+    `make_action` starts the reconstruction, and provides the text of the start button.
     """
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey, make_action: QAction) -> None:
@@ -248,7 +248,8 @@ class ReconstructDialog(QDialog):
 
     def _update_from_survey(self) -> None:
         if self._survey.settings != self._shown_settings and not self._apply_timer.isActive():
-            # Changed by the panel or by other photos: the old values would undo it.
+            # The settings were changed by the panel or for other photos; the old values would
+            # revert this.
             self._fill()
         self._show_forecast()
 

@@ -1,4 +1,4 @@
-"""Dialog of a patch as a surface: map of its deviations, profiles and figures."""
+"""Dialog that analyses a patch as a surface: deviations, profiles and figures."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _PICTURE_SIZE = (760, 520)
 
 
 class SurfaceDialog(QDialog):
-    """Analyse a patch as a surface. The computation runs in a thread."""
+    """Analysis of a patch as a surface. The computation runs in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio, patch: Painted) -> None:
         super().__init__(parent)
@@ -92,7 +92,7 @@ class SurfaceDialog(QDialog):
         self.start()
 
     def start(self) -> None:
-        """Analyse the patch with the entered noise."""
+        """Analyse the patch with the entered noise level."""
         options = self.limits.options()
         if options == self._analysed_options:
             return
@@ -149,7 +149,7 @@ class SurfaceDialog(QDialog):
             self._studio.warn(Finding("model.fields-too-large"))
 
     def trim(self) -> None:
-        """Remove the parts of the patch that deviate from its plane, in one edit."""
+        """Remove the parts of the patch that deviate from its plane in one edit."""
         figures, opened = self.figures, self._studio.models.get(self._patch.model_id)
         patch = get(self._studio.records, self._patch.id, Patch)
         if figures is None or opened is None or patch is None:
@@ -172,7 +172,7 @@ class SurfaceDialog(QDialog):
             self.save_to(path)
 
     def save_to(self, path: Path) -> None:
-        """Write the deviations in World coordinates."""
+        """Write the deviations in World coordinates to a file."""
         model = self._studio.records.get(self._patch.model_id)
         if self.figures is None or self._part is None or not isinstance(model, Model):
             return
@@ -195,7 +195,7 @@ def _patch_points(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
 def _analyse_patch(
     data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float, options: SurfaceOptions
 ) -> tuple[Mesh | PointCloud, SurfaceFigures, QImage]:
-    """Return the patch in World, its figures and their picture. Runs in a thread."""
+    """Return a patch in the World frame, its figures and a picture. Runs in a thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

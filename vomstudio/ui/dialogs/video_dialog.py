@@ -37,7 +37,7 @@ _MAX_SHOWN_GAPS = 6
 
 
 class VideoDialog(QDialog):
-    """Extract frames in a job. The dialog can be closed while the job runs."""
+    """Dialog that extracts frames in a job, and can be closed while the job runs."""
 
     def __init__(
         self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
@@ -102,7 +102,7 @@ class VideoDialog(QDialog):
             self.choose_video(Path(name))
 
     def choose_video(self, path: Path) -> None:
-        """Enter a video, and a folder beside it for the frames."""
+        """Set the video, and a folder beside it for the frames."""
         self.video.setText(str(path))
         self.folder.setText(str(path.with_name(f"{path.stem} frames")))
 
@@ -171,7 +171,7 @@ class VideoDialog(QDialog):
             self._studio.jobs.cancel(self._job)
 
     def _show_result(self, text: str) -> None:
-        """Show the result of the job, unless the dialog was closed meanwhile."""
+        """Show the result of the job, unless the dialog has been closed in the meantime."""
         self._job = None
         try:
             self.result_label.setText(text)
@@ -183,7 +183,7 @@ class VideoDialog(QDialog):
 
 
 def describe_report(result: FrameReport) -> str:
-    """Describe frames, gaps, warnings and verdict of an extraction as rich text."""
+    """Describe the frames, gaps, warnings and verdict of an extraction as rich text."""
     lines = [
         tr_n(
             "<b>{count} frame kept</b> of {width} × {height} pixels, from {seconds:.0f} s",

@@ -1,4 +1,4 @@
-"""The cameras of a reconstructed model's photos, drawn at their poses."""
+"""Cameras of a reconstructed model's photos, drawn at their poses."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class CameraView(QObject):
     camera_selected : Signal
         Emitted with the name of the photo whose camera was clicked.
     cameras_loaded : Signal
-        Emitted when the cameras of a model were read.
+        Emitted when the cameras of a model have been read.
     """
 
     camera_selected = Signal(str)
@@ -44,7 +44,7 @@ class CameraView(QObject):
         self._studio, self._links = studio, links
         self._cameras: PhotoCameras | None = None
         self._background = QtBackground(self)
-        # The file of each model, and the frusta of each file in the frame of the model.
+        # File of each model, and frusta of each file in the frame of the model.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
         self._drawn_files: list[tuple[Path, Rows]] = []
@@ -65,7 +65,7 @@ class CameraView(QObject):
             self._model_loaded(model_id)
 
     def why_not(self) -> Finding | None:
-        """Return why no cameras can be shown; None if they can."""
+        """Return why no cameras can be shown, or None if cameras can be shown."""
         if not self._studio.models:
             return Finding("action.no-model")
         if not any(self._files.get(i) in self._frusta for i in self._studio.models):
@@ -73,7 +73,7 @@ class CameraView(QObject):
         return None
 
     def folder(self) -> Path | None:
-        """Return the folder of the cameras file of an open model; None without one."""
+        """Return the folder of the cameras file of an open model, or None without such a file."""
         for model_id in self._studio.models:
             path = self._files.get(model_id)
             if path in self._frusta:
@@ -111,9 +111,9 @@ class CameraView(QObject):
         self._background.run(lambda: _read(path, middle), store, warn)
 
     def _visible_files(self) -> list[tuple[Path, Rows]]:
-        """Return the files of the visible models, with the matrices from their frames to World.
+        """Return the camera files of the visible models, with the matrices to World.
 
-        Models that share their photos are listed once.
+        Models that share the same photos are listed once.
         """
         studio = self._studio
         if not studio.display.cameras or not studio.visible("models"):
@@ -133,7 +133,7 @@ class CameraView(QObject):
             self._model_loaded(model_id)
 
     def visible_frusta(self) -> list[Frustum]:
-        """Return the frusta of the visible cameras, in World."""
+        """Return the frusta of the visible cameras in the World frame."""
         result = []
         for path, to_world in self._visible_files():
             local, origin = self._frusta[path]
@@ -144,7 +144,8 @@ class CameraView(QObject):
     def refresh(self) -> None:
         """Draw the visible cameras if they have changed."""
         files = self._visible_files()
-        # This runs at every edit, and new cameras redraw the whole outcrop.
+        # Avoids needless updates: this runs at every edit, and new cameras redraw the whole
+        # outcrop.
         if self._cameras is not None and files != self._drawn_files:
             self._drawn_files = files
             self._cameras.show(self.visible_frusta())

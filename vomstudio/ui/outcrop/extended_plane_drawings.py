@@ -19,19 +19,19 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.proposed_trace_drawings import line_area, piece_area
 
 _COLORS = {"traces": "#e7298a", "edges": "#f0e442"}
-"""Not among the default colours of feature types."""
+"""Colours that differ from the default colours of feature types."""
 
 
 @dataclass(frozen=True, eq=False)
 class ExtendedLines:
-    """Lines of an extended plane, in World.
+    """Lines of an extended plane in the World frame.
 
     Attributes
     ----------
     traces : sequence of (n, 3) arrays
-        Traces of the planes.
+        Traces of the plane on the surface.
     edges : (k, 2, 3) array
-        Segments of the edges of their bands.
+        Line segments along the edges of the error band.
     """
 
     model_id: str
@@ -40,7 +40,7 @@ class ExtendedLines:
 
 
 class ExtendedPlaneDrawings:
-    """Keeps the viewport consistent with the extended plane, which cannot be picked."""
+    """Drawing of the extended plane in the viewport; it cannot be picked."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio, self._layer = studio, viewport.features

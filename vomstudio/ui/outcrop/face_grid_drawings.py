@@ -18,14 +18,14 @@ from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.studio import Studio
 
 COLORS = {DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
-"""Green and yellow of Okabe and Ito, and black."""
+"""Green and yellow of the palette of Okabe and Ito, and near-black."""
 _LINES = "#ffffff"
 _MAX_FILLED = 150_000
 _MAX_DOTS = 20_000
 
 
 class FaceGridDrawings:
-    """Keeps the viewport consistent with the grids whose models are open."""
+    """Drawings of the grids whose models are open."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio, self._layer = studio, viewport.features
@@ -105,7 +105,7 @@ class FaceGridDrawings:
 
 
 def _thin_out(pieces: FloatArray) -> FloatArray:
-    """Return the triangles, or centroids of a subset if there are too many."""
+    """Return the triangles, or the centroids of a subset if there are too many triangles."""
     if len(pieces) <= _MAX_FILLED:
         return pieces
     return np.asarray(pieces[:: max(1, len(pieces) // _MAX_DOTS)].mean(axis=1))

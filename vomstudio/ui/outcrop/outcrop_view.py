@@ -1,4 +1,4 @@
-"""The view of the outcrop for menus, panels and tools of the window."""
+"""View of the outcrop for the menus, panels and tools of the window."""
 
 from __future__ import annotations
 
@@ -28,11 +28,12 @@ _READING = "numbers.md#the-live-reading"
 class OutcropView(QObject):
     """Connects the viewport with the studio.
 
-    The window exists before its viewport: the methods do nothing before `attach_viewport`.
+    The window is created before its viewport. Methods have no effect before `attach_viewport`.
     """
 
     direction_changed = Signal(float, float, bool)
-    """Trend and plunge of the view direction, in degrees, and whether it is orthographic."""
+    """Emits the trend and plunge of the view direction in degrees, and whether it is
+    orthographic."""
 
     def __init__(self, studio: Studio, cameras: CameraView) -> None:
         super().__init__()
@@ -75,7 +76,7 @@ class OutcropView(QObject):
             self.history.watch(self.viewport)
 
     def why_not(self) -> Finding | None:
-        """Return why the view cannot be changed now; None if it can."""
+        """Return why the view cannot be changed now, or None if it can."""
         if self.viewport is None or not self._studio.models:
             return Finding("action.no-model")
         return None
@@ -92,24 +93,24 @@ class OutcropView(QObject):
             self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
 
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
-        """Look along a direction, in degrees, orthographically."""
+        """Look along a direction in an orthographic view; angles are in degrees."""
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(True)
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
     def view_direction(self) -> tuple[float, float] | None:
-        """Return trend and plunge of the view direction, in degrees; None without a view."""
+        """Return the trend and plunge of the view direction in degrees, or None without a view."""
         return None if self.viewport is None else self.viewport.moves.view_direction()
 
     def view_state(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
-        """Return camera and clipping box for `restore_view`; None without a model."""
+        """Return the camera and clipping box for `restore_view`, or None without a model."""
         if self.viewport is None or not self._studio.models:
             return None
         box = self._studio.display.clip_shown
         return self.viewport.moves.camera_state(), None if box is None else box.to_dict()
 
     def restore_view(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
-        """Restore camera and clipping box. Raises ValueError if they are not valid."""
+        """Restore a camera and clipping box. Raises ValueError if they are not valid."""
         if self.viewport is None:
             return
         clip_box = None if box is None else ClipBox.from_dict(box)
@@ -125,12 +126,12 @@ class OutcropView(QObject):
             self.viewport.moves.standard_view(name)
 
     def set_label_mode(self, mode: str) -> None:
-        """Label all features, selected ones or none."""
+        """Set which features are labelled: all, only selected ones, or none."""
         if self.viewport is not None:
             self.viewport.set_label_mode(mode)
 
     def set_turntable(self, on: bool) -> None:
-        """Set whether Z stays up when the view is rotated."""
+        """Set whether the z axis stays upright when the view is rotated."""
         if self.viewport is not None:
             self.viewport.gestures.set_turntable(on)
 
@@ -148,7 +149,7 @@ class OutcropView(QObject):
             self.viewport.moves.frame(np.concatenate(points))
 
     def models_box(self) -> ClipBox | None:
-        """Return the box around all visible models; None without one."""
+        """Return the bounding box of all visible models, or None without visible models."""
         return None if self._presenter is None else self._presenter.models_box()
 
     def has_content_in_clip_box(self) -> bool:
@@ -158,7 +159,7 @@ class OutcropView(QObject):
 
     # --- tools -------------------------------------------------------------------------------
     def apply_tool(self, tool: str) -> None:
-        """Set cursor and mouse buttons for a tool."""
+        """Set the cursor and the mouse buttons for a tool."""
         if self.viewport is not None:
             active = self._studio.tools.get(tool)
             arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
@@ -182,7 +183,7 @@ class OutcropView(QObject):
 
     def save_camera(self) -> None:
         """Save the camera in the project, so that it opens with the same view."""
-        # Without a model the camera shows nothing; the saved one is better.
+        # Without a model, the camera shows nothing, so the saved camera is kept.
         if self.viewport is not None and self._studio.models:
             self._studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
 
@@ -191,7 +192,7 @@ class OutcropView(QObject):
         self._camera_timer.stop()
         self.history.stop()
         if self.viewport is not None:
-            # An error within an event of Qt would not be reported to the caller.
+            # Otherwise an error within a Qt event would not be reported to the caller.
             try:
                 self.viewport.shutdown()
             finally:

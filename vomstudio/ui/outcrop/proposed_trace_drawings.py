@@ -16,11 +16,11 @@ from vomstudio.ui.base.studio import Studio
 
 MAX_DOUBT = 0.05
 _COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
-"""Orange and sky blue of Okabe and Ito."""
+"""Orange and sky blue of the palette of Okabe and Ito."""
 
 
 class ProposedTraceDrawings:
-    """Keeps the viewport consistent with the proposed traces, which cannot be picked."""
+    """Drawings of the proposed traces, which cannot be picked."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio, self._layer = studio, viewport.features
@@ -66,13 +66,13 @@ class ProposedTraceDrawings:
 
 
 def line_area(lines: Sequence[FloatArray]) -> Area | None:
-    """Return lines (n, 3) in World as an area to draw; None without lines."""
+    """Return World lines (n, 3) as an area for drawing, or None without lines."""
     pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
     return piece_area(np.concatenate(pieces)) if pieces else None
 
 
 def piece_area(pieces: FloatArray) -> Area | None:
-    """Return line segments (k, 2, 3) in World as an area to draw; None without segments."""
+    """Return World line segments (k, 2, 3) as an area for drawing, or None without segments."""
     if not len(pieces):
         return None
     origin = np.floor(pieces[0, 0])

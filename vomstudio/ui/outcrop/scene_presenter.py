@@ -44,11 +44,11 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 
 _STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 500, 20_000, 4_000
-"""Maximum number of drawings, and of points of painted pieces, per step between events."""
+"""Limits for drawing many features in steps between events: drawings and points per step."""
 
 
 class ScenePresenter:
-    """Keeps models, features and previews of the viewport consistent with the studio."""
+    """Keeps the models, features and previews in the viewport consistent with the studio."""
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio = studio
@@ -78,7 +78,7 @@ class ScenePresenter:
         viewport.pointer.connect(self._pointer)
 
     def rebuild(self) -> None:
-        """Show another project: remove everything and draw its models and features."""
+        """Show another project by removing all contents and drawing its models and features."""
         self._drawing_work.cancel()
         for model_id in self._drawn_models:
             self._models.remove(model_id)
@@ -97,7 +97,7 @@ class ScenePresenter:
     def _restore_camera(self) -> bool:
         """Restore the saved camera of a project.
 
-        Without one, frame the features, which exist even if the model is missing.
+        Without a saved camera, frame the features, which exist even if the model is missing.
         """
         camera = self._studio.project.journal.view("camera")
         try:
@@ -164,7 +164,7 @@ class ScenePresenter:
         self._viewport.display.set_field(model_id, style, self._studio.records[model_id].name)
 
     def models_box(self) -> ClipBox | None:
-        """Return the box around all visible models."""
+        """Return the bounding box of all visible models, or None."""
         ids = [i for i in self._drawn_models if self._model_visible(i) and i in self._studio.models]
         if not ids:
             return None
@@ -184,7 +184,7 @@ class ScenePresenter:
         self._previews.add(key)
 
     def _end_preview(self, key: str) -> None:
-        """Mark a preview for removal; a loaded cloud must be drawn first."""
+        """Mark a preview for removal after the loaded cloud has been drawn."""
         if key not in self._previews:
             return
         self._previews.discard(key)
@@ -208,7 +208,7 @@ class ScenePresenter:
         Parameters
         ----------
         besides : (n, 3) array, optional
-            More World points to frame.
+            Additional points to frame, in the World frame.
         """
         ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
         ids = [i for i in ids if i in self._studio.models]
@@ -227,14 +227,14 @@ class ScenePresenter:
         )
 
     def _corners(self, model_id: str) -> FloatArray:
-        """Return the (8, 3) corners of the box of a model, in World."""
+        """Return the corners (8, 3) of a model's bounding box in the World frame."""
         model = self._studio.records[model_id]
         assert isinstance(model, Model)
         bounds = self._studio.models[model_id].data.bounds
         return transform.apply(model.to_world, np.array(list(product(*bounds.T))))
 
     def _warn_if_far(self, model_id: str) -> None:
-        """Show a newly opened model and warn if it is far from the others."""
+        """Show a newly opened model, and warn if it is far from the other models."""
         others = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
         if model_id not in self._drawn_models or not others:
             return
@@ -331,7 +331,7 @@ class ScenePresenter:
         self._change(changes)
 
     def _drawings(self, ids: list[str]) -> dict[str, FeatureDrawing | None]:
-        """Return the drawings by id; None for deleted features or those without a position."""
+        """Return the drawings by id, with None for features that are deleted or lack a position."""
         records, measured = self._studio.records, self._studio.measured(ids)
         return {
             id_: self._drawing(feature, measured[id_])
@@ -351,7 +351,7 @@ class ScenePresenter:
             self._layer.change(changes)
 
     def _drawing(self, feature: Feature, measured: Measurement) -> FeatureDrawing | None:
-        """Return the drawing of a feature; None if it has no position on the outcrop."""
+        """Return the drawing of a feature, or None if it has no position on the outcrop."""
         studio, kind = self._studio, kind_of(feature)
         sketch = kind.sketch(
             studio.subject(feature, measured), lambda id_: studio.measured([id_]).get(id_)
@@ -368,7 +368,7 @@ class ScenePresenter:
         if studio.settings.planes_as == "symbols":
             symbol = feature_symbol(feature, measured, sketch.sign, extent)
             if symbol is not None:
-                # The symbol has its own number.
+                # The symbol already shows the number.
                 text = "–"
         elif studio.settings.planes_as == "discs" and piece is None:
             ring, symbol = feature_disc(measured)
@@ -479,7 +479,7 @@ def _count_painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
 
 
 def feature_extent(measured: Measurement) -> float:
-    """Return the extent of a feature in m: longest axis or box diagonal, 0 for a point."""
+    """Return the extent of a feature in metres: longest axis, box diagonal, or 0 for a point."""
     if measured.fit is not None and measured.fit.extent is not None:
         return float(measured.fit.extent)
     if not len(measured.points):
@@ -488,9 +488,10 @@ def feature_extent(measured: Measurement) -> float:
 
 
 def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
-    """Return the (c, 3) ring of a disc of the size of a feature, and its small symbol.
+    """Return the outline (c, 3) of a disc with the size of a feature, and a small symbol.
 
-    Both are None for a plane without extent or with an undefined dip.
+    The symbol replaces a disc that is small on the screen. Both are None for a plane without
+    extent or with an undefined dip.
     """
     fit, ring = measured.fit, disc_of_fit(measured.fit)
     if fit is None or fit.extent is None or ring is None:
@@ -504,7 +505,7 @@ def feature_symbol(
     position: FloatArray | None,
     extent: float,
 ) -> Symbol | None:
-    """Return the map symbol of a plane or line; None without a position."""
+    """Return the map symbol of a plane or line, or None without a position."""
     if position is None:
         return None
     if measured.plane is not None:

@@ -20,16 +20,16 @@ from vomstudio.ui.base.studio import Studio
 
 @dataclass(frozen=True, eq=False)
 class _CachedArea:
-    """Area of a feature.
+    """Cached area of a feature.
 
     Attributes
     ----------
     source : object
-        The runs or vertices from which the area was computed.
+        Runs or vertices from which the area was computed.
     area : Area or None
-        None if it is empty or not yet computed.
+        Area, or None if it is empty or not computed yet.
     is_outline : bool
-        The area is enclosed by an outline.
+        Whether the area is enclosed by an outline.
     """
 
     source: object
@@ -39,12 +39,12 @@ class _CachedArea:
 
 
 class SurfacePieces:
-    """Computes each area once.
+    """Cache that computes the area of each feature once.
 
     Parameters
     ----------
     redraw : callable
-        Called with the id of a feature whose area was computed.
+        Called with the id of a feature after its area was computed.
     """
 
     def __init__(self, studio: Studio, owner: QObject, redraw: Callable[[str], None]) -> None:
@@ -73,7 +73,7 @@ class SurfacePieces:
     def outlined_area(self, feature: Picked) -> Area | None:
         """Return the area that the outline of a feature encloses.
 
-        It is computed in a worker thread; None until then.
+        The area is computed in a worker thread; until then, the result is None.
         """
         opened = self._open(feature.model_id)
         if opened is None:

@@ -1,4 +1,4 @@
-"""History of views: camera, clipping box and hidden elements.
+"""History of views, each with the camera, clipping box and hidden elements.
 
 It is separate from the undo of edits.
 """
@@ -53,7 +53,7 @@ class _View:
 
 
 class ViewHistory(QObject):
-    """Records a view after half a second without changes, or before going back.
+    """History that records a view after half a second without changes, or before going back.
 
     A drag is therefore one step.
     """
@@ -118,8 +118,8 @@ class ViewHistory(QObject):
 
     # --- back and forward --------------------------------------------------------------------
     def why_not_back(self) -> Finding | None:
-        """Return why there is no earlier view; None if there is one."""
-        # A move that is not yet recorded is a step as well.
+        """Return why there is no earlier view, or None if there is one."""
+        # A camera move that is not recorded yet is also a step.
         moving = (
             self._settle_timer.isActive()
             and self._current is not None
@@ -128,7 +128,7 @@ class ViewHistory(QObject):
         return None if self._back or moving else Finding("view.no-earlier")
 
     def why_not_forward(self) -> Finding | None:
-        """Return why there is no later view; None if there is one."""
+        """Return why there is no later view, or None if there is one."""
         return None if self._forward else Finding("view.no-later")
 
     def back(self) -> None:
@@ -137,7 +137,7 @@ class ViewHistory(QObject):
         self._go(self._back, self._forward)
 
     def forward(self) -> None:
-        """Restore the view that `back` left."""
+        """Restore the view that was shown before `back`."""
         self._settle()
         self._go(self._forward, self._back)
 
@@ -149,7 +149,7 @@ class ViewHistory(QObject):
         self._studio.display.set_clip(view.box, view.clipping)
         self._viewport.moves.set_camera_state(view.camera)
         self._studio.workspace.elements.hide_all(view.hidden.masks)
-        # Axes that were orthogonalised may differ in the last digit.
+        # Orthogonalised axes may differ in the last digit.
         self._current = self._view()
         self._settle_timer.stop()
         self.changed.emit()

@@ -1,4 +1,4 @@
-"""Libraries that take long to import: a thread imports them once the window is on the screen."""
+"""Import of slow libraries in a thread once the window is visible."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from vomstudio.ui.base.qt_background import QtBackground
 class BackgroundImports(QObject):
     """Imports slow libraries in a thread.
 
-    stereonet_imported : the stereonet can be created; all_imported : everything has been imported.
+    `stereonet_imported` is emitted when the stereonet can be created, and `all_imported` when
+    all libraries have been imported.
     """
 
     stereonet_imported = Signal()
@@ -25,18 +26,18 @@ class BackgroundImports(QObject):
         self._timer.timeout.connect(self.begin)
 
     def begin(self) -> None:
-        """Start the thread; a second call changes nothing."""
+        """Start the thread; further calls have no effect."""
         if not self._begun:
             self._begun = True
             self._background.run(_import_stereonet, lambda _: self.stereonet_imported.emit())
             self._background.run(_import_neighbours, lambda _: self.all_imported.emit())
 
     def begin_at_latest_in(self, milliseconds: int) -> None:
-        """Start the thread then, if it has not been started before."""
+        """Start the thread after a delay, unless it is started earlier."""
         self._timer.start(milliseconds)
 
     def stop(self) -> None:
-        """Do not start the thread, or end it after the library that it imports."""
+        """Prevent the start of the thread, or end it after the current import."""
         self._timer.stop()
         self._background.stop()
 
@@ -46,6 +47,6 @@ def _import_stereonet() -> None:
 
 
 def _import_neighbours() -> None:
-    # Needed as soon as a model is there, when its picture is needed as well.
+    # Needed as soon as a model is open, which is also when its picture must be drawn.
     import scipy.sparse.csgraph
     import scipy.spatial  # noqa: F401

@@ -1,4 +1,4 @@
-"""The centre of the window: the outcrop, an open photo or a page, with messages above it."""
+"""Centre of the window, which shows the outcrop, a photo or a page below messages."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _OUTCROP, _PHOTO, _PAGE = 0, 1, 2
 
 
 class CentralArea(QWidget):
-    """Shows one of outcrop, photo and page. Tabs appear if there is more than the outcrop.
+    """Shows the outcrop, a photo or a page. Tabs appear if a photo or page is available.
 
     Attributes
     ----------
     outcrop_requested, photo_requested, photo_close_requested, page_close_requested : Signal
-        The user chose a tab, or closes the photo or the page.
+        Emitted when the user selects a tab, or closes the photo or the page.
     """
 
     outcrop_requested = Signal()
@@ -28,10 +28,10 @@ class CentralArea(QWidget):
     page_close_requested = Signal()
 
     def __init__(self, first: QWidget) -> None:
-        """Show a widget in the place of the outcrop until that is created."""
+        """Show the widget `first` until the outcrop view has been created."""
         super().__init__()
         self.room = QWidget()
-        """Area below the tabs; a message covers its top."""
+        """Area below the tabs, whose top may be covered by a message."""
         self._column = QVBoxLayout(self.room)
         whole = QVBoxLayout(self)
         for column in (self._column, whole):
@@ -62,7 +62,7 @@ class CentralArea(QWidget):
         tabs.setDocumentMode(True)
         tabs.setExpanding(False)
         tabs.setElideMode(Qt.TextElideMode.ElideRight)
-        # Keys act on what is shown below.
+        # Keys act on the widget that is shown below.
         tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         tabs.addTab(theme.icon("image-filter-hdr"), tr("Outcrop"))
         tabs.setTabToolTip(_OUTCROP, tr("Outcrop (F8)"))
@@ -95,13 +95,13 @@ class CentralArea(QWidget):
             self.outcrop_requested.emit()
 
     def set_outcrop(self, outcrop: QWidget) -> None:
-        """Put the outcrop in its place."""
+        """Insert the outcrop view."""
         self._column.replaceWidget(self._outcrop, outcrop)
         self._outcrop = outcrop
         self._show()
 
     def set_bar(self, bar: MessageBar) -> None:
-        """Set the bar of messages, which covers the top of the area."""
+        """Set the message bar, which covers the top of the area."""
         self._bar = bar
 
     # --- what is shown -----------------------------------------------------------------------
@@ -116,7 +116,7 @@ class CentralArea(QWidget):
         return self._shows_photo and self._page is None
 
     def set_photo(self, photo: QWidget | None, head: QWidget | None = None) -> None:
-        """Give an open photo a tab behind the outcrop; None removes it. Its tools are the head."""
+        """Add a tab for an open photo, with its tools as `head`; None removes the tab."""
         if self._photo is not None:
             self._column.removeWidget(self._photo)
             self._photo.hide()
@@ -127,7 +127,7 @@ class CentralArea(QWidget):
         self._show()
 
     def name_photo(self, name: str, about: str) -> None:
-        """Set text and tooltip of the tab of the photo."""
+        """Set the text and tooltip of the photo tab."""
         self.tabs.setTabText(_PHOTO, name)
         self.tabs.setTabToolTip(_PHOTO, about)
 
@@ -139,7 +139,7 @@ class CentralArea(QWidget):
             self._show()
 
     def show_page(self, name: str, title: str, widget: QWidget) -> None:
-        """Show a page of the docks in place of outcrop and photo."""
+        """Show a page of the docks instead of the outcrop or photo."""
         self._page = widget
         self.tabs.setTabText(_PAGE, title)
         self.tabs.setTabData(_PAGE, name)
@@ -148,7 +148,7 @@ class CentralArea(QWidget):
         self._show()
 
     def release_page(self) -> QWidget | None:
-        """Give the widget of the page back, and show what was shown before."""
+        """Return the widget of the page, and show the previous widget again."""
         page, self._page = self._page, None
         if page is not None:
             self._column.removeWidget(page)
@@ -167,7 +167,7 @@ class CentralArea(QWidget):
         self.tabs.setVisible(self._photo is not None or has_page)
         self._purpose.setVisible(self._has_purpose and self.shows_outcrop)
         shown = ((self._outcrop, self.shows_outcrop), (self._photo, self.shows_photo))
-        # Hide first, or both would request space.
+        # Hidden first, because otherwise both widgets would request space.
         for widget, is_shown in sorted((*shown, (self._page, has_page)), key=lambda each: each[1]):
             if widget is not None:
                 widget.setVisible(is_shown)
@@ -175,7 +175,7 @@ class CentralArea(QWidget):
             self._bar.set_top_tools(self._photo_head if self.shows_photo else None)
 
     def show_purpose(self, text: str) -> None:
-        """Show a line above the outcrop; an empty text removes it."""
+        """Show a line of text above the outcrop; an empty text removes it."""
         self._purpose.setText(text)
         self._has_purpose = bool(text)
         self._purpose.setVisible(self._has_purpose and self.shows_outcrop)

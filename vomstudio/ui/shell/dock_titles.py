@@ -1,4 +1,4 @@
-"""Title bars of the docks: tabs of the inspector, and buttons to float, enlarge and close."""
+"""Title bars of the docks, with inspector tabs and buttons to float, enlarge and close."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MARGIN = 2
 
 
 class PageSwitcher(Protocol):
-    """The docks as their title bars use them."""
+    """Protocol of the docks for their title bars."""
 
     def bring_forward(self, name: str) -> None:
         """Show a page."""
@@ -25,15 +25,14 @@ class PageSwitcher(Protocol):
         """Hide a page."""
 
     def toggle_center(self, name: str) -> None:
-        """Give a page the centre, or return it."""
+        """Move a page to the centre of the window, or back to its dock."""
 
     def titles(self) -> dict[str, str]:
-        """Return the titles of the pages by their names."""
+        """Return the titles of the pages, keyed by page name."""
 
 
 class DockTitle(QWidget):
-    """Title bar of one dock. A page of the inspector has the tabs of all pages that follow the
-    work; a floating dock and a page of the drawer have their name."""
+    """Title bar of a dock, with tabs in the inspector or else the name of the page."""
 
     def __init__(self, dock: QDockWidget, docks: PageSwitcher) -> None:
         super().__init__(dock)
@@ -120,7 +119,7 @@ class DockTitle(QWidget):
             button.setVisible(has_tabs)
         self._title.setVisible(not has_tabs)
         self._space.setVisible(has_tabs)
-        # The inspector is closed as a whole, by its key.
+        # The inspector is closed as a whole with its key.
         self._close.setVisible(floating or not self._tabs)
         self._enlarge.setVisible(not floating and not has_tabs)
         self._float.setIcon(theme.icon("dock-right" if floating else "dock-window"))
@@ -136,7 +135,7 @@ class DockTitle(QWidget):
         return super().event(event)
 
     def name_tabs(self) -> None:
-        """Give the tabs the titles of their pages, which change with the tool."""
+        """Update the titles of the tabs, which change with the tool."""
         titles = self._docks.titles()
         for name, button in self._tabs.items():
             button.setText(titles.get(name, ""))

@@ -1,4 +1,4 @@
-"""Docks of the window: inspector at the right, drawer at the bottom, one page at a time each."""
+"""Docks of the window: the inspector on the right and the drawer at the bottom."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ _AREAS: dict[Region, Qt.DockWidgetArea] = {
 
 
 class PageHost(Protocol):
-    """Place of a page outside the docks: the centre of the window, or an overlay."""
+    """Host of a page outside the docks: the centre of the window or an overlay."""
 
     def show_page(self, name: str, title: str, widget: QWidget) -> None:
-        """Take a page's widget and show it."""
+        """Take over the widget of a page and show it."""
 
     def release_page(self) -> QWidget | None:
-        """Give the page's widget back."""
+        """Return the widget of the page to its owner."""
 
 
 class WindowDocks(Mapping[str, QDockWidget]):
-    """The docks of a window by their object names, which are the names of the pages."""
+    """Docks of a window, keyed by page name, which is also their object name."""
 
     def __init__(self, window: QMainWindow) -> None:
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
         self._watcher = _Watcher(window)
         self.changed = self._watcher.changed
-        """A page appeared, disappeared, or was moved to another place."""
+        """Emitted when a page has appeared, disappeared or moved to another host."""
         self.rearranged = self._watcher.rearranged
-        """A dock was moved or resized."""
+        """Emitted when a dock has been moved or resized."""
         self._center: PageHost | None = None
         self._overlay: PageHost | None = None
         self.center_page = ""
-        """Name of the page that has taken the centre."""
+        """Name of the page in the centre of the window, or ""."""
         self._docked_before = False
         self._folded_page = ""
         self.net_docked = False
@@ -69,16 +69,16 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return len(self._docks)
 
     def titles(self) -> dict[str, str]:
-        """Return the titles of the pages by their names."""
+        """Return the titles of the pages, keyed by page name."""
         return {name: dock.windowTitle() for name, dock in self._docks.items()}
 
     # --- pages -------------------------------------------------------------------------------
     def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
-        """Add a page; with `scrolls`, a long one is scrolled."""
+        """Add a page; if `scrolls`, it scrolls when it is longer than its dock."""
         self._add(name, title, PanelScrollArea(widget) if scrolls else widget)
 
     def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
-        """Add a page that scrolls and is created when it is first shown."""
+        """Add a scrolling page that is created when it is first shown."""
         self._add(name, title, LazyScrollArea(make))
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
@@ -103,11 +103,11 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 title.name_tabs()
 
     def set_hosts(self, center: PageHost, overlay: PageHost) -> None:
-        """Set the places outside the docks, and move the net to its overlay."""
+        """Set the hosts outside the docks, and move the net to its overlay."""
         self._center, self._overlay = center, overlay
 
     def is_shown(self, name: str) -> bool:
-        """Return whether a page is in the centre, in an overlay or in a visible dock."""
+        """Return whether a page is visible in the centre, an overlay or a dock."""
         if self.center_page == name:
             return True
         if REGIONS[name] == "overlay" and not self.net_docked:
@@ -115,7 +115,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return not self._docks[name].isHidden()
 
     def place_of(self, name: str) -> QWidget | None:
-        """Return the visible widget around a page: its dock, the overlay or the centre."""
+        """Return the visible host of a page (dock, overlay or centre), or None if it is hidden."""
         if name == self.center_page:
             place: QWidget | None = self._window.centralWidget()
         elif REGIONS[name] == "overlay" and not self.net_docked:
@@ -141,7 +141,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return not dock.isHidden() and not dock.isFloating()
 
     def bring_forward(self, name: str) -> None:
-        """Show a page where it belongs; it replaces the page docked in the same region."""
+        """Show a page in its region, replacing the page docked there."""
         if name == self.center_page:
             return
         self._make(name)
@@ -173,7 +173,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self.changed.emit()
 
     def close_page(self, name: str) -> None:
-        """Hide a page; one in the centre returns to its place first."""
+        """Hide a page; a page in the centre first returns to its dock."""
         if name == self.center_page:
             self.leave_center()
         self._leave_overlay(name)
@@ -181,7 +181,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self.changed.emit()
 
     def _leave_overlay(self, name: str) -> None:
-        """Return a page that is in the overlay to its dock."""
+        """Return a page from the overlay to its dock."""
         if REGIONS[name] == "overlay" and self._overlay is not None:
             widget = self._overlay.release_page()
             if widget is not None:
@@ -193,7 +193,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             self.close_page(name)
 
     def fold_inspector(self, folded: bool) -> None:
-        """Hide the inspector while something in the centre needs its width, or show it again."""
+        """Hide the inspector to give its width to the centre, or show it again."""
         if folded:
             self._folded_page = self.page("inspector") or self._folded_page
             self.close_region("inspector")
@@ -203,7 +203,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 self.bring_forward(page)
 
     def _make(self, name: str) -> None:
-        """Create a page that is created late: callers may use it at once."""
+        """Create a page that was added with `add_later`, because a caller needs it now."""
         if isinstance(place := self._widget(name), LazyScrollArea):
             place.widget()
 
@@ -217,13 +217,13 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return widget
 
     def ensure_height(self, name: str, height: int) -> None:
-        """Give a docked page at least a height in pixels."""
+        """Ensure a minimum height of a docked page, in pixels."""
         dock = self[name]
         if dock.height() < height and dock.isVisible() and not dock.isFloating():
             self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
 
     def replace_page(self, name: str, widget: QWidget) -> None:
-        """Put another widget in the place of a page, wherever that is."""
+        """Replace the widget of a page in its present host."""
         was_shown, was_in_center = self.is_shown(name), name == self.center_page
         self.close_page(name)
         old = self[name].widget()
@@ -237,7 +237,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     # --- centre ------------------------------------------------------------------------------
     def toggle_center(self, name: str) -> None:
-        """Give a page the centre of the window, or return it to its place."""
+        """Move a page to the centre of the window, or back to its dock."""
         if name == self.center_page:
             self.leave_center()
             self.bring_forward(name)
@@ -256,7 +256,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self.changed.emit()
 
     def leave_center(self) -> str:
-        """Return the page in the centre to its hidden dock, and its name."""
+        """Return the page in the centre to its dock, which stays hidden, and return its name."""
         name, self.center_page = self.center_page, ""
         if name and self._center is not None:
             if (widget := self._center.release_page()) is not None:
@@ -265,7 +265,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return name
 
     def focused_page(self) -> str:
-        """Return the page that has the focus, else the open page of the drawer, else the net."""
+        """Return the name of the page with the focus, or else the drawer's page, or the net."""
         focus = self._window.focusWidget()
         for name, dock in self._docks.items():
             if focus is not None and self._is_docked(name) and dock.isAncestorOf(focus):
@@ -273,7 +273,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return self.page("drawer") or "stereonet"
 
     def dock_net(self, docked: bool) -> None:
-        """Show the net in a dock, or over the outcrop."""
+        """Show the net in a dock or as an overlay over the outcrop."""
         if docked == self.net_docked:
             return
         self.close_page("stereonet")
@@ -282,11 +282,11 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     # --- arrangement -------------------------------------------------------------------------
     def state(self) -> QByteArray:
-        """Return the arrangement for `restore`."""
+        """Return the arrangement of the docks for `restore`."""
         return self._window.saveState(self._version())
 
     def restore(self, state: QByteArray) -> bool:
-        """Restore an arrangement; return whether it was one of these docks."""
+        """Restore an arrangement. Return False if it belongs to a different set of docks."""
         is_restored = self._window.restoreState(state, self._version())
         if is_restored:
             self._docked_before = True
@@ -295,24 +295,24 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return is_restored
 
     def keep_one_page(self) -> None:
-        """Hide all docked pages of a region but the first."""
+        """Hide all docked pages except the first one of each region."""
         for region in _AREAS:
             docked = [n for n in self._docks if REGIONS[n] == region and self._is_docked(n)]
             for name in docked[1:]:
                 self[name].hide()
 
     def _version(self) -> int:
-        """Return a number of this set of pages: other arrangements do not fit."""
+        """Return a number that identifies this set of pages, because arrangements depend on it."""
         return zlib.crc32(",".join(sorted(self._docks)).encode(), _LAYOUT_VERSION) & 0x7FFFFFFF
 
     def bring_on_screen(self) -> None:
-        """Move floating docks that no screen shows to one."""
+        """Move floating docks that are outside all screens onto a screen."""
         for dock in self._docks.values():
             if dock.isFloating() and not dock.isHidden():
                 bring_on_screen(dock)
 
     def arrange(self) -> None:
-        """Dock all pages in their regions, hidden."""
+        """Dock all pages in their regions, and hide them."""
         self.leave_center()
         first: dict[Region, QDockWidget] = {}
         for name, dock in self._docks.items():
@@ -328,7 +328,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._docked_before = False
 
     def give_sizes(self) -> None:
-        """Give inspector and drawer their initial sizes."""
+        """Set the initial sizes of the inspector and drawer."""
         size = self._window.size()
         if name := self.page("inspector"):
             width = inspector_width(size.width())
@@ -348,7 +348,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
 
 class _Watcher(QObject):
-    """Emits changes of docks: once per turn of the event loop if they appear or disappear."""
+    """Reports changes of docks, at most once per event-loop iteration for visibility."""
 
     changed = Signal()
     rearranged = Signal()

@@ -8,5 +8,5 @@ from PySide6.QtGui import QDropEvent
 
 
 def dragged_files(event: QDropEvent) -> list[Path]:
-    """What is dragged, as far as it is on this computer."""
+    """Return the dragged local files and folders."""
     return [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]

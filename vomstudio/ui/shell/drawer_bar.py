@@ -1,4 +1,4 @@
-"""The bar below the drawer: one button for each page that the workspace offers."""
+"""Bar below the drawer, with one button for each page of the workspace."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class DrawerBar(QToolBar):
         return button
 
     def refresh(self, *_: object) -> None:
-        """Show the pages of the workspace and those that are open, and press the open ones."""
+        """Update the buttons: show workspace pages and open pages, and check the open ones."""
         offered = self._workspaces.shown.drawer
         for name, button in self.buttons.items():
             is_shown = self._docks.is_shown(name)

@@ -1,4 +1,4 @@
-"""Whether this machine can draw, found out before the window that would crash over it."""
+"""Check whether this machine can draw, made before the window would crash."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _NEEDED = (3, 2)
 
 
 def why_no_screen() -> Finding | None:
-    """Return why Qt would find no screen, and end the process; None if it finds one.
+    """Return why Qt would find no screen and abort, or None if it will find one.
 
-    To be called before the application is created.
+    Must be called before the application is created.
     """
     platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
     if not sys.platform.startswith("linux") or platform not in ("", "xcb"):
@@ -38,8 +38,10 @@ def why_no_screen() -> Finding | None:
 
 
 def _plugin() -> str:
-    """What Qt shows windows by on X11. Distributions leave out some of the libraries that it is
-    linked with, and Qt aborts where one of them is missing."""
+    """Return the path of Qt's platform plugin for X11.
+
+    Some distributions lack libraries to which it is linked, and Qt aborts if one is missing.
+    """
     from PySide6.QtCore import QLibraryInfo
 
     plugins = QLibraryInfo.path(QLibraryInfo.LibraryPath.PluginsPath)
@@ -47,14 +49,14 @@ def _plugin() -> str:
 
 
 def why_not_drawn() -> Finding | None:
-    """Return why the window cannot draw; None if OpenGL 3.2 is available.
+    """Return why the window cannot draw, or None if OpenGL 3.2 is available.
 
-    To be called after the application and its default surface are created.
+    Must be called after the application and its default surface format have been created.
     """
     from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
 
     if QGuiApplication.platformName() in ("offscreen", "minimal"):
-        # Nobody looks at it.
+        # The surface is never shown.
         return None
     context = QOpenGLContext()
     surface = QOffscreenSurface()

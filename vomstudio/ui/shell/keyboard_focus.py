@@ -1,22 +1,25 @@
-"""The keyboard goes where the eye is: one place decides when the outcrop has it, or the photo that
-is open in its place. Whichever of the two is seen is called the outcrop below.
+"""Keyboard focus of the main window, which follows the user's attention.
 
-Outside the outcrop only text that is being edited keeps the keys. All docks of the window are
-served alike, whatever stands in them, and so is what stands around an open photo:
+This module decides when the outcrop has the focus, or the photo that is open in its place. In
+the following, "outcrop" means whichever of the two is visible.
 
-- the cursor or the wheel over the outcrop takes the focus from everything but a text that has been
-  changed and not yet been confirmed; from a field only when the cursor has been moved, since one
-  that is to be filled in for what was clicked would lose it to a hint that closes;
-- a choice in a combo box, and Enter or Esc in a field, hand it back; Esc brings the field's old
-  text back first and does no more;
-- a letter pressed in a combo box, a list or on a button does in the outcrop what it means there,
-  and arrow keys open a combo box instead of changing what it hides;
-- where a table is filled in by hand, what is typed goes into its current cell, digits alone into
-  one for a number; Enter in a cell hands the focus back;
-- what loses the focus because it disappears or is disabled leaves it to the outcrop.
+Outside the outcrop, only a text that is being edited keeps the keyboard focus. The following
+rules apply to all docks of the window, and to the widgets around an open photo:
 
-Dialogs and other windows, cells that are edited in a table, and widgets that have keys of their own
-(the photo in a panel) are left alone.
+- The cursor or the wheel over the outcrop moves the focus there, unless a text has been changed
+  and not yet confirmed. A field loses the focus only after the cursor has moved. Otherwise a field
+  that is to be filled in after a click would lose it when a hint closes.
+- A choice in a combo box, and Enter or Esc in a field, return the focus. Esc restores the
+  previous text of the field and has no other effect.
+- A letter that is pressed in a combo box, a list or on a button is passed to the outcrop. Arrow
+  keys open a combo box instead of changing its hidden selection.
+- In an editable table, typed text goes into the current cell; a number cell accepts
+  only numeric characters.
+  Enter in a cell returns the focus.
+- A widget that is hidden or disabled passes the focus to the outcrop.
+
+Dialogs and other windows, cells that are being edited in a table, and widgets with their own
+keys (such as the photo in a panel) are not affected.
 """
 
 from __future__ import annotations
@@ -61,13 +64,21 @@ _IN_NUMBERS = "0123456789+-.,eE \N{MINUS SIGN}\N{DEGREE SIGN}"
 
 
 class KeyboardFocus(QObject):
-    """Watches the one widget of a window that has the focus, and the outcrop."""
+    """Watches the focus widget of a window, and moves the focus to the outcrop."""
 
     def __init__(
         self, window: QMainWindow, center_widget: Callable[[], QWidget], *opened: SignalInstance
     ) -> None:
-        """seen : gives what stands in the middle of the window, outcrop or photo. opened : sent
-        when something was opened, which is then looked at"""
+        """Watch the focus of a window.
+
+        Parameters
+        ----------
+        window : QMainWindow
+        center_widget : callable
+            Returns the visible widget in the centre of the window, outcrop or photo.
+        *opened : SignalInstance
+            Signals that are emitted after something was opened, to which the user then turns.
+        """
         super().__init__(window)
         self._window, self._center_widget = window, center_widget
         self._entered: QWidget | None = None
@@ -90,8 +101,7 @@ class KeyboardFocus(QObject):
         return self._center_widget()
 
     def look(self) -> None:
-        """Something else is seen: it takes the keyboard, and again when the cursor comes over
-        it."""
+        """Move the focus to a new centre widget, now and whenever the cursor enters it."""
         if self._entered is not None and shiboken6.isValid(self._entered):
             self._entered.removeEventFilter(self)
         self._entered = self._outcrop
@@ -104,20 +114,22 @@ class KeyboardFocus(QObject):
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _editing(self) -> bool:
-        """The text of the field that has the focus was changed and is not confirmed yet."""
+        """Return whether the text of the focused field was changed and is not confirmed yet."""
         now = self._window.focusWidget()
         if now is None or not now.isVisible():
             return False
         if now is not self._watched or not _is_text(now):
-            # The editor of a cell is not ours to end.
+            # The editor of a cell must be closed by its table.
             return _is_text(now)
-        # The arrows of a number's field change it for good.
+        # The arrow buttons of a number field change its value permanently.
         changed = not isinstance(now, QAbstractSpinBox) and _text_of(now) != self._text
         return self._has_typed or changed
 
     def _rests(self, entered: QEnterEvent) -> bool:
-        """A field has the focus, and the cursor has not been moved since: what lay over the
-        outcrop went away, and nobody went there."""
+        """Return whether a field has the focus and the cursor has not moved since.
+
+        The outcrop was then entered only because a widget above it has disappeared.
+        """
         now = self._window.focusWidget()
         position = entered.globalPosition().toPoint()
         return now is not None and _is_text(now) and position == self._cursor
@@ -133,7 +145,7 @@ class KeyboardFocus(QObject):
         if not self._serves(new):
             return
         if old is not None and self._is_gone(old):
-            # Qt hands it to whatever comes next, which nobody has asked for.
+            # Qt would pass the focus to the next widget, which the user has not requested.
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
             return
         self._watched, self._text, self._has_typed = new, _text_of(new), False
@@ -147,12 +159,12 @@ class KeyboardFocus(QObject):
         before = (self._watched, self._passed_on)
         self._watched = self._passed_on = None
         for widget in before:
-            # What was confirmed may have had its panel built anew.
+            # The panel may have been rebuilt after the confirmation.
             if widget is not None and shiboken6.isValid(widget):
                 widget.removeEventFilter(self)
 
     def _left_cell(self, old: QWidget | None, new: QWidget) -> bool:
-        """Enter has ended the editor of a cell, which leaves the focus to its table."""
+        """Return whether Enter has closed a cell editor, so that its table gets the focus."""
         confirmed = old is not None and old is self._cell and self._confirmed
         if self._cell is not None and shiboken6.isValid(self._cell):
             self._cell.removeEventFilter(self)
@@ -160,19 +172,19 @@ class KeyboardFocus(QObject):
         table = _table_of(new)
         if table is not None and self._serves(table):
             self._cell = new
-            # Before the delegate, which ends it.
+            # Handled before the delegate, which closes the editor.
             new.installEventFilter(self)
         return confirmed and isinstance(new, QAbstractItemView) and self._serves(new)
 
     def _is_gone(self, widget: QWidget) -> bool:
-        """It lost the focus because it cannot have it any more; not where its window was closed."""
+        """Return whether a widget in an open window lost the focus by hiding or disabling."""
         if not shiboken6.isValid(widget):
             return True
         is_in_window = self._window.isAncestorOf(widget) and self._serves(widget)
         return is_in_window and not (widget.isVisible() and widget.isEnabled())
 
     def _serves(self, widget: QWidget) -> bool:
-        """It stands in a dock or bar of the window, and has no keys of its own."""
+        """Return whether a widget is in a dock or bar of the window and has no keys of its own."""
         if widget is self._outcrop or isinstance(widget, QMenuBar | QMenu) or _has_own_keys(widget):
             return False
         above: QWidget | None = widget
@@ -199,17 +211,17 @@ class KeyboardFocus(QObject):
                 self._confirmed = event.key() in _ENTER
             return False
         if watched is not self._watched:
-            # A key that was passed on, and is no command.
+            # This key was passed on and does not belong to a command.
             return watched is self._passed_on and kind == QEvent.Type.KeyPress
         if kind == QEvent.Type.ShortcutOverride:
             return self._pass_on(self._watched, event)
         return kind == QEvent.Type.KeyPress and self._press(self._watched, event)
 
     def _pass_on(self, widget: QWidget, event: QKeyEvent) -> bool:
-        """Whether a key that is pressed shall do what it means in the outcrop."""
+        """Return whether a pressed key is to be passed to the outcrop."""
         if not self._belongs_to_outcrop(widget, event):
             return False
-        # Qt looks for the command next, with the focus as it then is.
+        # Qt searches for the command next, using the focus at that time.
         self._outcrop.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self._passed_on = widget
         widget.installEventFilter(self)
@@ -238,7 +250,7 @@ class KeyboardFocus(QObject):
         return bool(letter) and event.key() != Qt.Key.Key_Space
 
     def _press(self, widget: QWidget, event: QKeyEvent) -> bool:
-        """Whether the key was dealt with."""
+        """Handle a pressed key, and return whether it was handled."""
         if isinstance(widget, QComboBox) and not widget.isEditable():
             if event.key() in _STEPS and not event.modifiers() & _COMMAND_KEYS:
                 widget.showPopup()
@@ -249,7 +261,7 @@ class KeyboardFocus(QObject):
         if event.key() == Qt.Key.Key_Escape:
             _put_back(widget, self._text)
         elif event.key() in _ENTER and not isinstance(widget, QPlainTextEdit | QTextEdit):
-            # The field confirms it first, and has it for itself: it finishes nothing else.
+            # The key only confirms the field and does not finish a feature.
             widget.event(event)
         else:
             self._has_typed |= bool(event.text()) and event.key() != Qt.Key.Key_Tab
@@ -262,7 +274,10 @@ class KeyboardFocus(QObject):
 
 
 def _has_own_keys(widget: QWidget) -> bool:
-    """Plain keys were given to it, as to the photo. A button has the action that it stands for."""
+    """Return whether plain keys are assigned to a widget, as to the photo.
+
+    A button also has an action, but this action triggers the button itself.
+    """
     contexts = (Qt.ShortcutContext.WidgetShortcut, Qt.ShortcutContext.WidgetWithChildrenShortcut)
     return not isinstance(widget, QAbstractButton) and any(
         action.shortcuts() and action.shortcutContext() in contexts for action in widget.actions()
@@ -270,14 +285,14 @@ def _has_own_keys(widget: QWidget) -> bool:
 
 
 def _table_of(widget: QWidget) -> QAbstractItemView | None:
-    """The view of which it is the editor of a cell."""
+    """Return the item view in which a widget is a cell editor, or None."""
     room = widget.parentWidget()
     view = None if room is None else room.parentWidget()
     return view if isinstance(view, QAbstractItemView) and view.viewport() is room else None
 
 
 def _goes_into_cell(view: QAbstractItemView, letter: str) -> bool:
-    """The view is filled in by hand, and its current cell takes what was typed."""
+    """Return whether a view is editable and its current cell accepts a typed letter."""
     cell = view.currentIndex()
     edit_trigger = QAbstractItemView.EditTrigger.AnyKeyPressed
     if not letter or not view.editTriggers() & edit_trigger or not cell.isValid():
@@ -322,13 +337,13 @@ def _put_back(widget: QWidget, text: str) -> None:
 
 
 def _around(widget: QAbstractSpinBox) -> str:
-    """The letters of what a number's field shows beside the number."""
+    """Return the letters that a number field shows beside its number."""
     parts = (getattr(widget, name, None) for name in ("prefix", "suffix"))
     return "".join(part() for part in parts if part is not None) + widget.specialValueText()
 
 
 def _has_shortcut(widget: QWidget, event: QKeyEvent) -> bool:
-    """The widget itself has a shortcut on this key."""
+    """Return whether a widget itself has a shortcut with this key."""
     pressed = QKeySequence(event.keyCombination())
     shortcuts = (child for child in widget.children() if isinstance(child, QShortcut))
     return any(key == pressed for shortcut in shortcuts for key in QShortcut.keys(shortcut))

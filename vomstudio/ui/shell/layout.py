@@ -1,4 +1,4 @@
-"""Regions, pages and workspaces of the window, as plain data."""
+"""Regions, pages and workspaces of the window as plain data."""
 
 from __future__ import annotations
 
@@ -35,28 +35,28 @@ REGIONS: dict[str, Region] = {
     "jobs": "drawer",
     "messages": "drawer",
 }
-"""Region of each page, in the order of the menu of pages."""
+"""Region of each page, in the order of the page menu."""
 
 INSPECTOR_TABS = ("project", "tool", "properties")
-"""Pages of the inspector that follow the work; the others are opened from a menu."""
+"""Inspector pages that follow the user's work; other pages are opened from a menu."""
 
 
 @dataclass(frozen=True)
 class WorkspaceLayout:
-    """A step of the work: which pages inspector and drawer offer.
+    """Workspace for a stage of the work, with the pages of inspector and drawer.
 
     Attributes
     ----------
     title, purpose : str
-        Marked for translation. The purpose is shown while there are no data.
+        Texts that are marked for translation. The purpose is shown while there are no data.
     needs : str
         Data without which the workspace is empty.
     inspector, drawer : tuple of str
-        Pages offered beside the inspector's tabs, and in the drawer.
+        Pages that are offered in the inspector, in addition to its tabs, and in the drawer.
     center : str
-        Page that takes the centre if there are photos and no open model.
+        Page that is shown in the centre if there are photos and no open model.
     tools : tuple of str
-        Tools in the rail beside the general ones.
+        Tools in the rail in addition to the general ones.
     """
 
     name: str
@@ -123,16 +123,16 @@ WORKSPACES: tuple[WorkspaceLayout, ...] = (
         ),
     ),
 )
-"""In the order of the buttons and of the keys Ctrl+1 to Ctrl+3."""
+"""Workspaces in the order of their buttons and of the keys Ctrl+1 to Ctrl+3."""
 
 FIRST = "interpret"
-"""The workspace of a new user."""
+"""Workspace that is shown to a new user."""
 
 PAGE_TOOLS = {"bed_log": ("contact", "lithology"), "looked_at": ("cells",)}
-"""Tools that the rail offers while a page of the drawer is open."""
+"""Tools that the rail offers while a page of the drawer is open, keyed by page."""
 
 GENERAL_TOOLS = ("trace", "patch", "line", "measure", "station", "select")
-"""Tools that the rail always offers, in their order."""
+"""Tools that the rail always offers, in order."""
 
 _BY_NAME = {workspace.name: workspace for workspace in WORKSPACES}
 
@@ -142,15 +142,15 @@ DRAWER_SHARE, MIN_DRAWER_HEIGHT = 0.34, 190
 
 
 def workspace_of(name: str) -> WorkspaceLayout:
-    """Return the workspace of a name, or the first one if there is none."""
+    """Return the workspace with a name, or the default workspace if there is none."""
     return _BY_NAME.get(name, _BY_NAME[FIRST])
 
 
 def inspector_width(window_width: int) -> int:
-    """Return the initial width of the inspector in a window, both in logical pixels."""
+    """Return the initial width of the inspector for a window width, in logical pixels."""
     return NARROW_INSPECTOR_WIDTH if window_width < MAX_NARROW_WIDTH else INSPECTOR_WIDTH
 
 
 def drawer_height(window_height: int) -> int:
-    """Return the initial height of the drawer in a window, both in logical pixels."""
+    """Return the initial height of the drawer for a window height, in logical pixels."""
     return max(MIN_DRAWER_HEIGHT, round(DRAWER_SHARE * window_height))

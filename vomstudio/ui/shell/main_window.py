@@ -1,5 +1,8 @@
-"""The main window: it makes the parts and hands each what it needs. What can be done is in the
-commands, what is done in the studio and the panels."""
+"""Main window, which creates the parts and connects them.
+
+The available actions are defined by the commands, and are carried out by the studio and the
+panels.
+"""
 
 from __future__ import annotations
 
@@ -39,16 +42,19 @@ if TYPE_CHECKING:
     from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
     from vomstudio.ui.widgets.type_box import TypeBox
 
-# A viewport that cannot draw must not keep the net away.
+# A viewport that cannot draw must not prevent the net from being shown.
 _LONGEST_WAIT_MS = 5000
 
 
 class MainWindow(QMainWindow):
-    """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it. Its
-    parts do not know it: to them it is a parent widget and nothing more."""
+    """Main window of the program.
+
+    It is created in two steps: first an empty frame that is visible immediately, then its
+    contents by `begin`. Its parts do not depend on it, and use it only as a parent widget.
+    """
 
     net: StereonetPanel
-    """There once matplotlib has been imported."""
+    """Panel of the net, which exists once matplotlib has been imported."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
@@ -68,12 +74,12 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(starting)
 
     def _fill(self, *, something_to_open: bool = False) -> None:
-        """Everything but the viewport and the net. What is imported here is not light."""
+        """Create everything except the viewport and the net. The imports here are slow."""
         from vomstudio.ui.base.studio import Studio
 
         self.studio = Studio(self._settings)
         if something_to_open:
-            # Meanwhile the process that reads it imports what that takes.
+            # Meanwhile, the process that reads the model imports the required libraries.
             warm_up.for_models(self.studio)
         self._make_models()
         self.studio.new_project()
@@ -90,12 +96,12 @@ class MainWindow(QMainWindow):
 
     @property
     def is_filled(self) -> bool:
-        """Whether the studio and the panels are there."""
+        """Whether the studio and the panels have been created."""
         return self._filled
 
     # --- parts -------------------------------------------------------------------------------
     def _make_models(self) -> None:
-        """What several panels show, or several commands work on."""
+        """Create the models that several panels or commands share."""
         from vomstudio.ui.commands.project_files import Files
         from vomstudio.ui.outcrop.camera_view import CameraView
         from vomstudio.ui.outcrop.outcrop_view import OutcropView
@@ -213,7 +219,7 @@ class MainWindow(QMainWindow):
         return self.tool_panel.type_box() if hasattr(self, "tool_panel") else None
 
     def _search_destinations(self) -> list[Destination]:
-        """Return the pages and documents that the search finds."""
+        """Return the pages and documents that can be found by the search."""
         from vomstudio.ui.commands.help import document_destinations
         from vomstudio.ui.dialogs.command_palette import Destination
 
@@ -281,7 +287,8 @@ class MainWindow(QMainWindow):
         )
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
-            # Only with the focus on the view itself: in an editor Delete deletes letters.
+            # Acts only if the view itself has the focus, because Delete deletes letters in an
+            # editor.
             key = QShortcut(QKeySequence.StandardKey.Delete, view)
             key.setContext(Qt.ShortcutContext.WidgetShortcut)
             key.activated.connect(actions["delete"].trigger)
@@ -290,7 +297,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.jobs_panel import JobsPanel
         from vomstudio.ui.shell.work_panels import work_panels
 
-        # The net needs matplotlib: its place is kept until the window is on the screen.
+        # The net needs matplotlib; a placeholder is shown until the window is visible.
         self._net_place = QWidget()
         add = self.docks.add
         add("project", tr("Project"), self.tree)
@@ -336,13 +343,14 @@ class MainWindow(QMainWindow):
         studio.project_opened.connect(self._refresh)
         studio.model_loaded.connect(self._refresh)
         studio.edited.connect(self._refresh)
-        # A notice may offer a command that can be run only now.
+        # A notice may offer a command that has just become available.
         studio.notice.connect(lambda _: self.actions_table.refresh())
         studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.hide_hint)
-        # A dialog takes long to make: not in the same event as all that a new model brings about.
+        # Creating a dialog is slow, so it is not done in the same event as all updates for a new
+        # model.
         studio.frame_requested.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
         studio.recovery_found.connect(
             lambda folders: self._notices.offer_recovery(folders, self.files.open_path)
@@ -357,7 +365,7 @@ class MainWindow(QMainWindow):
 
     # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
-        """The window is on the screen: fill it, then open the paths of the command line."""
+        """Fill the window, which is visible by now, and open the paths of the command line."""
         self._fill(something_to_open=bool(paths))
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
@@ -379,15 +387,17 @@ class MainWindow(QMainWindow):
         self._keyboard = KeyboardFocus(self, center_widget, *opened)
         self.photo_tab.visible_page_changed.connect(self._keyboard.look)
         viewport.setFocus()
-        # A window that is closed before the process ends must be freed: only the first is frozen.
+        # Only the first window is frozen, because a window that is closed before the process
+        # ends must be freed.
         self._first = thread_switching.nothing_frozen()
         if self._first:
             thread_switching.freeze_objects()
-        # First: what has to be said of the paths was asked for, and stands in front.
+        # Opened first, so that messages about the requested paths are shown in front.
         self.studio.offer_recovery(paths)
         for path in paths:
             self.open_path(path)
-        # The net's library takes a second to import: after the first frame, and in a thread.
+        # Imported in a thread after the first frame, because the library of the net takes a
+        # second.
         viewport.first_frame.connect(self._imports.begin)
         self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)
         self._refresh()
@@ -421,13 +431,13 @@ class MainWindow(QMainWindow):
         warm_up.all_workers(self.studio)
 
     def _imports_done(self) -> None:
-        # An open model is not kept until the program ends, so it must not be frozen.
+        # An open model may be freed before the program ends, so it must not be frozen.
         if self._filled and self._first and not self.studio.models:
             thread_switching.freeze_objects()
 
     # --- what comes in -----------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
-        """A model, a project, or a folder of photos."""
+        """Open a model, a project or a folder of photos."""
         from vomstudio.ui.commands.survey import is_photo_folder
 
         if is_photo_folder(path):
@@ -455,7 +465,8 @@ class MainWindow(QMainWindow):
         event.acceptProposedAction()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        # What is unfinished on the outcrop is not dropped from a photo, where it is not seen.
+        # An unfinished feature on the outcrop is not discarded from a photo, in which it is
+        # invisible.
         has_outcrop_keys = self._filled and self.photo_tab.visible_page is None
         is_open = has_outcrop_keys and self.studio.open_tool is not None
         if event.key() == Qt.Key.Key_Escape and is_open:

@@ -1,4 +1,4 @@
-"""The menus: which commands each contains."""
+"""Menus of the main window and their commands."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMainWindow
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.commands.project_files import Files
 
-# "|" is a line between commands, "*" precedes the name of a submenu.
+# "|" is a separator between commands, and "*" precedes the name of a submenu.
 MENUS = (
     (
         to_translate("&File"),
@@ -136,8 +136,8 @@ MENUS = (
         ("documentation", "first_tour", "shortcuts", "save_report", "|", "about"),
     ),
 )
-"""Commands of the menus. The others have a key, a place in a panel or a context menu; the search
-finds them all."""
+"""Commands of each menu. The other commands have a key, or a button in a panel or context menu. The
+search finds all commands."""
 
 _SUBMENUS = {
     "views": (
@@ -164,7 +164,7 @@ _SUBMENUS = {
 
 
 def fill_menus(window: QMainWindow, actions: Mapping[str, QAction], files: Files) -> None:
-    """Fill the menu bar. Submenus of files are filled whenever they are opened."""
+    """Fill the menu bar. Submenus of files are filled each time they are opened."""
     fill = {
         "recent": (tr("Open &recent"), files.fill_recent),
         "discarded": (tr("&Restore discarded work"), files.fill_discarded),

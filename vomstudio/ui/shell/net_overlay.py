@@ -14,13 +14,13 @@ from vomstudio.ui.base import theme
 _MARGIN = 10
 _SIDE, _MIN_SIDE = 280, 200
 _MAX_SHARE = 0.5
-"""Of the outcrop's width and height."""
+"""Maximum size of the overlay as a share of the outcrop's width and height."""
 _HIDE_MS = 400
 
 
 @runtime_checkable
 class OverlayPage(Protocol):
-    """A page that adapts to the overlay: with tools that are shown under the cursor only."""
+    """Page that adapts to the overlay by showing its tools only under the cursor."""
 
     tools: QWidget
 
@@ -29,13 +29,16 @@ class OverlayPage(Protocol):
 
 
 class NetOverlay(QFrame):
-    """Frame over the outcrop with the net. It keeps its distance to the nearest corner when the
-    window is resized; its buttons appear under the cursor.
+    """Overlay with the net over the outcrop.
+
+    It keeps its distance from the nearest corner when the window is resized. Its buttons appear
+    under the cursor.
+
 
     Attributes
     ----------
     center_requested, dock_requested, closed : Signal
-        A button was pressed.
+        Emitted when the corresponding button was pressed.
     """
 
     center_requested = Signal()
@@ -49,7 +52,7 @@ class NetOverlay(QFrame):
         self._room = room
         self._widget: QWidget | None = None
         self.is_shown = False
-        """Whether the net is here; it is visible only with the outcrop."""
+        """Whether the overlay contains the net, which is visible only together with the outcrop."""
         self._covered = False
         self._side = _SIDE
         self._is_right, self._is_bottom = True, False
@@ -96,7 +99,7 @@ class NetOverlay(QFrame):
 
     # --- the net -----------------------------------------------------------------------------
     def show_page(self, _name: str, _title: str, widget: QWidget) -> None:
-        """Take the net and show it."""
+        """Take over the widget of the net and show it."""
         if widget is not None and widget is not self._widget:
             self._widget = widget
             widget.setParent(self)
@@ -107,7 +110,7 @@ class NetOverlay(QFrame):
         self._refresh()
 
     def release_page(self) -> QWidget | None:
-        """Give the net's widget back and hide the overlay."""
+        """Return the widget of the net and hide the overlay."""
         widget, self._widget = self._widget, None
         if widget is not None:
             self._column.removeWidget(widget)
@@ -120,7 +123,7 @@ class NetOverlay(QFrame):
 
     @staticmethod
     def _set_overlay(widget: QWidget, on: bool) -> None:
-        # The placeholder that precedes the net has no tools.
+        # The placeholder that is shown before the net has no tools.
         if isinstance(widget, OverlayPage):
             widget.set_overlay(on)
 
@@ -129,7 +132,7 @@ class NetOverlay(QFrame):
         return self._widget.tools if isinstance(self._widget, OverlayPage) else None
 
     def cover(self, covered: bool) -> None:
-        """Hide it while something else than the outcrop is in the centre."""
+        """Hide the overlay while another widget covers the outcrop."""
         self._covered = covered
         self._refresh()
 
@@ -139,7 +142,7 @@ class NetOverlay(QFrame):
 
     # --- place and size ----------------------------------------------------------------------
     def place(self) -> None:
-        """Put the overlay at its distance from the corner, inside the outcrop."""
+        """Position the overlay at its distance from the corner, inside the outcrop view."""
         room = self._room.rect()
         limit = round(_MAX_SHARE * min(room.width(), room.height()))
         side = max(_MIN_SIDE, min(self._side, limit))
@@ -153,7 +156,7 @@ class NetOverlay(QFrame):
         self.raise_()
 
     def _anchor(self) -> None:
-        """Measure the distance from the nearest corner."""
+        """Store the distance from the nearest corner."""
         room, box = self._room.rect(), self.geometry()
         self._side = box.width()
         self._is_right = box.center().x() > room.center().x()
@@ -163,12 +166,12 @@ class NetOverlay(QFrame):
         self._offset = QPoint(max(0, x), max(0, y))
 
     def state(self) -> str:
-        """Return place and size as text for `restore`."""
+        """Return the position and size as text for `restore`."""
         corner = ("b" if self._is_bottom else "t") + ("r" if self._is_right else "l")
         return f"{corner} {self._offset.x()} {self._offset.y()} {self._side}"
 
     def restore(self, text: str) -> None:
-        """Restore place and size; a damaged text changes nothing."""
+        """Restore the position and size; an invalid text has no effect."""
         corner, *numbers = text.split() or [""]
         if corner not in ("tl", "tr", "bl", "br") or len(numbers) != 3:
             return
@@ -180,7 +183,7 @@ class NetOverlay(QFrame):
         self.place()
 
     def reset(self) -> None:
-        """Return to the initial place and size."""
+        """Reset the position and size to the initial values."""
         self._is_right, self._is_bottom, self._side = True, False, _SIDE
         self._offset = QPoint(_MARGIN, _MARGIN)
         self.place()

@@ -1,4 +1,4 @@
-"""Shows the studio's notices: in the list of messages, the status line or the message bar."""
+"""Display of notices in the list of messages, the status line or the message bar."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _INFO_MS = 6000
 
 
 class NoticePresenter(QObject):
-    """Adds each notice to the list and shows it in the status line or the bar."""
+    """Adds each notice to the list, and shows it in the status line or the message bar."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class NoticePresenter(QObject):
         bar.connect_history(lambda: docks.bring_forward("messages"))
 
     def show(self, notice: Notice) -> None:
-        """Add it to the list, and show it where its level belongs, with a button for its action."""
+        """List a notice and show it according to its level, with a button for its action."""
         self._messages.add(notice)
         if notice.level == "info":
             self._status.showMessage(notice.text, _INFO_MS)
@@ -47,7 +47,15 @@ class NoticePresenter(QObject):
             self._bar.show_notice(notice)
 
     def offer_recovery(self, folders: list[Path], restore: Callable[[Path], None]) -> None:
-        """folders : projects that were not closed, the newest first; restore : opens one"""
+        """Offer to restore projects that were not closed.
+
+        Parameters
+        ----------
+        folders : list of Path
+            Folders of the projects, the newest first.
+        restore : callable
+            Opens one of the projects.
+        """
         newest = folders[0]
         if newest.parent == untitled_folder():
             finding = Finding("project.unsaved-found")

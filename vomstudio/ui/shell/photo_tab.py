@@ -1,4 +1,4 @@
-"""The photo that is open, as a tab beside the outcrop or as a window of its own."""
+"""Open photo, shown as a tab beside the outcrop or in a separate window."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _WINDOW_SIZE = (1400, 860)
 
 
 class PhotoTab(QObject):
-    """Which of outcrop and photo is seen.
+    """Switches between the outcrop and the open photo.
 
-    changed : something that commands depend on. seen_changed : another widget is looked at, which
-    is to have the keyboard. hinted : what the photo that is seen says, for the status line; ""
-    where none is
+    `changed` is emitted when the state that commands depend on has changed, `seen_changed` when
+    another widget is visible and should get the focus, and `hinted` with the status text of the
+    visible photo, or "" if no photo is visible.
     """
 
     changed = Signal()
@@ -47,7 +47,7 @@ class PhotoTab(QObject):
         workspaces: Workspaces,
         parent: QWidget,
     ) -> None:
-        """parent : of the window of its own"""
+        """Create the tab. `parent` is the parent of the separate window."""
         super().__init__(parent)
         self._opening, self._docks, self._parent = opening, docks, parent
         self._place: CentralArea | None = None
@@ -83,19 +83,18 @@ class PhotoTab(QObject):
         ]
 
     def over(self, commands: Iterable[Command]) -> list[Command]:
-        """The commands of the main window, which do in the photo what they mean there while it is
-        seen."""
+        """Adapt commands of the main window to act on the photo while it is visible."""
         return [self._over(photo_command(command, self._table)) for command in commands]
 
     def _over(self, command: Command) -> Command:
         checked = command.is_checked
         if command.name not in _TOOLS or checked is None:
             return command
-        # The tool in use is that of the photo.
+        # The tool in use belongs to the photo.
         return replace(command, is_checked=lambda: checked() and self.visible_page is None)
 
     def join(self, place: CentralArea, outcrop_actions: Iterable[QAction]) -> None:
-        """outcrop_actions : what acts on the outcrop, which is looked at after them"""
+        """Add the photo to the central area. `outcrop_actions` show the outcrop when triggered."""
         self._place = place
         place.outcrop_requested.connect(self.show_outcrop)
         place.photo_requested.connect(self.show_photo)
@@ -106,27 +105,27 @@ class PhotoTab(QObject):
     # --- what is seen ------------------------------------------------------------------------
     @property
     def visible_page(self) -> PhotoPage | None:
-        """The photo that stands in the middle of the main window and is looked at."""
+        """Photo that is visible in the centre of the main window, or None."""
         place = self._place
         return self._opening.page if place is not None and place.shows_photo else None
 
     @property
     def canvas(self) -> QWidget | None:
-        """Where the photo that is seen is drawn, which has the keyboard."""
+        """Canvas of the visible photo, which has the keyboard focus, or None."""
         return None if (page := self.visible_page) is None else page.canvas
 
     def _table(self) -> Actions | None:
         return None if (page := self.visible_page) is None else page.actions_table
 
     def turn_over(self) -> None:
-        """From the photo to the outcrop, or from there to the photo."""
+        """Switch from the photo to the outcrop or vice versa."""
         if self.visible_page is not None:
             self.leave_photo()
         else:
             self.show_photo()
 
     def show_photo(self) -> None:
-        """Show the open photo; the page in the centre comes back after it."""
+        """Show the open photo; the page in the centre returns after the photo is left."""
         page, place = self._opening.page, self._place
         if page is None or place is None:
             return
@@ -139,7 +138,7 @@ class PhotoTab(QObject):
         self._follow()
 
     def leave_photo(self) -> None:
-        """Show the page that was in the centre before the photo, else the outcrop."""
+        """Show the page that was in the centre before the photo, or else the outcrop."""
         page_behind, self._page_behind = self._page_behind, ""
         self.show_outcrop()
         if page_behind:
@@ -161,13 +160,13 @@ class PhotoTab(QObject):
         self._docks.fold_inspector(self.visible_page is not None)
 
     def _follow(self) -> None:
-        """Report if the widget that is shown has changed."""
+        """Emit signals if another widget has become visible."""
         if self._reported is not self.visible_page:
             self._report()
 
     def _report(self) -> None:
         self._reported = self.visible_page
-        # A photo has lists of its own and needs the width.
+        # A photo has its own lists and needs the width of the inspector.
         self._docks.fold_inspector(self.visible_page is not None)
         self.visible_page_changed.emit()
         self.changed.emit()
@@ -195,7 +194,7 @@ class PhotoTab(QObject):
         self.hinted.emit("" if page is None else page.hint)
 
     def _change_place(self) -> None:
-        """Out into a window of its own, or back."""
+        """Move the photo to a separate window or back."""
         page, place = self._opening.page, self._place
         if page is None or place is None:
             return
@@ -228,5 +227,5 @@ class PhotoTab(QObject):
 
 
 def center_widget_of(tab: PhotoTab, outcrop: QWidget) -> Callable[[], QWidget]:
-    """Tells what has the keyboard: the photo that is seen, else the outcrop."""
+    """Return a function that returns the visible photo's canvas, or else the outcrop."""
     return lambda: tab.canvas or outcrop

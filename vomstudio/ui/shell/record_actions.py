@@ -1,4 +1,4 @@
-"""Which commands the tree's context menu offers for a record."""
+"""Commands that the context menu of the tree offers for a record."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
 
 
 def record_actions(table: Actions, record: Record) -> list[QAction]:
-    """The commands for a model or feature, with their present state."""
+    """Return the commands for a model or feature, with their present state."""
     table.refresh()
     names: tuple[str, ...] = ()
     if isinstance(record, Model):

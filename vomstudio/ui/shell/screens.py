@@ -1,4 +1,4 @@
-"""Windows on screens: the size of the first start, and what was left on a screen that is gone."""
+"""Initial sizes of windows, and recovery of windows from disconnected screens."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from PySide6.QtWidgets import QMainWindow, QWidget
 
 _FIRST = QSize(1400, 900)
 MIN_SIZE = QSize(960, 480)
-# The bar with the title, by which a window is taken hold of.
+# Title bar, by which a window is moved.
 _TITLE_HEIGHT = 32
 MIN_VISIBLE_SIZE = QSize(120, 16)
 
 
 def fit_first(window: QMainWindow) -> None:
-    """Give a window the size of a first start, which its screen has room for."""
+    """Set the window size for a first start, which fits on its screen."""
     room = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT)
     window.setMinimumSize(MIN_SIZE.boundedTo(room))
     window.resize(_FIRST.boundedTo(room))
 
 
 def restore_geometry(window: QMainWindow, stored: str | None) -> None:
-    """Give a window the place and size that were kept, where a screen shows that place."""
+    """Restore the stored position and size of a window if they are on a screen."""
     fit_first(window)
     if stored is not None and (data := from_text(stored)) is not None:
         window.restoreGeometry(data)
@@ -32,8 +32,11 @@ def restore_geometry(window: QMainWindow, stored: str | None) -> None:
 
 
 def bring_on_screen(widget: QWidget) -> None:
-    """Move a window whose title no screen shows to the main screen, as large as there is room; one
-    that is larger than all screens together becomes as large as these."""
+    """Move a window whose title bar is off screen to the main screen.
+
+    The window is shrunk to fit. A window that is larger than all screens together is shrunk to
+    their size.
+    """
     _shrink(widget, widget.screen().availableVirtualGeometry())
     frame = widget.frameGeometry()
     title = QRect(frame.topLeft(), QSize(frame.width(), _TITLE_HEIGHT))
@@ -53,7 +56,7 @@ def _shrink(widget: QWidget, area: QRect) -> None:
     size = frame.size().boundedTo(area.size())
     if widget.isFullScreen() or widget.isMaximized() or size == frame.size():
         return
-    # The frame is as thick as before.
+    # The thickness of the frame has not changed.
     widget.resize(size - (frame.size() - widget.size()))
     widget.move(
         max(area.left(), min(frame.left(), area.right() + 1 - size.width())),
@@ -62,12 +65,12 @@ def _shrink(widget: QWidget, area: QRect) -> None:
 
 
 def to_text(data: QByteArray) -> str:
-    """What Qt keeps as bytes, for the settings."""
+    """Encode binary data of Qt as text for the settings."""
     return base64.b64encode(data.data()).decode("ascii")
 
 
 def from_text(text: str) -> QByteArray | None:
-    """The bytes of `to_text`; None where the text has been damaged."""
+    """Decode a text of `to_text`, or return None if the text is damaged."""
     try:
         return QByteArray(base64.b64decode(text, validate=True))
     except (binascii.Error, ValueError):

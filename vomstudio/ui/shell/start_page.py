@@ -1,4 +1,4 @@
-"""The page that an empty window shows: what to open."""
+"""Start page of an empty window."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _BUTTON_WIDTH = 280
 
 
 class StartPage(QFrame):
-    """Buttons for what can be opened, and the recent files."""
+    """Start page with buttons to open data, and the recent files."""
 
     def __init__(
         self, studio: Studio, actions: dict[str, QAction], open_path: Callable[[Path], None]
     ) -> None:
-        """open_path : of a model, a project or a folder of photos"""
+        """Create the page. `open_path` opens a model, a project or a folder of photos."""
         super().__init__()
         self._studio, self._open_path = studio, open_path
         self.setObjectName("start_page")
@@ -75,7 +75,7 @@ class StartPage(QFrame):
         self._fill()
 
     def _offer_tour(self) -> None:
-        """Once; later it is in the Help menu."""
+        """Offer the tour once; later it is available in the Help menu."""
         self._tour.setVisible(self._studio.settings.offer_tour)
 
     def _fill(self) -> None:
@@ -94,7 +94,7 @@ class StartPage(QFrame):
             self._recent.addWidget(button)
 
     def place_over(self, viewport: QWidget) -> None:
-        """Stay in the middle of the viewport."""
+        """Keep the page in the centre of the viewport."""
         viewport.installEventFilter(self)
         self._centre(viewport)
         self.raise_()
@@ -108,7 +108,7 @@ class StartPage(QFrame):
         self._give_width(narrow=False)
         if self.width() > viewport.width():
             self._give_width(narrow=True)
-        # In a small window it scrolls.
+        # The page scrolls in a small window.
         self.resize(self.size().boundedTo(viewport.size()))
         self.move(
             max(0, (viewport.width() - self.width()) // 2),
@@ -116,17 +116,17 @@ class StartPage(QFrame):
         )
 
     def _give_width(self, *, narrow: bool) -> None:
-        """narrow : long words take several lines, as beside wide panels or in large letters"""
+        """Set the width of the buttons; if `narrow`, long texts take several lines."""
         for label in self._long_words:
             label.setWordWrap(narrow)
         for button in self._buttons:
             button.setMinimumWidth(0 if narrow else _BUTTON_WIDTH)
-            # All of one width, there too.
+            # All buttons have the same width, even in a narrow page.
             wide = QSizePolicy.Policy.Expanding if narrow else QSizePolicy.Policy.Fixed
             button.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
         side = 10 if narrow else 28
         self._column.setContentsMargins(side, 22, side, 22)
-        # Or the size is that of before, until Qt lays it out.
+        # Otherwise the size would remain the previous one until Qt updates the layout.
         self._column.invalidate()
         self._area.updateGeometry()
         self.adjustSize()

@@ -1,4 +1,4 @@
-"""The status line: hint of the tool, coordinates, frame, selection, GIS layers, running job."""
+"""Status line with tool hint, coordinates, frame, selection, GIS layers and running job."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MARGIN = 6
 
 
 class StatusLine(QStatusBar):
-    """Follows the signals of the studio; a job is shown with its progress and a stop button."""
+    """Status line of the studio; a running job has a progress bar and a stop button."""
 
     def __init__(self, studio: Studio, declare: QAction) -> None:
         super().__init__()
@@ -78,12 +78,12 @@ class StatusLine(QStatusBar):
         ):
             signal.connect(self.refresh)
         studio.project_opened.connect(self._position.clear)
-        # A message that has no room ends in dots; this has all of it.
+        # A message that does not fit is elided; the tooltip contains the full text.
         self.messageChanged.connect(self.setToolTip)
         self._show_jobs()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Qt would let a long message run into what stands beside it."""
+        """Paint an elided message, because Qt would paint a long one over its neighbours."""
         painter, option = QPainter(self), QStyleOption()
         option.initFrom(self)
         self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
@@ -98,13 +98,13 @@ class StatusLine(QStatusBar):
             )
 
     def _room(self) -> QRect:
-        """Where a message stands: up to the first of what is always there."""
+        """Return the rectangle for a message, which ends at the first permanent widget."""
         ends = [widget.x() for widget in self._permanent if widget.isVisible()]
         right = min(ends, default=self.width()) - 2 * _MARGIN
         return QRect(_MARGIN, 0, max(0, right - _MARGIN), self.height())
 
     def refresh(self, *_: object) -> None:
-        """Show hint, selection and frame as they are now."""
+        """Update the hint, selection and frame."""
         studio, before = self._studio, self._hint.text()
         if self._photo_hint:
             self._hint.setText(self._photo_hint)
@@ -118,7 +118,7 @@ class StatusLine(QStatusBar):
                 )
             )
         if self._hint.text() != before:
-            # The user has gone on: what the next click does must not wait behind what was said.
+            # The user has continued, so the hint for the next click replaces an earlier message.
             self.clearMessage()
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
@@ -143,7 +143,7 @@ class StatusLine(QStatusBar):
         )
 
     def show_photo(self, words: str) -> None:
-        """What is said of the photo that is seen in place of the outcrop; "" where none is."""
+        """Show the status text of the visible photo, or "" if the outcrop is visible."""
         if bool(words) != bool(self._photo_hint):
             self._position.clear()
         self._photo_hint = words
@@ -153,7 +153,7 @@ class StatusLine(QStatusBar):
             self.refresh()
 
     def show_pointer(self, event: PointerEvent) -> None:
-        """World coordinates under the cursor."""
+        """Show the World coordinates under the cursor."""
         if event.kind is not Pointer.MOVE:
             return
         model = self._studio.records.get(event.hit.model_id) if event.hit else None
@@ -179,7 +179,7 @@ class StatusLine(QStatusBar):
         for widget in (self._job, self._bar, self._stop):
             widget.setVisible(bool(jobs))
         if jobs:
-            # The newest: what was asked for last is what is waited for.
+            # The newest job is shown, because the user waits for the last request.
             self._job.setText(jobs[-1].text())
             self._stop.setText(tr("Pause") if jobs[-1].resumable else tr("Stop"))
             self._bar.setRange(0, jobs[-1].total or 0)

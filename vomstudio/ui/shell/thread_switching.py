@@ -1,4 +1,4 @@
-"""Thread switching and garbage collection, set so that the window's thread never waits for long."""
+"""Settings of thread switching and garbage collection for a responsive window."""
 
 from __future__ import annotations
 
@@ -6,25 +6,29 @@ import gc
 import sys
 
 SWITCH_S = 0.0005
-"""Seconds after which a thread that computes in Python lets another one run. The window's thread
-releases the interpreter at every call of Qt and VTK and then waits this long for it: with Python's
-default of 5 ms, a paint of ten calls beside a computing thread takes 50 ms."""
+"""Time, in seconds, after which a thread that runs Python code yields to another thread. The
+window's thread releases the interpreter at every call of Qt and VTK, and then waits this long to
+get it back. With Python's default of 5 ms, a paint with ten calls takes 50 ms while another thread
+is computing."""
 YOUNG = 5_000
-"""Number of new objects after which the garbage collector runs."""
+"""Number of new objects that triggers the garbage collector."""
 
 
 def shorten_switch_interval() -> None:
-    """Set switch interval and collector threshold; called once, when the window is made."""
+    """Set the switch interval and collector threshold. Called once for the first window."""
     sys.setswitchinterval(SWITCH_S)
     gc.set_threshold(YOUNG, *gc.get_threshold()[1:])
 
 
 def nothing_frozen() -> bool:
-    """Whether `freeze_objects` has not been called yet: this is the process's first window."""
+    """Return whether `freeze_objects` has not been called yet in this process."""
     return gc.get_freeze_count() == 0
 
 
 def freeze_objects() -> None:
-    """Take all present objects out of garbage collection: they stay until the program ends, and
-    scanning them stops every thread for 50 ms and more."""
+    """Exclude all present objects from garbage collection.
+
+    They remain until the program ends, and scanning them would stop all threads for 50 ms or
+    more.
+    """
     gc.freeze()

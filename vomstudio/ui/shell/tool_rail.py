@@ -1,4 +1,4 @@
-"""The rail of tools at the left of the outcrop."""
+"""Tool rail on the left of the outcrop."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ SHORT_NAMES = {
     "control": to_translate("Control"),
     "known_line": to_translate("Lines"),
 }
-"""Names below the icons, if shorter than the tool's."""
+"""Names below the icons if they are shorter than the names of the tools."""
 
 
 class ToolRail(QToolBar):
-    """One button per tool, with icon and name. Tools of a task appear only in that task."""
+    """Tool rail with one button per tool; some tools appear only in their workspace."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class ToolRail(QToolBar):
         return button
 
     def offered(self) -> list[str]:
-        """Return the names of the tools that belong to the present task, in their order."""
+        """Return the names of the tools for the present task, in order."""
         task = (
             *self._workspaces.shown.tools,
             *PAGE_TOOLS.get(self._docks.page("drawer"), ()),
@@ -84,7 +84,7 @@ class ToolRail(QToolBar):
         return [name for name in self._names if name in GENERAL_TOOLS or name in task]
 
     def refresh(self, *_: object) -> None:
-        """Show the buttons of the tools of the present task."""
+        """Show the buttons of the tools for the present task."""
         offered = self.offered()
         for name in self._names:
             self._places[name].setVisible(name in offered)

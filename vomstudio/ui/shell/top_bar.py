@@ -1,4 +1,4 @@
-"""The right end of the menu bar: workspaces, search, and back and forward through the views."""
+"""Right end of the menu bar, with workspaces, search and the view history."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _TEXT, _ICON = (
 
 
 def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
-    """Return one command for each workspace, and those that arrange its pages."""
+    """Return a command for each workspace, and the commands that arrange pages."""
 
     def show(name: str) -> Command:
         workspace = next(each for each in WORKSPACES if each.name == name)
@@ -76,12 +76,12 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
 
 
 def command_names() -> list[str]:
-    """Return the names of the commands that show workspaces, in their order."""
+    """Return the names of the workspace commands, in order."""
     return [f"workspace_{workspace.name}" for workspace in WORKSPACES]
 
 
 class TopBar(QWidget):
-    """Buttons in the corner of the menu bar. Texts disappear in narrow windows."""
+    """Buttons in the corner of the menu bar, whose texts are hidden in narrow windows."""
 
     def __init__(self, window: QMainWindow, actions: Mapping[str, QAction]) -> None:
         super().__init__()

@@ -1,7 +1,8 @@
-"""The first tour: nine steps that point at the real window and go on when the user has done them.
+"""Introductory tour of nine steps, which continue when the user has done them.
 
-It blocks nothing: everything can be done at any time, in any order, or not at all. Esc ends it
-unless a feature is being picked or text edited, which Esc serves first.
+The steps point at widgets of the real window. The tour does not block anything, and all actions
+remain available in any order. Esc ends the tour, unless a feature is being picked or a text is
+being edited.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ _END = to_translate(
 
 
 class Tour(QObject):
-    """step : the number of the step that is shown, from 0; None while no tour is on"""
+    """Introductory tour; `step` is the index of the current step, or None without a tour."""
 
     def __init__(self, window: QWidget, studio: Studio, all_steps: list[TourStep]) -> None:
         super().__init__(window)
@@ -51,7 +52,7 @@ class Tour(QObject):
 
     # --- coming and going --------------------------------------------------------------------
     def start(self) -> None:
-        """From the first step; a tour that is on begins anew."""
+        """Start the tour, or restart it from the first step."""
         self.end()
         self._card, self._frame = TourCard(self._window), TourFrame(self._window)
         self._card.onward.connect(self._onward)
@@ -67,7 +68,7 @@ class Tour(QObject):
         self._timer.start()
 
     def end(self) -> None:
-        """Leave the tour, wherever it is."""
+        """End the tour at any step."""
         if self._card is None or self._frame is None:
             return
         self._timer.stop()
@@ -103,7 +104,7 @@ class Tour(QObject):
             self._show(self.step + 1)
 
     def _look(self) -> None:
-        """Whether the user has done it; and the target may have moved, come or gone."""
+        """Check whether the current step is done, and update the frame around its target."""
         if self.step is None or not isValid(self._window):
             return
         if self.step < len(self._steps) and self._steps[self.step].done(self._before):
@@ -130,7 +131,7 @@ class Tour(QObject):
         self._card.raise_()
 
     def _box_of(self, target: QWidget) -> QRect | None:
-        """In the window; None where it stands in another one, or is not seen."""
+        """Return the rectangle of a target in this window, or None if it is not visible there."""
         if target.window() is not self._window or not target.isVisible():
             return None
         return QRect(target.mapTo(self._window, QPoint(0, 0)), target.size())
@@ -142,7 +143,7 @@ class Tour(QObject):
         if event.modifiers() or not self._esc_is_ours():
             return False
         if event.type() == QEvent.Type.ShortcutOverride:
-            # Or the command that Esc stands for in the outcrop would have it.
+            # Otherwise the command of Esc in the outcrop would receive the key.
             event.accept()
             return True
         if event.type() == QEvent.Type.KeyPress:
@@ -166,7 +167,7 @@ def commands(
     docks: PagePlaces,
     window: QWidget,
 ) -> list[Command]:
-    """actions : of the window, which may be filled later"""
+    """Return the commands of the tour. `actions` of the window may be added later."""
     tours: list[Tour] = []
 
     def start() -> None:

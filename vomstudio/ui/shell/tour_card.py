@@ -1,4 +1,4 @@
-"""The card of the first tour, and the frame round the thing that it speaks of."""
+"""Card of the introductory tour, and the frame around its target."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ROOM = 4
 
 
 class TourFrame(QWidget):
-    """A line round a widget. The mouse goes through it."""
+    """Frame around a widget, which is transparent for mouse events."""
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -27,7 +27,7 @@ class TourFrame(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(2.0, 2.0, -2.0, -2.0)
-        # Dark below, so that it is seen on a bright outcrop too.
+        # A dark line below makes the frame visible on a bright outcrop.
         for color, width in (
             (self.palette().color(QPalette.ColorRole.Shadow), 4.0),
             (self.palette().color(QPalette.ColorRole.Highlight), 2.4),
@@ -37,9 +37,9 @@ class TourFrame(QWidget):
 
 
 class TourCard(QFrame):
-    """Says what to do next. It never takes the keyboard by itself.
+    """Card with instructions for the next step. It never takes the focus by itself.
 
-    onward : the user goes on without doing it; ended : the user leaves the tour
+    `onward` is emitted when the user skips the step, and `ended` when the user ends the tour.
     """
 
     onward = Signal()
@@ -65,7 +65,7 @@ class TourCard(QFrame):
         self.end.clicked.connect(self.ended)
         row = QHBoxLayout()
         for button in (self.next, self.end):
-            # A click on it must not take the keyboard from the outcrop.
+            # A click on the card must not take the focus from the outcrop.
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.setAutoDefault(False)
         row.addWidget(self.end)
@@ -77,7 +77,7 @@ class TourCard(QFrame):
         self._layout.addLayout(row)
 
     def say(self, count: str, text: str, onward: str) -> None:
-        """count : as "Step 2 of 9"; onward : the text of the button"""
+        """Show a step: its number (`count`, as in "Step 2 of 9"), text and button text."""
         self._count.setText(count)
         self._text.setText(text)
         self.next.setText(onward)
@@ -86,19 +86,22 @@ class TourCard(QFrame):
 
     @property
     def text(self) -> str:
-        """What it says."""
+        """Text of the card."""
         return self._text.text()
 
 
 def frame_box(target: QRect, window: QSize) -> QRect:
-    """Round a target, inside the window."""
+    """Return the frame around a target, limited to the window."""
     wide = target.adjusted(-_ROOM, -_ROOM, _ROOM, _ROOM)
     return wide.intersected(QRect(QPoint(0, 0), window))
 
 
 def card_place(target: QRect | None, card: QSize, window: QSize) -> QPoint:
-    """Where the card stands in the window: beside the target, whole, and if there is any room not
-    over it; in the middle without a target."""
+    """Return the position of the card in the window.
+
+    The card is completely visible beside the target, and covers it only if there is no space
+    elsewhere. Without a target, it is centred.
+    """
     far_x, far_y = window.width() - card.width() - _GAP, window.height() - card.height() - _GAP
     if target is None:
         return QPoint(max(0, far_x // 2), max(0, far_y // 2))

@@ -1,4 +1,4 @@
-"""What the first tour shows, step after step: where, what to do, and when it is done."""
+"""Steps of the introductory tour: target, instruction and condition of completion."""
 
 from __future__ import annotations
 
@@ -19,17 +19,20 @@ _TURNED_DEG = 8.0
 
 
 class PagePlaces(Protocol):
-    """The places of the pages of the window."""
+    """Protocol for locating the pages of the window."""
 
     def place_of(self, name: str) -> QWidget | None:
-        """Return the visible widget around a page, None if the page is hidden."""
+        """Return the visible host of a page, or None if the page is hidden."""
 
 
 @dataclass(frozen=True)
 class TourStep:
-    """text : noted for translation. target : the widget that is meant, None where it is not shown.
-    now : a state of which `done` is told what it was when the step began. onward : whether the
-    button says "Next": there is nothing to do but to look."""
+    """Step of the tour.
+
+    `text` is marked for translation. `target` returns the widget concerned, or None if it is not
+    visible. `now` returns a state; `done` receives its value at the start of the step. If
+    `onward`, the step only shows something, and its button is "Next".
+    """
 
     name: str
     text: str
@@ -40,7 +43,7 @@ class TourStep:
 
 
 def button_of(action: QAction) -> QWidget | None:
-    """The visible button or toolbar entry of an action."""
+    """Return the visible button or toolbar entry of an action, or None."""
     for holder in action.associatedObjects():
         button: QWidget | None = None
         if isinstance(holder, QToolBar):
@@ -58,7 +61,7 @@ def steps(
     view: OutcropView,
     docks: PagePlaces,
 ) -> list[TourStep]:
-    """Of a window with these parts."""
+    """Return the steps of the tour for a window with these parts."""
 
     def viewport() -> QWidget | None:
         return view.viewport
@@ -195,7 +198,7 @@ def steps(
 
 
 class _Counter:
-    """How often an action was run."""
+    """Counter of how often an action has been run."""
 
     def __init__(self, action: QAction) -> None:
         self._times = 0

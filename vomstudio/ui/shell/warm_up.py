@@ -1,4 +1,4 @@
-"""Workers get ready for what they will be asked, before anybody waits for them."""
+"""Warm-up of workers before the first requests."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ if TYPE_CHECKING:
 
 
 def for_models(studio: Studio) -> None:
-    """The one that reads models imports its libraries."""
+    """Let the worker that reads models import its libraries."""
     from vomstudio.studio.jobs.model_tasks import IMPORT_LIBRARIES
 
     _ask(studio, IMPORT_LIBRARIES)
 
 
 def all_workers(studio: Studio) -> None:
-    """Models first, then photos, whose kernels may have to be compiled."""
+    """Warm up the worker for models, then that for photos, which may compile kernels."""
     from vomstudio.geometry.kernels import compilation_state
     from vomstudio.studio.jobs.model_tasks import COMPILE_KERNELS
 
     for_models(studio)
     if not compilation_state.noted():
-        # A worker of its own takes two seconds of a processor to find nothing to do.
+        # Otherwise a new worker would use two seconds of processor time without any effect.
         _ask(studio, COMPILE_KERNELS)
 
 

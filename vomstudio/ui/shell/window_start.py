@@ -1,4 +1,4 @@
-"""Start of the window: an empty window first, then the viewport, then everything heavy."""
+"""Start of the window: an empty frame, then the viewport, then slow parts."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMainWindow
 
-# Name of the menu entry (vomstudio/core/files/desktop.py).
+# Name of the desktop menu entry (vomstudio/core/files/desktop.py).
 DESKTOP_NAME = "vomstudio"
 _SHOWN_MS = 10_000
 
 
 def run_window(paths: Sequence[str]) -> int:
-    """Open the window with these models, projects or photo folders; the process's exit code."""
+    """Open the window with models, projects or photo folders, and return the exit code."""
     from vomstudio.ui.shell.drawing_check import why_no_screen
 
     if (refused := why_no_screen()) is not None:
-        # Qt would abort the process with a page of its own.
+        # Otherwise Qt would abort the process with its own long message.
         print(refused, file=sys.stderr)
         return 2
-    # What is imported now stays: to look through it again and again is a tenth of the start.
+    # Objects imported now remain; scanning them repeatedly would take a tenth of the start time.
     gc.disable()
     os.environ.setdefault("QT_API", "pyside6")
     try:
@@ -46,10 +46,10 @@ def run_window(paths: Sequence[str]) -> int:
 
     _leave_sources_unread()
     _ask_for_opengl()
-    # The name becomes the window's class on X11, by which desktops find its menu entry
+    # The name becomes the window class on X11, by which desktops find the menu entry
     # (StartupWMClass). argv[0] is __main__.py in a bundle.
     application = QApplication([DESKTOP_NAME])
-    # QApplication takes the user's locale; under a comma locale native readers misread decimals.
+    # QApplication sets the user's locale; with decimal commas, native readers misread numbers.
     locale.setlocale(locale.LC_NUMERIC, "C")
     application.setApplicationName("VOM Studio")
     application.setDesktopFileName(DESKTOP_NAME)
@@ -75,7 +75,7 @@ def run_window(paths: Sequence[str]) -> int:
     window.show()
 
     def begin() -> None:
-        # The window is on the screen by now; only its viewport draws with OpenGL.
+        # The window is visible by now; only its viewport uses OpenGL.
         if (refused := why_not_drawn()) is not None:
             _tell(refused)
             application.exit(2)
@@ -84,7 +84,7 @@ def run_window(paths: Sequence[str]) -> int:
             window.begin([Path(p) for p in paths])
             gc.enable()
         except VomError as error:
-            # Without a place for the project's journal no work could be kept.
+            # Without a folder for the project's journal, no work could be stored.
             QMessageBox.critical(window, "VOM Studio", escape_markup(str(error)))
             application.exit(error.exit_code)
             return
@@ -96,7 +96,7 @@ def run_window(paths: Sequence[str]) -> int:
             window.studio.warn(problem)
         notices.begin()
 
-    # The first paint comes before a timer of zero.
+    # The first paint precedes a timer with zero delay.
     application.processEvents()
     QTimer.singleShot(0, begin)
     listener = _hear_signals(window)
@@ -108,11 +108,14 @@ def run_window(paths: Sequence[str]) -> int:
 
 
 def _hear_signals(window: QMainWindow) -> QTimer:
-    """Ctrl+C in the terminal closes like the window's own button, until the timer is stopped, which
-    lets Python hear it."""
+    """Let Ctrl+C in the terminal close the window as its close button does.
+
+    The returned timer lets Python handle the signal, until it is stopped.
+    """
     from PySide6.QtCore import QTimer
 
-    # A signal comes between any two lines of Python: closing waits for the event loop.
+    # A signal may arrive between any two lines of Python, so closing is deferred to the event
+    # loop.
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             number = getattr(signal, name)
@@ -125,7 +128,7 @@ def _hear_signals(window: QMainWindow) -> QTimer:
 
 
 def _say_missing(error: ImportError) -> int:
-    """Where a library of the system is missing or damaged; any other error goes on."""
+    """Report a missing or damaged system library; raise any other error again."""
     finding = missing_library(error)
     if finding is None:
         raise error
@@ -138,22 +141,26 @@ def _tell(refused: Finding) -> None:
     from PySide6.QtWidgets import QMessageBox
 
     print(refused, file=sys.stderr)
-    # Whoever started it from a menu sees no terminal; nobody may be there to close it.
+    # A user who started the program from a menu has no terminal; a dialog without a user must
+    # close itself.
     box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused.message)
     QTimer.singleShot(_SHOWN_MS, box.close)
     box.exec()
 
 
 def _leave_sources_unread() -> None:
-    """PySide reads the source of every module that is imported, to see whether it could ask for
-    names in snake case: a tenth of the start. None of ours does."""
+    """Prevent PySide from reading the source of every imported module.
+
+    It searches for the use of snake-case names, which takes a tenth of the start time. No module
+    of this program uses them.
+    """
     feature = sys.modules.get("shibokensupport.feature")
     if hasattr(feature, "_mod_uses_pyside"):
         setattr(feature, "_mod_uses_pyside", lambda _: False)  # noqa: B010 - not for type checkers
 
 
 def _ask_for_opengl() -> None:
-    """Before the application is made, so that every widget gets it."""
+    """Request OpenGL for all widgets. Must be called before the application is created."""
     from PySide6.QtGui import QSurfaceFormat
 
     surface = QSurfaceFormat()

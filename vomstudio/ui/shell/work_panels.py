@@ -1,5 +1,7 @@
-"""Panels and commands that need the studio and little else, each with its place: new ones of that
-kind are added here, and the window stays as it is."""
+"""Panels and commands that depend on little more than the studio.
+
+New panels and commands of this kind are added here, without changes of the window.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +22,10 @@ Needs = Callable[[OutcropView], tuple[object, ...]]
 
 
 def work_panels() -> tuple[tuple[str, str, Make], ...]:
-    """Name of the dock, title and maker of each; they scroll. Each is imported when it is made:
-    most days nobody looks at most of them."""
+    """Return the dock name, title and factory of each scrolling panel.
+
+    A panel is imported when it is created, because most panels are rarely used.
+    """
     at = _made_at
     return (
         (
@@ -81,7 +85,7 @@ def _all(view: OutcropView) -> tuple[object, ...]:
 
 
 def _made_at(where: str, needs: Needs = _nothing) -> Make:
-    """where : its class in the rooms of the window. needs : what of the view it is made with"""
+    """Return the factory of a panel: `where` names its class, `needs` its other arguments."""
     module, _, kind = where.rpartition(".")
 
     def make(studio: Studio, view: OutcropView) -> QWidget:
@@ -100,7 +104,7 @@ def work_commands(
     docks: Docks,
     parent: QWidget,
 ) -> list[Command]:
-    """parent : of the dialogs"""
+    """Return the commands that need little more than the studio, for dialogs of `parent`."""
     from vomstudio.ui.commands import fits as fit_commands
     from vomstudio.ui.commands import model_comparison as registration_commands
     from vomstudio.ui.commands import panels as panel_commands

@@ -1,4 +1,4 @@
-"""Which workspace and page follow from what the user opens, selects and picks."""
+"""Switching of workspaces and pages according to the user's actions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FEATURES, _TOOL, _SELECTION = INSPECTOR_TABS
 
 
 class WorkspaceSwitching(QObject):
-    """Shows the workspace and the page of the inspector that fit what the user does."""
+    """Shows the workspace and inspector page that match the user's action."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class WorkspaceSwitching(QObject):
 
     # --- what is opened ----------------------------------------------------------------------
     def photos_opened(self) -> None:
-        """Show the page of photos: the user opened a folder of photos."""
+        """Show the page of photos after the user has opened a folder of photos."""
         self._workspaces.switch(_MODEL)
         if not self._has_model:
             self._docks.take_center(_PHOTOS)
@@ -52,7 +52,7 @@ class WorkspaceSwitching(QObject):
             self._docks.bring_forward(_PHOTOS)
 
     def path_opened(self) -> None:
-        """Show the outcrop: the user opened a model or a project."""
+        """Show the outcrop after the user has opened a model or a project."""
         had_photos = self._area.shows_photo or self._docks.center_page == _PHOTOS
         self._docks.leave_center()
         if had_photos and self._workspaces.shown.center:
@@ -60,7 +60,7 @@ class WorkspaceSwitching(QObject):
 
     # --- inspector ---------------------------------------------------------------------------
     def tool_chosen(self, *, has_panel: bool) -> None:
-        """Show the settings of a tool that the user chose, or what is selected without one."""
+        """Show the settings of a selected tool, or the properties if it has no panel."""
         self._is_picking = has_panel
         if has_panel:
             self._docks.leave_center()
@@ -69,7 +69,7 @@ class WorkspaceSwitching(QObject):
             self._tool_changed()
 
     def _tool_changed(self) -> None:
-        """Leave the settings of a tool once nothing is open in it."""
+        """Leave the settings of a tool once it has no unfinished feature."""
         is_idle = not self._is_picking and self._studio.open_tool is None
         if is_idle and self._docks.page("inspector") == _TOOL:
             self._show_selection()
@@ -88,7 +88,7 @@ class WorkspaceSwitching(QObject):
         self._docks.bring_forward(_SELECTION if self._studio.selection.ids else _FEATURES)
 
     def _is_in_inspector(self) -> bool:
-        """Return whether the user is working in the inspector, which must not change then."""
+        """Return whether the user is working in the inspector, which then must not change."""
         name = self._docks.page("inspector")
         if not name:
             return True
@@ -99,7 +99,7 @@ class WorkspaceSwitching(QObject):
 
     # --- empty workspaces --------------------------------------------------------------------
     def _data_changed(self, *_: object) -> None:
-        # There may be thousands: `any` stops at the first of each.
+        # There may be thousands of records; `any` stops at the first match.
         records = self._studio.records.values()
         self._has_model = any(isinstance(record, Model) for record in records)
         self._has_feature = any(isinstance(record, Feature) for record in records)
@@ -112,7 +112,7 @@ class WorkspaceSwitching(QObject):
         self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the purpose of a workspace that is empty."""
+        """Show the purpose of an empty workspace."""
         shown, has_photos = self._workspaces.shown, self._survey.folder is not None
         is_empty = not (self._has_model if shown.needs == "model" else self._has_feature)
         if shown.center and has_photos:

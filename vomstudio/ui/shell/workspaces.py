@@ -1,4 +1,4 @@
-"""The workspace that is shown, and the arrangement of the window."""
+"""Current workspace, and the arrangement of the window."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from vomstudio.ui.shell.layout import (
 
 _GEOMETRY, _SHOWN, _DOCKS, _PAGES, _NET = "geometry", "workspace", "docks", "pages", "net"
 _OVERLAY, _DOCKED, _HIDDEN = "overlay", "docked", "hidden"
-# Long enough for a drag to end, short enough to lose little in a crash.
+# Long enough for a drag to end, and short enough to lose little in a crash.
 _SETTLE_MS = 300
 _FOLLOWED: tuple[Region, Region] = ("inspector", "drawer")
 
 
 class Workspaces(QObject):
-    """The workspace that is shown, and the pages last open in each.
+    """Current workspace, and the pages that were last open in each workspace.
 
-    A workspace chooses pages of inspector and drawer. Sizes, floating docks and the net are the
-    user's: they stay as they are when the workspace changes.
+    A workspace determines the pages of inspector and drawer. Sizes, floating docks and the net
+    are set by the user and do not change with the workspace.
 
     Attributes
     ----------
     leaving : Signal
-        Another workspace is about to be shown.
+        Emitted before another workspace is shown.
     changed : Signal of str
-        A workspace was shown, or its panels were hidden or reset.
+        Emitted after a workspace was shown, or its panels were hidden or reset.
     settled : Signal
-        Place, size or docks of the window changed and are at rest.
+        Emitted when the position, size or docks of the window have changed and come to rest.
     """
 
     leaving = Signal()
@@ -47,7 +47,7 @@ class Workspaces(QObject):
     settled = Signal()
 
     def __init__(self, window: QMainWindow, docks: WindowDocks, stored: Mapping[str, str]) -> None:
-        """Use the arrangement that `to_store` returned in an earlier session."""
+        """Use an arrangement that `to_store` returned in an earlier session."""
         super().__init__(window)
         self._window, self._docks = window, docks
         self._state = screens.from_text(stored.get(_DOCKS, ""))
@@ -63,7 +63,7 @@ class Workspaces(QObject):
 
     @property
     def shown(self) -> WorkspaceLayout:
-        """The workspace that is shown."""
+        """Current workspace."""
         return self._shown
 
     @property
@@ -73,8 +73,8 @@ class Workspaces(QObject):
 
     # --- showing -----------------------------------------------------------------------------
     def begin(self) -> None:
-        """Arrange the docks as they were left, or in the initial arrangement."""
-        # Sizes hold only once the viewport is in the centre.
+        """Restore the stored arrangement of the docks, or use the initial one."""
+        # Sizes take effect only once the viewport is in the centre.
         QTimer.singleShot(0, self._begin)
 
     def _begin(self) -> None:
@@ -106,7 +106,7 @@ class Workspaces(QObject):
         QTimer.singleShot(0, self._window, self._come_on_screen)
 
     def switch(self, name: str) -> None:
-        """Show a workspace with the pages that were last open in it."""
+        """Switch to a workspace, with the pages that were last open in it."""
         workspace = workspace_of(name)
         if workspace is self._shown and self._hidden is None:
             return
@@ -121,7 +121,7 @@ class Workspaces(QObject):
         self.changed.emit(workspace.name)
 
     def reset(self) -> None:
-        """Return to the initial arrangement of the window and of this workspace."""
+        """Restore the initial arrangement of the window and of the current workspace."""
         self._hidden = None
         self._pages[self._shown.name] = _initial_pages()
         self._docks.arrange()
@@ -132,7 +132,7 @@ class Workspaces(QObject):
         self.changed.emit(self._shown.name)
 
     def show_only_outcrop(self) -> None:
-        """Hide every panel, or show those that were visible again."""
+        """Hide all panels, or show the previously visible panels again."""
         if self._hidden is None:
             self._docks.leave_center()
             self._remember()
@@ -155,7 +155,7 @@ class Workspaces(QObject):
 
     def _give_sizes(self) -> None:
         self._docks.give_sizes()
-        # Docks that were never shown get their sizes only once they are laid out.
+        # Docks that were never shown get their sizes only after the layout.
         QTimer.singleShot(0, self._window, self._docks.give_sizes)
 
     # --- storing -----------------------------------------------------------------------------
@@ -185,13 +185,13 @@ class Workspaces(QObject):
         self._docks.bring_on_screen()
 
     def stop(self) -> None:
-        """Stop watching: the window is closing."""
+        """Stop watching the window because it is closing."""
         self._remember()
         self._has_begun = False
         self._timer.stop()
 
     def to_store(self) -> dict[str, str]:
-        """Return geometry, workspace, docks and pages of the window for the settings."""
+        """Return the geometry, workspace, docks and pages of the window for the settings."""
         return {
             _GEOMETRY: screens.to_text(self._window.saveGeometry()),
             _SHOWN: self._shown.name,
@@ -202,7 +202,7 @@ class Workspaces(QObject):
 
 
 def stored_geometry(stored: Mapping[str, str]) -> str | None:
-    """Return place and size of the window from the result of `to_store`."""
+    """Return the window position and size contained in a result of `to_store`."""
     return stored.get(_GEOMETRY)
 
 

@@ -16,7 +16,8 @@ from vomstudio.ui.base.studio import Studio
 def project_axes(studio: Studio) -> Axes:
     """Return the axes that all models of the project share.
 
-    They are metric or north-aligned only if all models are; World axes without a model.
+    The axes are metric or north-aligned only if all models are. Without a model, the default
+    World axes are returned.
     """
     if not studio.has_project or not studio.session.of(Model):
         return Axes()
@@ -29,7 +30,7 @@ def length_unit(axes: Axes) -> str:
 
 
 def follow_axes(studio: Studio, show: Callable[[Axes], object]) -> None:
-    """Call `show` now and whenever the axes change, for the life of the window."""
+    """Call `show` now and whenever the axes change, as long as the window exists."""
     current: list[Axes] = []
 
     def refresh(*_: object) -> None:

@@ -12,7 +12,7 @@ _ICON_ONLY = Qt.ToolButtonStyle.ToolButtonIconOnly
 
 
 class CollapsingTexts(QObject):
-    """Shows icon and text of the buttons of a row as far as they fit, else one of both.
+    """Shows icon and text of the buttons in a row if they fit, or else only one of them.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class CollapsingTexts(QObject):
         return False
 
     def refit(self) -> None:
-        """Measure the row again, after texts or buttons have changed."""
+        """Measure the row again after texts or buttons have changed."""
         self._widths = []
         self.fit()
 

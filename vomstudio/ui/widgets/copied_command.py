@@ -1,4 +1,4 @@
-"""Copy a dialog or panel as a shell command with the same result."""
+"""Copying of a dialog or panel as a shell command with the same result."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from vomstudio.ui.base.studio import Studio
 
 CommandArgument = str | Path | float
 CommandArguments = Sequence[CommandArgument | tuple[str, CommandArgument]]
-"""Arguments of a command; an option with its value is a pair."""
+"""Arguments of a command; an option and its value form a pair."""
 
 
 class CopyCommandButton(QToolButton):
-    """Button that copies a command; its tooltip describes it or why it is disabled.
+    """Button that copies a command; its tooltip describes the command or why it is disabled.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class CopyCommandButton(QToolButton):
 def format_command_line(arguments: CommandArguments) -> str:
     """Return a command, quoted for the shell of this system.
 
-    Numbers have all their digits.
+    Numbers are written with full precision.
     """
     parts: list[str] = []
     for argument in arguments:
@@ -68,7 +68,7 @@ def format_command_line(arguments: CommandArguments) -> str:
 
 
 def format_numbers(values: Iterable[float]) -> str:
-    """Return numbers with all their digits, separated by commas."""
+    """Return numbers with full precision, separated by commas."""
     return ",".join(_text(float(value)) for value in values)
 
 
@@ -82,7 +82,7 @@ def copy_command(studio: Studio, arguments: CommandArguments, file: Path | None 
     Parameters
     ----------
     file : Path, optional
-        The file that was written for the command.
+        File that was written for the command.
     """
     QGuiApplication.clipboard().setText(format_command_line(["vomstudio", *arguments]))
     if file is None:
@@ -124,7 +124,7 @@ def copy_with_file(
 def find_model_arguments(studio: Studio, model: Model) -> CommandArguments | None:
     """Return the file of a model and the option for its placement in the project.
 
-    None if the file was not found.
+    The result is None if the file was not found.
     """
     path = studio.project.find_model(model)
     return None if path is None else [path, ("--project", studio.project.folder)]

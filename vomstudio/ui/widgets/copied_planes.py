@@ -1,4 +1,4 @@
-"""Write features to the table that a copied command reads."""
+"""Tables of features that are read by a copied command."""
 
 from __future__ import annotations
 

@@ -12,12 +12,12 @@ _MIN_LETTERS = 2
 
 
 class CrsField(QLineEdit):
-    """Searches codes, names and areas; a selected match is written as its code.
+    """Field that searches codes, names and areas; a selected match is replaced by its code.
 
     Attributes
     ----------
     popup : QListView
-        The list of matches.
+        List of matches.
     """
 
     def __init__(self, code: str = "") -> None:
@@ -49,5 +49,5 @@ class CrsField(QLineEdit):
 
     def _select(self, index: QModelIndex) -> None:
         self.setText(self._matches[index.row()].code)
-        # As if the user had typed the code.
+        # Handled as if the user had typed the code.
         self.textEdited.emit(self.text())

@@ -1,4 +1,4 @@
-"""Draw a plane to scale, with ticks and named ends; a drag marks a part of it."""
+"""Drawing of a plane to scale, with ticks and named ends, in which a drag marks a part."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _INK = QColor("#141414")
 _PAPER = QColor("#ffffff")
 _MARK = QColor("#d55e00")
 _MAX_LABELS = 60
-"""More labels would hide the drawing."""
+"""Maximum number of labels; more would hide the drawing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +44,14 @@ class DrawingView(QWidget):
     Parameters
     ----------
     empty : str
-        Text without a drawing.
+        Text that is shown without a drawing.
 
     Attributes
     ----------
     dragged : Signal
         Emitted with the start and end of a drag, (2, 2), in the plane of the drawing.
     dragging : Signal
-        Emitted with the same during the drag.
+        Emitted with the same values during the drag.
     """
 
     dragged = Signal(object)
@@ -96,7 +96,7 @@ class DrawingView(QWidget):
         )
 
     def _extent(self) -> tuple[FloatArray, FloatArray, float]:
-        """Return the lowest and highest corner of the frame, and pixels per metre."""
+        """Return the minimum and maximum corners of the frame, and the pixels per metre."""
         assert self.drawing is not None
         box = self._frame_box()
         low, high = self.drawing.bounds
@@ -108,7 +108,7 @@ class DrawingView(QWidget):
         return middle - half, middle + half, scale
 
     def to_widget(self, points: FloatArray) -> FloatArray:
-        """Return (n, 2) pixels of points (n, 2) of the drawing."""
+        """Convert points (n, 2) of the drawing to widget pixels (n, 2)."""
         frame = self._frame_box()
         low, _, scale = self._extent()
         return np.stack(
@@ -249,7 +249,7 @@ class DrawingView(QWidget):
         painter.drawText(title_box, int(Qt.AlignmentFlag.AlignRight), drawing.ends[1])
         self._draw_below(painter, frame, scale)
         painter.save()
-        # In a low dock the title may be longer than the frame is high.
+        # In a low dock, the title may be longer than the height of the frame.
         painter.translate(line_height * 0.2, self.height() / 2)
         painter.rotate(-90)
         box = QRectF(-self.height() / 2, 0, self.height(), line_height)

@@ -27,12 +27,12 @@ def error_field(name: str, empty: str, tip: str) -> QLineEdit:
 
 
 def read_number(field: QLineEdit, code: str) -> float | None:
-    """Return the number in a field, None if the field is empty.
+    """Return the number in a field, or None if the field is empty.
 
     Parameters
     ----------
     code : str
-        Code of the finding about a text that is not a number of 0 or more.
+        Code of the finding about a text that is not a non-negative number.
 
     Raises
     ------

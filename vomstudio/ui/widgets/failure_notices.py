@@ -1,4 +1,4 @@
-"""Show program errors to the user: a message above the viewport, and an error report."""
+"""Display of program errors in a message above the viewport, and error reports."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MAX_DELAY_MS = 60_000
 
 
 class Host(Protocol):
-    """The window that shows program errors; its parts exist once it is filled."""
+    """Protocol of the window that shows program errors; its parts exist once it is filled."""
 
     studio: Studio
     actions_table: Actions
@@ -58,7 +58,7 @@ class FailureNotices(QObject):
         ERRORS.listen(self._forward)
 
     def begin(self) -> None:
-        """Show the errors before the window was filled, and a crash of the last run."""
+        """Show errors that occurred before the window was filled, and a crash of the last run."""
         if crashes.has_new_crash():
             self._show_crash()
         pending, self._pending = self._pending, []
@@ -80,7 +80,7 @@ class FailureNotices(QObject):
             self._host.studio.notice.emit(notice)
 
     def close(self) -> None:
-        """Stop showing errors after the window was closed."""
+        """Stop showing errors because the window was closed."""
         ERRORS.listen(None)
         self._arrived.disconnect(self._take)
 
@@ -124,7 +124,7 @@ class FailureNotices(QObject):
 
 
 def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
-    """Ask the questions in turn and return whether the window may close.
+    """Ask the questions in turn, and return whether the window may close.
 
     If a question fails, the error is shown and the user decides.
     """
@@ -151,7 +151,7 @@ def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
 def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]) -> None:
     """Run all closing steps even if some fail, and show the errors at the end.
 
-    Never raises.
+    This function never raises an error.
     """
     failed: list[Exception] = []
     for step in steps:
@@ -197,7 +197,7 @@ def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
 
 
 def _answer(box: QMessageBox, host: Host, parent: QWidget) -> None:
-    """Wait for an answer other than saving the report."""
+    """Show a message box until the answer is other than saving the report."""
     save = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
     box.exec()
     while box.clickedButton() is save:

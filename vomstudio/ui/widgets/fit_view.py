@@ -1,4 +1,4 @@
-"""A plane with its errors and its verdict, for panels."""
+"""View of a plane with its errors and verdict, for panels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.ui.base.number_formatting import orientation_text
 
 @dataclass(frozen=True)
 class _Line:
-    """Two figures in one row; title and tip are translated when they are shown."""
+    """Row with two figures; its title and tip are translated when they are shown."""
 
     title: str
     tip: str
@@ -97,12 +97,12 @@ _LINE_ROWS = (_ERROR, _CONFIDENCE, _SIZE)
 
 
 class FitView(QWidget):
-    """The orientation, errors, indices and verdict of one measurement.
+    """View of the orientation, errors, indices and verdict of a measurement.
 
     Parameters
     ----------
     reasons_shown : int, optional
-        Maximum number of reasons and notes; the tooltip has all of them.
+        Maximum number of displayed reasons and notes; the tooltip contains all of them.
     """
 
     def __init__(self, reasons_shown: int | None = None) -> None:
@@ -160,14 +160,14 @@ class FitView(QWidget):
         layout.addWidget(self._reasons)
 
     def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
-        """Show a measurement, or dashes for None.
+        """Show a measurement, or dashes if it is None.
 
         Parameters
         ----------
         notation : str
             Notation of attitudes.
         local : bool
-            The model has no known frame.
+            Whether the frame of the model is unknown.
         """
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
@@ -185,7 +185,7 @@ class FitView(QWidget):
         texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
         for value, title, text in zip(self._values, self._titles, texts, strict=True):
             value.setText(text)
-            # An unfinished trace keeps its rows, so that the layout does not jump.
+            # An unfinished trace keeps all rows, so that the layout does not jump.
             for widget in (value, title):
                 widget.setVisible(measured is None or fit is not None or text != "–")
         kind = kind_named(measured.kind) if measured else None
@@ -195,7 +195,7 @@ class FitView(QWidget):
         if not reasons and measured is not None and measured.problem:
             reasons = [str(measured.problem)]
         lines = [f"• {reason}" for reason in reasons]
-        # Notes do not lower the verdict and have another bullet.
+        # Notes do not lower the verdict and have a different bullet.
         lines += [f"◦ {note.message}" for note in (verdict.notes if verdict else ())]
         visible_lines = lines[: self._reasons_shown]
         if len(visible_lines) < len(lines):
@@ -221,13 +221,13 @@ def _figure_at(value: Label, line: _Line, position: QPoint) -> Figure:
 
 
 def _text(line: _Line, measured: Measurement) -> str:
-    """Return both figures of a row; lines have only errors and size."""
+    """Return the text of both figures in a row; lines have only errors and a size."""
     subject = Subject(None, measured)
     first, second = line.first.text(subject), line.second.text(subject)
     if measured.fit is None:
         if line not in _LINE_ROWS or line.first.value(subject) is None:
             return "–"
-        # Without an axis the region is a circular cone.
+        # Without an axis, the region is a circular cone.
         if line is _CONFIDENCE and measured.confidence_axis is None:
             return first
     size = f"   (n {catalogue.N_POINTS.value(subject)})" if line is _SIZE else ""

@@ -25,7 +25,7 @@ COSTS = (
 
 
 class FollowBox(ComboBox):
-    """List of costs, then the fields of the open models; `currentData` is None for no cost."""
+    """List of costs and of the open models' fields; `currentData` is None for no cost."""
 
     def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""A form with a picture beside it, or below it if the panel is narrow."""
+"""Form with a picture beside it, or below it if the panel is narrow."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NO_LIMIT = 16_777_215
 
 
 class FormWithPicture(QWidget):
-    """Fills a panel.
+    """Form and picture that fill a panel.
 
     Attributes
     ----------
@@ -71,13 +71,13 @@ class FormWithPicture(QWidget):
         self._sides.setDirection(directions.LeftToRight if is_beside else directions.TopToBottom)
         self._is_beside = is_beside
         self._scroll_area.setMaximumWidth(_FORM_WIDTH if is_beside else _NO_LIMIT)
-        # Placeholders of fields must not be cut if there is space.
+        # Placeholders of fields must not be truncated if there is space.
         minimum = min(_FORM_WIDTH, round(_FORM_FRACTION * self.width()))
         self._scroll_area.setMinimumWidth(minimum if is_beside else 0)
         self._fit()
 
     def _fit(self) -> None:
-        """Set the minimum height of the form: above the picture, all of it is visible."""
+        """Set the minimum height of the form, which is completely visible above a picture."""
         size = self._form.sizeHint()
         height = self._form.heightForWidth(max(self._scroll_area.width(), size.width()))
         needed = QSize(size.width(), max(size.height(), height))

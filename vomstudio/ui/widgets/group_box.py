@@ -12,7 +12,8 @@ from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 
 Choice = tuple[str, str, str]
-"""Group: "all", "selection", "type" with the id of a type, or "set" with id and name of the set."""
+"""Group of features: "all", "selection", "type" with the id of the type, or "set" with the id of
+the type and the name of the set."""
 
 ALL: Choice = ("all", "", "")
 SELECTED: Choice = ("selection", "", "")
@@ -24,7 +25,8 @@ class GroupBox(ComboBox):
     Parameters
     ----------
     all_title : str
-        Title of an entry for all features, the default. Without it the default is the first type.
+        Title of the entry for all features, which is the default. Without this entry, the
+        default is the first type.
     """
 
     def __init__(self, studio: Studio, all_title: str = "") -> None:
@@ -41,7 +43,7 @@ class GroupBox(ComboBox):
         return self._always[0][1] if data is None else data
 
     def list_groups(self) -> None:
-        """List the existing groups; keeps the selected one if it still exists."""
+        """List the existing groups, keeping the selected group if it still exists."""
         previous = self.choice()
         groups = [*self._always]
         features = [f for f in self._studio.session.of(Typed) if kind_of(f).net is not None]
@@ -62,16 +64,16 @@ class GroupBox(ComboBox):
         for title, choice in groups:
             self.addItem(title, choice)
         first = 0 if ALL in choices else min(1, len(groups) - 1)
-        # If it was the only entry, the user has not selected it.
+        # If it was the only entry, it was not selected by the user.
         keeps_previous = previous in choices and len(entries) > 1
         self.setCurrentIndex(choices.index(previous) if keeps_previous else first)
 
     def features(self) -> list[Typed]:
-        """Return the features of the group that plot on a net, without repeats."""
+        """Return the features of the group that can be plotted on a net, without repeats."""
         return first_picks(self._selected_features(), self._studio.records)
 
     def exclusion_messages(self) -> list[str]:
-        """Return the messages about repeats in the group."""
+        """Return messages about repeats that are excluded from the group."""
         selected = self._selected_features()
         count = len(selected) - len(first_picks(selected, self._studio.records))
         return [repeats_finding(count).message] if count else []

@@ -1,4 +1,4 @@
-"""Show an HTML page of the program in the user's browser, or in a window without one."""
+"""Display of an HTML page in the user's browser, or in a window without a browser."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.base.long_boxes import fit_to_screen
 
 
 def open_page(parent: QWidget, path: Path) -> None:
-    """Open a page in the browser, or in a dialog if there is none.
+    """Open a page in the browser, or in a dialog if there is no browser.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def open_page(parent: QWidget, path: Path) -> None:
 
 
 class HtmlPage(QDialog):
-    """Shows the page as far as Qt's text browser supports it, with the path of the file."""
+    """Dialog that shows a page in Qt's limited text browser, with the path of its file."""
 
     def __init__(self, parent: QWidget, path: Path) -> None:
         super().__init__(parent)

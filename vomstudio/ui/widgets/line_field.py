@@ -1,4 +1,4 @@
-"""Field for the trend and plunge of a line, typed or taken from the selected one."""
+"""Field for the trend and plunge of a line, typed or taken from the selected line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class LineField(QWidget):
-    """Field for a line.
+    """Field for the attitude of a line.
 
     Parameters
     ----------
@@ -55,12 +55,12 @@ class LineField(QWidget):
         self._refresh()
 
     def direction(self) -> Line | None:
-        """Return the line, None if empty. Raises InputError if the text is not a line."""
+        """Return the line, or None if the field is empty. Raises InputError if it is invalid."""
         text = self.line.text().strip()
         return parse_line(text) if text else None
 
     def selected(self) -> Line | None:
-        """Return the line of the selected feature."""
+        """Return the line of the selected feature, or None."""
         measured = current_measurement(self._studio)
         return None if measured is None else measured.line
 

@@ -1,4 +1,4 @@
-"""List of all messages, and a bar above the viewport with the newest one."""
+"""List of all messages, and a bar above the viewport with the newest message."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _HINT_MS = 6000
 
 
 class MessagesPanel(QListWidget):
-    """All notices since the start of the program, with their times."""
+    """Panel with all notices since the start of the program, and their times."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -54,9 +54,9 @@ class MessagesPanel(QListWidget):
 
 
 class MessageBar(QFrame):
-    """Message at the top of the viewport, which keeps its size under it.
+    """Message bar over the top of the viewport, which keeps its size.
 
-    Hints disappear after some seconds. Other notices stay, and are counted when a newer one
+    Hints disappear after some seconds. Other notices remain, and are counted when a newer notice
     replaces them. `notice` is the current or last notice.
     """
 
@@ -113,7 +113,7 @@ class MessageBar(QFrame):
         unread = not self.isHidden() and not self._hint_timer.isActive()
         if notice.level == "hint":
             if self.isVisible() and unread:
-                # An unread notice stays; the hint is only listed.
+                # An unread notice remains, and the hint is only listed.
                 return
             self._hint_timer.start()
         else:
@@ -140,7 +140,7 @@ class MessageBar(QFrame):
         self._update_geometry()
 
     def connect_history(self, call: Callable[[], None]) -> None:
-        """Call a function, which shows all messages, for the count of earlier ones."""
+        """Set the function that shows all messages when the count of earlier ones is clicked."""
         self._has_history = True
         self._earlier_button.clicked.connect(lambda: call())
 
@@ -158,12 +158,12 @@ class MessageBar(QFrame):
             self.hide()
 
     def set_top_tools(self, tools: QWidget | None) -> None:
-        """Place the bar below tools at the top of the parent; None places it at the top."""
+        """Place the bar below tools at the top of the parent, or at the top if None."""
         self._tools = tools
         self._update_geometry()
 
     def _update_geometry(self) -> None:
-        """Place the bar across the top of the parent, as high as its text needs."""
+        """Place the bar across the top of the parent, with the height of its text."""
         parent, tools = self.parentWidget(), self._tools
         if parent is not None and not self.isHidden():
             width = parent.width()

@@ -11,7 +11,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class ModelBox(ComboBox):
-    """List of open models; keeps the selected one while it is open."""
+    """List of open models, which keeps the selected model while that is open."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -19,7 +19,7 @@ class ModelBox(ComboBox):
         self.keep_narrow()
 
     def list_models(self) -> None:
-        """List the open models; at first the current one is selected."""
+        """List the open models; initially, the current model is selected."""
         studio = self._studio
         entries = [(m.name, m.id) for m in studio.session.of(Model) if m.id in studio.models]
         if [(self.itemText(i), self.itemData(i)) for i in range(self.count())] == entries:

@@ -35,9 +35,9 @@ class Column:
     text : callable
         Formats a value; None is shown as a dash.
     number : bool
-        Align the column to the right.
+        Whether the column is aligned to the right.
     icon : callable, optional
-        Returns the icon of a value, instead of the flag of a row with a note.
+        Returns the icon of a value, which replaces the flag of a row with a note.
     """
 
     title: str
@@ -48,7 +48,7 @@ class Column:
 
 
 class NumberModel(QAbstractTableModel):
-    """Rows of values by column, each with a note that flags the row, or an empty string."""
+    """Table model whose rows contain values, and a note that flags the row (or "")."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -144,7 +144,7 @@ class NumberTable(QTableView):
         self.selectionModel().currentRowChanged.connect(self._current)
 
     def sizeHint(self) -> QSize:  # noqa: N802
-        """Return the minimum height if one is set, so that widgets below stay visible."""
+        """Return the minimum height if it is set, so that widgets below stay visible."""
         hint = super().sizeHint()
         return QSize(hint.width(), self.minimumHeight() or hint.height())
 
@@ -163,7 +163,7 @@ class NumberTable(QTableView):
                 return
 
     def select_row(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
-        """Make the first row current whose values match."""
+        """Make the first matching row current."""
         for number, (values, _) in enumerate(self.numbers.rows):
             if match(values):
                 self.setCurrentIndex(self.numbers.index(number, 0))

@@ -14,14 +14,14 @@ from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, SpinBox
 Options = TypeVar("Options")
 
 MAX_SHOWN = 1e6
-"""Largest value of a field whose option has no upper bound."""
+"""Maximum value of a field whose option has no upper bound."""
 
 
 class OptionFields(QObject, Generic[Options]):
-    """Form fields of an options class, without a layout.
+    """Form fields for an options class, without a layout.
 
-    An option without a label has no field and keeps its value of `start`. The field of a number
-    that the program may choose shows "auto" at its minimum.
+    An option without a label has no field and keeps its value in `start`. If the program may
+    choose a number, its field shows "auto" at the minimum.
 
     Parameters
     ----------
@@ -30,14 +30,14 @@ class OptionFields(QObject, Generic[Options]):
     prefix : str
         Prefix of the object names: ``facet`` results in ``facet_angle``.
     start : options object, optional
-        The initial values; the defaults if omitted.
+        Initial values. By default, the defaults of the options class are used.
 
     Attributes
     ----------
     fields : dict of str to QWidget
-        Field of each option, by the name of the option.
+        Field of each option, keyed by the name of the option.
     labels : dict of str to Label
-        Label of each field except check boxes.
+        Label of each field except check boxes, keyed by the name of the option.
     changed : Signal
         Emitted when the value of a field changes.
     """
@@ -81,7 +81,7 @@ class OptionFields(QObject, Generic[Options]):
             field.setValue(number)
 
     def show_automatic(self, name: str, value: float) -> None:
-        """Show the number that the program chose in a field without a value."""
+        """Show the number chosen by the program in a field that has no value."""
         field = self.fields[name]
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
         field.setSpecialValueText(f"{value:.3g}{field.suffix()}")
@@ -103,13 +103,13 @@ class OptionFields(QObject, Generic[Options]):
         Raises
         ------
         UsageError
-            For options that exclude each other.
+            If options exclude each other.
         """
         values = {each.name: getattr(self._start, each.name) for each in declarations(self._class)}
         return self._class(**values | {name: self._value(name) for name in self.fields} | others)
 
     def show_unit(self, unit: str) -> None:
-        """Show lengths and areas in a unit of length, such as m."""
+        """Set the unit of length, such as m, that is shown for lengths and areas."""
         for name, field in self.fields.items():
             symbol = UNITS.get(self._declared[name].unit or "", "")
             if symbol in ("m", "m²"):

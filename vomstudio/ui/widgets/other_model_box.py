@@ -30,12 +30,12 @@ from vomstudio.ui.base.studio import Studio
 
 @dataclass(frozen=True, eq=False)
 class OtherModel:
-    """A model with its data in the frame of its file.
+    """Model with its data in the file frame.
 
     Attributes
     ----------
     id : str
-        Id of its record; empty for a model of a file.
+        Id of its record, or "" for a model that was read from a file.
     """
 
     name: str
@@ -48,11 +48,11 @@ class OtherModel:
 
     @property
     def placement(self) -> Frame | Registration:
-        """The registration, else the frame."""
+        """Registration of the model, or else its frame."""
         return self.registration or self.frame
 
     def to_placed_model(self, cache: Path) -> PlacedModel:
-        """Return the model as input of a job.
+        """Return the model as input for a job.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class OtherModel:
 
 
 def project_model(studio: Studio, model: Model) -> OtherModel | None:
-    """Return a model of the project; None if its file is not open."""
+    """Return a model of the project, or None if its file is not open."""
     opened, path = studio.models.get(model.id), studio.project.find_model(model)
     if opened is None or path is None:
         return None
@@ -74,12 +74,12 @@ def project_model(studio: Studio, model: Model) -> OtherModel | None:
 
 
 class OtherModelBox(QWidget):
-    """List of other models, with a button to read one from a file.
+    """List of other models, with a button to read a model from a file.
 
     Parameters
     ----------
     excluded_id : str
-        Id of the model that is not listed.
+        Id of the model that is excluded from the list.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class OtherModelBox(QWidget):
             self._studio.jobs.cancel(self._job)
 
     def list_models_except(self, excluded_id: str) -> None:
-        """List the models of the project except one, and those of files.
+        """List the models of the project except one, and the models read from files.
 
         The selected model stays selected if possible.
         """

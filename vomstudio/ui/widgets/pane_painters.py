@@ -13,11 +13,12 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.qt.painting import PANEL, TEXT, system_font
 
 Painter = Callable[[QPainter, QRectF, Callable[[FloatArray], FloatArray], float], None]
-"""Draws on a pane. Arguments: painter, box of the pane, transform to the screen, zoom."""
+"""Function that draws on a pane. Its arguments are the painter, the box of the pane, the transform
+to the screen and the zoom."""
 
 
 def mask_inside(box: QRectF, points: FloatArray) -> BoolArray:
-    """Return which points (n, 2) of the widget are inside a box."""
+    """Return which points (n, 2), in widget pixels, are inside a box."""
     x, y = points[:, 0], points[:, 1]
     is_in_x, is_in_y = (
         (x >= box.left()) & (x <= box.right()),
@@ -49,7 +50,7 @@ def dot_painter(places: FloatArray, color: QColor, size: float) -> Painter:
         pixels = to_screen(places)
         pixels = (pixels[mask_inside(box, pixels)] - [box.left(), box.top()]) * ratio
         width, height = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
-        # Written to an image: drawing thousands of dots takes half a second.
+        # Written to an image, because drawing thousands of dots takes half a second.
         marks = np.zeros((height, width), np.uint32)
         radius = max(1, round(size * ratio / 2))
         columns, rows = pixels.astype(np.intp).T
@@ -70,7 +71,7 @@ def dot_painter(places: FloatArray, color: QColor, size: float) -> Painter:
 
 
 def combined_painter(*painters: Painter) -> Painter:
-    """Return a painter that runs painters in turn."""
+    """Return a painter that runs several painters in turn."""
 
     def paint(
         painter: QPainter, box: QRectF, to_screen: Callable[[FloatArray], FloatArray], zoom: float

@@ -1,4 +1,4 @@
-"""A photo with pan and zoom, and the features of the model drawn on it."""
+"""Photo with pan and zoom, over which the features of the model are drawn."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _BUTTONS = {
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A feature in the photo.
+    """Feature as drawn in the photo.
 
     Attributes
     ----------
@@ -53,9 +53,10 @@ class Drawn:
     is_visible : (k,) bool array
         Whether each vertex is visible in the photo.
     anchor : (2,) array or None
-        Anchor of the label; None if it is hidden.
+        Anchor of the label, or None if it is hidden.
     is_edge_list : bool
-        `pixels` are the ends of edges, two rows each, not a polyline.
+        Whether `pixels` contains the ends of separate edges (two rows each) instead of a
+        polyline.
     """
 
     id: str
@@ -79,13 +80,14 @@ class PhotoPointer:
     ctrl: bool = False
     handle: int | None = None
     is_continued: bool = False
-    """The next event of the same drag follows immediately."""
+    """Whether another event of the same drag follows immediately."""
 
 
 class PhotoCanvas(QWidget):
-    """Pans on drags, zooms at the cursor on wheel events, and emits other gestures.
+    """Canvas that pans on drags, zooms with the wheel, and emits other gestures.
 
-    `projection` returns the pixels (n, 2) of World points and whether the photo shows them (n,).
+    `projection` returns the pixels (n, 2) of World points, and whether each is visible in the
+    photo (n,).
 
     Attributes
     ----------
@@ -103,10 +105,10 @@ class PhotoCanvas(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setObjectName("photo_canvas")
         self.is_left_button_painting = False
-        """The left button paints; the others pan."""
+        """Whether the left button paints, while the other buttons pan."""
         self.projection: Callable[[FloatArray], tuple[FloatArray, BoolArray]] | None = None
         self.direction: FloatArray = np.array([0.0, 0.0, 1.0])
-        """Axis of the photo, in World."""
+        """Viewing direction of the photo in the World frame."""
         self.message = ""
         self._size = (1, 1)
         self._picture: PhotoPyramid | None = None
@@ -127,7 +129,7 @@ class PhotoCanvas(QWidget):
         self._action: str | None = None
         self._handle: int | None = None
         self._doubled = False
-        # Tools fit planes at each move of the cursor, which must be throttled.
+        # Throttled, because tools fit planes at each move of the cursor.
         self._hover_event: PhotoPointer | None = None
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
@@ -185,7 +187,7 @@ class PhotoCanvas(QWidget):
     # --- view --------------------------------------------------------------------------------
     @property
     def to_screen(self) -> QTransform:
-        """The transform from pixels of the stored photo to pixels of the widget."""
+        """Transform from pixels of the stored photo to widget pixels."""
         x, y = self._offset.x(), self._offset.y()
         return self._turn * QTransform(self._scale, 0, 0, self._scale, x, y)
 
@@ -195,7 +197,7 @@ class PhotoCanvas(QWidget):
         return pixel.x(), pixel.y()
 
     def to_widget(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Return the widget pixels (n, 2) of pixels (n, 2) of the stored photo."""
+        """Convert pixels (n, 2) of the stored photo to widget pixels (n, 2)."""
         m = self.to_screen
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
         return np.column_stack(
@@ -212,7 +214,7 @@ class PhotoCanvas(QWidget):
         self._centre(QPointF(self._upright.width() / 2, self._upright.height() / 2))
 
     def look_at(self, pixels: FloatArray) -> None:
-        """Show pixels (n, 2) of the stored photo with a margin, at most at 1:1."""
+        """Show pixels (n, 2) of the stored photo with a margin, at a scale of at most 1:1."""
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
         if not len(pixels):
             self.fit()
@@ -229,7 +231,7 @@ class PhotoCanvas(QWidget):
             self._centre(QPointF((x.min() + x.max()) / 2, (y.min() + y.max()) / 2))
 
     def contains_pixels(self, pixels: FloatArray) -> bool:
-        """Return whether all these pixels are inside the widget."""
+        """Return whether all pixels (n, 2) of the stored photo are inside the widget."""
         widget_pixels = self.to_widget(pixels)
         return bool(
             (widget_pixels > 0).all()
@@ -238,7 +240,7 @@ class PhotoCanvas(QWidget):
         )
 
     def zoom(self, factor: float, about: QPointF | None = None) -> None:
-        """Enlarge by a factor about a point of the widget, by default its centre."""
+        """Zoom by a factor about a point of the widget, by default its centre."""
         about = about or QPointF(self.width() / 2, self.height() / 2)
         min_scale = 0.5 * min(
             self.width() / self._upright.width(), self.height() / self._upright.height()
@@ -292,7 +294,7 @@ class PhotoCanvas(QWidget):
         painter.setTransform(self.to_screen, True)
         pixel_ratio = self._scale * self.devicePixelRatioF()
         whole = QRectF(0, 0, *self._size)
-        # The smallest level that has the resolution of the screen.
+        # Use the smallest level with at least the resolution of the screen.
         fine = [i for i in picture.levels if i.width() >= 0.98 * pixel_ratio * self._size[0]]
         level = fine[-1] if fine else picture.levels[0]
         hint = QPainter.RenderHint.SmoothPixmapTransform
@@ -317,7 +319,7 @@ class PhotoCanvas(QWidget):
             )
 
     def _paint_labels(self, painter: QPainter) -> None:
-        """Draw the labels that do not overlap, those of selected features first."""
+        """Draw the labels that do not overlap, starting with those of selected features."""
         boxes: list[QRectF] = []
         for drawn in sorted(self._drawn, key=lambda d: d.id not in self._selected):
             if drawn.anchor is None or not drawn.label:
@@ -375,7 +377,7 @@ class PhotoCanvas(QWidget):
         return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
     def feature_at(self, x: float, y: float) -> str | None:
-        """Return the feature at a pixel of the photo."""
+        """Return the id of the feature at a pixel of the photo, or None."""
         position = self.to_widget([x, y])[0]
         best, feature_id = LINE_PIXELS, None
         for drawn in self._drawn:

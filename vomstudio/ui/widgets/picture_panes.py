@@ -1,4 +1,4 @@
-"""Photos side by side with pan and zoom, overlays, and lines between them."""
+"""Photos side by side with pan, zoom, overlays, and lines between them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Picture:
     image : QImage or None
         Upright image, possibly reduced.
     size : tuple of float
-        Size of the whole picture in its own pixels, in which all marks are given.
+        Size of the full-resolution picture in pixels, the unit of all marks.
     problem : str
         Reason why there is no image.
     """
@@ -59,7 +59,7 @@ class Picture:
 
 @dataclass(eq=False)
 class _PaneView:
-    """Centre in pixels of the picture, None for the whole picture, and zoom."""
+    """Zoom of a pane, and centre in picture pixels (None for the whole picture)."""
 
     centre: FloatArray | None = None
     zoom: float = 1.0
@@ -72,10 +72,10 @@ class Links:
     Attributes
     ----------
     left, right : (m, 2) array
-        Ends in the pictures.
+        End points in the left and right pictures.
     colors : (m, 3) uint8 array
     visible_rows : int array
-        Rows that are drawn.
+        Rows of the lines that are drawn.
     faint : tuple of arrays, optional
         Ends of lines that are drawn in red, below the others.
     """
@@ -88,16 +88,16 @@ class Links:
 
 
 class PicturePanes(QWidget):
-    """The wheel zooms at the cursor and a drag pans; + - 0 by key.
+    """Panes with pictures; the wheel or the keys + - 0 zoom, and a drag pans.
 
-    A double click on a link zooms to both its ends, elsewhere it shows all.
+    A double click on a link zooms to both of its ends. Elsewhere, it shows the whole pictures.
 
     Parameters
     ----------
     is_linked : bool
-        All panes show the same part.
+        Whether all panes show the same part.
     reserve : float
-        Free width at the right of each pane at first, in pixels.
+        Initial free width on the right of each pane, in pixels.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ class PicturePanes(QWidget):
         return self._fit(pane) if view.centre is None else (view.centre, view.zoom)
 
     def to_screen(self, pane: int, places: npt.ArrayLike) -> FloatArray:
-        """Return (n, 2) widget pixels of positions (n, 2) in a picture."""
+        """Convert positions (n, 2) in a picture to widget pixels (n, 2)."""
         centre, zoom = self._view(pane)
         middle = self.middle(pane)
         points = np.asarray(places, np.float64).reshape(-1, 2)
@@ -189,14 +189,14 @@ class PicturePanes(QWidget):
         return centre + np.array([position.x() - middle.x(), position.y() - middle.y()]) / zoom
 
     def pane_at(self, position: QPointF) -> int | None:
-        """Return the pane at a point of the widget; None between panes or without a picture."""
+        """Return the pane with a picture at a point of the widget, or None."""
         for pane, picture in enumerate(self._pictures):
             if picture is not None and self.box(pane).contains(position):
                 return pane
         return None
 
     def zoom(self, factor: float, position: QPointF) -> None:
-        """Enlarge by a factor about a point of the widget."""
+        """Zoom by a factor about a point of the widget."""
         pane = self.pane_at(position)
         if pane is None:
             return
@@ -223,7 +223,7 @@ class PicturePanes(QWidget):
         ratio = self.devicePixelRatioF()
         size = self.size() * ratio
         if self._base is None or self._base.size() != size:
-            # Thousands of marks are drawn once, not at every move of the cursor.
+            # Cached, so that thousands of marks are not redrawn at every move of the cursor.
             self._base = QPixmap(size)
             self._base.setDevicePixelRatio(ratio)
             base = QPainter(self._base)
@@ -314,7 +314,7 @@ class PicturePanes(QWidget):
         if is_smooth:
             painter.setPen(QPen(QColor(0, 0, 0, 70), 2.8))
             painter.drawLines(lines)
-        # One call for all lines of a colour.
+        # Uses one call for all lines of the same colour.
         for color, rows in _group_by_color(links.colors[links.visible_rows]):
             painter.setPen(QPen(color, 1.4 if is_smooth else 1.0))
             painter.drawLines([lines[row] for row in rows if not lines[row].isNull()])
@@ -333,7 +333,7 @@ class PicturePanes(QWidget):
                         painter.drawEllipse(QPointF(*centre), 7.0, 7.0)
 
     def _lines(self, left: FloatArray, right: FloatArray) -> list[QLineF]:
-        """Return the lines between positions (n, 2) that both panes show; others are null."""
+        """Return lines between positions (n, 2); a line is null if an end is invisible."""
         ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
         for pane, points in ((0, ends[:, :2]), (1, ends[:, 2:])):
             ends[~mask_inside(self.box(pane), points)] = 0.0
@@ -426,7 +426,7 @@ class PicturePanes(QWidget):
 def _group_by_color(
     colors: ByteArray,
 ) -> Iterator[tuple[QColor, IndexArray]]:
-    """Yield each colour of (n, 3) and its rows, ordered by colour."""
+    """Yield each distinct colour in (n, 3) with its rows, ordered by colour."""
     if len(colors):
         unique, indices = np.unique(colors, axis=0, return_inverse=True)
         for number, rgb in enumerate(unique.tolist()):

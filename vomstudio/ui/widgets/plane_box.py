@@ -1,4 +1,4 @@
-"""List of the planes of the project, with an entry for the selected one."""
+"""List of the planes of the project, with an entry for the selected plane."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class PlaneBox(ComboBox):
     Parameters
     ----------
     empty_text : str or None
-        Text of the entry for no plane; None if a plane is required.
+        Text of the entry for no plane, or None if a plane is required.
     follows_selection : bool
-        Start with the entry "selected". While the selection is not a plane, for example a new
-        feature, it keeps the last plane.
+        Whether to start with the entry "selected". While the selection is not a plane (for
+        example, a new feature), the last plane is kept.
     """
 
     plane_selected = Signal(str)  # id of a plane, empty for none
@@ -51,7 +51,7 @@ class PlaneBox(ComboBox):
         self._fill([plane_id] if plane_id else [])
 
     def showPopup(self) -> None:  # noqa: N802
-        """List all planes only when the popup opens: there may be thousands."""
+        """List all planes only when the popup opens, because there may be thousands."""
         features = self._studio.session.features()
         planes = sorted(
             (f for f in features if has_plane(f)), key=lambda f: natural_sort_key(f.name)

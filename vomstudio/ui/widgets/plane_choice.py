@@ -15,7 +15,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class PlaneChoice(QWidget):
-    """Label of a plane with buttons to take the selected one and to clear it.
+    """Label of a plane, with buttons to use the selected plane and to clear it.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class PlaneChoice(QWidget):
     Attributes
     ----------
     id : str
-        Id of the plane; empty without one.
+        Id of the plane, or "" without a plane.
     changed : Signal
         Emitted when another plane is set.
     """

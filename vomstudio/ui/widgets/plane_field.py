@@ -1,6 +1,6 @@
 """Field for the attitude of a plane in the notation of the project.
 
-It is typed, or taken from the selected plane or from the view.
+The attitude is typed, or taken from the selected plane or from the view.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from vomstudio.ui.base.controls import allow, icon_button
 from vomstudio.ui.base.studio import Studio
 
 ViewDirection = Callable[[], tuple[float, float] | None]
-"""Returns trend and plunge of the view in degrees; None without a view."""
+"""Returns the trend and plunge of the view in degrees, or None without a view."""
 
 
 class PlaneField(QWidget):
-    """Field for a plane.
+    """Field for the attitude of a plane.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class PlaneField(QWidget):
         self._refresh()
 
     def plane(self) -> Plane | None:
-        """Return the plane, None if empty. Raises InputError if the text is not a plane."""
+        """Return the plane, or None if the field is empty. Raises InputError if it is invalid."""
         text = self.line.text().strip()
         return parse_plane(text, self._notation) if text else None
 
@@ -108,10 +108,11 @@ class PlaneField(QWidget):
         direction = None if self._view is None else self._view()
         if direction is not None:
             trend, plunge = direction
-            # From below only a vertical plane can face the viewer with its upper side.
+            # In a view from below, only a vertical plane can face the viewer with its upper
+            # side.
             self.show_plane(Plane(wrap360(trend + 180.0), 90.0 - max(plunge, 0.0)))
 
 
 def plane_text(plane: Plane) -> str:
-    """Return a plane as dip direction and dip, as command line options take it."""
+    """Return a plane as dip direction and dip, in the form of command-line options."""
     return f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"

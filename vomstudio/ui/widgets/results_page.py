@@ -22,7 +22,7 @@ class FiguresPage(QTextBrowser):
         super().paintEvent(event)
         if not self.document().isEmpty():
             return
-        # Qt's own text for an empty page is cut off after its first line.
+        # Qt truncates its own placeholder text after the first line.
         painter = QPainter(self.viewport())
         painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
         flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)

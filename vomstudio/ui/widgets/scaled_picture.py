@@ -11,7 +11,7 @@ from vomstudio.ui.base.controls import Label
 
 
 class ScaledPicture(Label):
-    """Picture scaled to the size of the widget."""
+    """Widget that shows a picture scaled to its size."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -19,7 +19,7 @@ class TypeBox(ComboBox):
     Parameters
     ----------
     lines_first : bool
-        List types of lines before the others.
+        Whether types of lines are listed before the others.
     """
 
     def __init__(self, studio: Studio, *, lines_first: bool = False) -> None:
@@ -31,7 +31,7 @@ class TypeBox(ComboBox):
             self.fill()
 
     def fill(self) -> None:
-        """List the types; keeps the selected one if it still exists."""
+        """List the types, keeping the selected type if it still exists."""
         previous, types = self.currentData(), self._studio.session.of(FeatureType)
         if self._lines_first:
             types.sort(key=lambda type_: type_.geometry != "line")
@@ -46,7 +46,7 @@ class TypeBox(ComboBox):
             self.setCurrentIndex(max(0, self.findData(type_id)))
 
     def choose(self, row: int) -> None:
-        """Choose the type of a row, as the user does in the list."""
+        """Select the type in a row, as the user does in the list."""
         self.setCurrentIndex(row)
         self.activated.emit(row)
 

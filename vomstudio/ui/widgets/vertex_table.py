@@ -21,7 +21,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class VertexTable(QTableWidget):
-    """World coordinates of the vertices of a tool; hidden while it is not picking."""
+    """Table of the World coordinates of a tool's vertices, hidden while it is not picking."""
 
     def __init__(self, studio: Studio, tool: PolylineTool[Any]) -> None:
         super().__init__(0, 3)
@@ -38,7 +38,7 @@ class VertexTable(QTableWidget):
         self.itemChanged.connect(self._cell_edited)
         delete = QShortcut(QKeySequence.StandardKey.Delete, self)
         delete.setContext(Qt.ShortcutContext.WidgetShortcut)
-        # The vertex of the current row is marked.
+        # The vertex in the current row is marked.
         delete.activated.connect(tool.delete_vertex)
 
     def _model(self) -> Model | None:
@@ -80,7 +80,7 @@ class VertexTable(QTableWidget):
             self._tool.mark(rows.pop())
 
     def _cell_edited(self, item: QTableWidgetItem) -> None:
-        """Move a vertex to the typed coordinate, with either decimal mark."""
+        """Move a vertex to a typed coordinate, which may have either decimal mark."""
         tool = self._tool
         if not tool.open:
             return
@@ -105,7 +105,7 @@ class VertexTable(QTableWidget):
         tool.move_vertex(index, (point[0], point[1], point[2]))
 
     def _why_not_at(self, point: list[float]) -> Finding | None:
-        """Return a finding if a point in the model's own frame cannot be a place on it."""
+        """Return a finding if a point in the file frame of a model cannot be on the model."""
         model = self._model()
         opened = None if model is None else self._studio.models.get(model.id)
         if opened is None:

@@ -1,4 +1,4 @@
-"""Tool that marks the cells of a grid by a click, or by a key over a cell."""
+"""Tool that marks grid cells by a click, or by a key while the cursor is over a cell."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _COLOR = (1.0, 1.0, 1.0)
 
 
 class CellsTool(StatelessTool):
-    """Tool that marks cells. Each mark is a separate edit.
+    """Tool that marks the cells of a grid. Each mark is a separate edit.
 
     Attributes
     ----------
     mark : str
-        Mark of the next click.
+        Mark that the next click sets.
     under : (str, int) or None
         Grid and cell under the cursor.
     """
@@ -59,7 +59,7 @@ class CellsTool(StatelessTool):
 
     # --- marks --------------------------------------------------------------------------------
     def mark_here(self, mark: str) -> None:
-        """Mark the cell under the cursor, and use this mark for the next clicks."""
+        """Mark the cell under the cursor, and use the same mark for subsequent clicks."""
         self.mark = mark
         if self.under is not None:
             self._apply(*self.under, mark)
@@ -99,7 +99,7 @@ class CellsTool(StatelessTool):
             self._show()
 
     def _cell(self, hit: Hit) -> tuple[str, int] | None:
-        """Return the newest grid of the model with a cell at a hit, and the cell."""
+        """Return the newest grid that has a cell at a hit, and the cell, or None."""
         place = np.array([hit.position])
         for grid in reversed(self._context.session.of(FaceGrid)):
             if grid.model_id == hit.model_id:

@@ -1,4 +1,4 @@
-"""Data of the Alignment window, read by a worker process and by threads."""
+"""Data of the Alignment window, which are read by a worker process and by threads."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ Arrays = dict[str, AnyArray]
 
 @dataclass(eq=False)
 class ShownPhoto:
-    """Photo drawn upright, with positions in pixels of the stored image.
+    """Upright photo, with positions in pixels of the stored image.
 
     Attributes
     ----------
     image : QImage or None
-        Upright image, None if there is a `problem`.
+        Upright image, or None if there is a `problem`.
     width, height : int
         Size of the stored image in pixels.
     orientation : int
@@ -82,7 +82,7 @@ class ShownPhoto:
 
     @property
     def picture(self) -> Picture:
-        """The upright image with its size, as a pane draws it."""
+        """Upright image with its size, as drawn by a pane."""
         size = (self.width, self.height)
         if self.orientation in (5, 6, 7, 8):
             size = size[::-1]
@@ -98,7 +98,7 @@ def to_image(pixels: ByteArray) -> QImage:
 
 
 class AlignmentData(QObject):
-    """Read the data of one reconstruction. `read` sets `overview`."""
+    """Reader for the data of a reconstruction. `read` sets `overview`."""
 
     def __init__(self, studio: Studio, folder: Path) -> None:
         super().__init__()
@@ -202,7 +202,7 @@ class AlignmentData(QObject):
         create_request : callable
             Creates the request from the path of the array file.
         prepare : callable or None
-            Converts the arrays in a thread. None if the job writes no arrays.
+            Converts the arrays in a thread, or None if the job writes no arrays.
         """
         task_name = task.name
         if task_name in self._requests:
@@ -255,7 +255,7 @@ class AlignmentData(QObject):
         self._requests[task_name] = (token, job)
 
     def read_coverage(self, name: str, callback: Callable[[float | None], None]) -> None:
-        """Pass the share of pixels with a depth to `callback`, None without a depth map."""
+        """Pass the share of pixels with a depth, or None without a depth map, to `callback`."""
 
         def compute() -> float | None:
             if self._is_closed:
@@ -271,7 +271,7 @@ class AlignmentData(QObject):
         return next(photo for photo in self.overview.photos if photo.name == name)
 
     def _photo_path(self, name: str) -> Path:
-        """Find a photo in its original folder, or where the folder may have been moved."""
+        """Find a photo in its original folder, or where that folder may have been moved."""
         original_folder = Path(self.overview.folder or ".")
         folders = (
             original_folder,
@@ -284,7 +284,7 @@ class AlignmentData(QObject):
         )
 
     def load_photo(self, name: str, callback: Callable[[ShownPhoto], None]) -> None:
-        """Pass a photo to `callback`. If it cannot be read, it contains the problem."""
+        """Pass a photo to `callback`. If it cannot be read, it contains a `problem`."""
         if name in self._cached_photos:
             self._cached_photos.move_to_end(name)
             callback(self._cached_photos[name])

@@ -25,11 +25,11 @@ from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData
 
 _CELL_PX = 72
 STRONG_CORRELATION = 0.9
-"""Parameters with a larger absolute correlation are poorly separated."""
+"""Absolute correlation above which two parameters are poorly separated."""
 
 
 class CalibrationPage(QWidget):
-    """Parameters of a camera with their errors and correlation matrix."""
+    """Page with the parameters of a camera, their errors and correlation matrix."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The page with a photo and its depth map side by side."""
+"""Page with a photo and its depth map side by side."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _BAR_WIDTH_PX = 118.0
 
 
 class DepthPage(QWidget):
-    """List of photos, and one of them beside its depths, confidences or surface normals."""
+    """Page with a list of photos, and one photo beside its depths, confidences or normals."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -226,7 +226,7 @@ def _paint_compass(
     *,
     letters: str,
 ) -> None:
-    """Paint the legend of the hues, which show the azimuth of the surface normal."""
+    """Paint the legend of the hues, which represent the azimuth of the surface normal."""
     font = system_font(bold=True)
     metrics = QFontMetricsF(font)
     radius, padding = 30.0, metrics.height() + 4.0

@@ -23,7 +23,7 @@ _MATCH_COLOR = QColor(240, 228, 66, 200)
 
 
 class MatchPage(QWidget):
-    """Matrix and list of all pairs of photos, and the matches of one pair."""
+    """Page with a matrix and a list of all photo pairs, and the matches of one pair."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -99,7 +99,7 @@ class MatchPage(QWidget):
 
     # --- selection ---------------------------------------------------------------------------
     def fill(self) -> None:
-        """List all pairs, and show the one with the most inliers."""
+        """List all pairs, and show the pair with the most inliers."""
         overview = self._data.overview
         self._names = [photo.name for photo in overview.photos]
         min_inliers = overview.weak_below

@@ -1,4 +1,4 @@
-"""Matrix with the number of inliers of each pair of photos."""
+"""Matrix that shows the number of inliers of each pair of photos."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _WEAK_COLOR = QColor("#d55e00")
 
 
 class PairMatrix(QWidget):
-    """Matrix of photos with a colour for the inliers of each pair.
+    """Matrix of photo pairs, coloured by the number of inliers.
 
     Weak pairs are framed, and pairs without matches are empty. `pair_selected` emits rows (i, j)
     of two photos with i < j.
@@ -72,7 +72,7 @@ class PairMatrix(QWidget):
         self.update()
 
     def _cell_layout(self) -> tuple[float, float, float]:
-        """Return left and top of the first cell, and the size of a cell, in pixels."""
+        """Return the left and top of the first cell, and the cell size, in pixels."""
         count = max(len(self._names), 1)
         metrics = QFontMetricsF(system_font())
         label_width = metrics.horizontalAdvance(str(count)) + 8.0

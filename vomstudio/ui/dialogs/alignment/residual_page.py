@@ -21,12 +21,12 @@ from vomstudio.ui.widgets.picture_panes import PicturePanes
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
 _MAX_VECTORS = 2000
-"""More vectors hide the photo and each other."""
+"""Maximum number of vectors; more would hide the photo and each other."""
 _COLOR = QColor(240, 228, 66)
 
 
 class ResidualPage(QWidget):
-    """List of photos with their errors, and one photo with its residuals as vectors."""
+    """Page with a list of photos and errors, and one photo with residual vectors."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -82,7 +82,7 @@ class ResidualPage(QWidget):
         add_splitter(self, list_area, photo_area, [520, 740])
 
     def fill(self) -> None:
-        """List the photos, and show the one with the largest median error."""
+        """List the photos, and show the photo with the largest median error."""
         overview = self._data.overview
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in overview.photos:

@@ -22,7 +22,7 @@ _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Page:
-    """Markdown file with its first heading as title."""
+    """Markdown file, whose first heading is the title."""
 
     path: Path
     title: str
@@ -45,8 +45,8 @@ def list_sections(folder: Path) -> dict[str, list[Page]]:
     Returns
     -------
     dict
-        Pages by the heading under which the first page links to them. The first page itself is
-        under "", pages without a link are under "More".
+        Pages, keyed by the heading under which the first page links to them. The key of the
+        first page itself is "", and that of pages without a link is "More".
 
     Raises
     ------

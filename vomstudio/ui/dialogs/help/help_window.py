@@ -1,4 +1,4 @@
-"""Documentation window, with the pages that are installed with the program."""
+"""Documentation window for the pages that are installed with the program."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class PageView(QTextBrowser):
     page_changed : Signal
         Emits the path of the new page.
     history_changed : Signal
-        Emits whether there is a previous and a next page in the history.
+        Emits whether the history contains a previous and a next page.
     """
 
     page_changed = Signal(Path)
@@ -103,7 +103,7 @@ class PageView(QTextBrowser):
     # --- layout ------------------------------------------------------------------------------
     def _show_document(self) -> None:
         assert self.page is not None
-        # A document that is filled again keeps an empty line of its previous text.
+        # A document that is refilled keeps an empty line of its previous text.
         document = QTextDocument(self)
         document.setDocumentMargin(_MARGIN_PX)
         document.setMarkdown(read_small_text(self.page))
@@ -145,7 +145,7 @@ class PageView(QTextBrowser):
 
 
 class HelpWindow(QDialog):
-    """List of pages, the selected page, and a field that searches all pages."""
+    """Window with a list of pages, the selected page, and a search field for all pages."""
 
     def __init__(self, parent: QWidget, folder: Path) -> None:
         """Show the pages of a folder.
@@ -153,7 +153,7 @@ class HelpWindow(QDialog):
         Raises
         ------
         OSError
-            If they cannot be read.
+            If the pages cannot be read.
         """
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

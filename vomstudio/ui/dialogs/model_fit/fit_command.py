@@ -31,7 +31,7 @@ _START_SIGMA_M = 10.0
 
 
 class FitCopyButton(CopyCommandButton):
-    """Copy the fit of a dialog as a command. `reference_view` shows the reference."""
+    """Button that copies the fit as a command. `reference_view` shows the reference."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class FitCopyButton(CopyCommandButton):
         self._find_model, self._reference_view = find_model, reference_view
 
     def refresh(self, pending: Finding | None) -> None:
-        """Enable the button, unless the fit is pending or no command makes it."""
+        """Enable the button unless the fit is pending or cannot be made by a command."""
         self.allow(
             pending or why_no_command(self._studio, self._reference_view.model, self._stable)
         )
@@ -73,7 +73,7 @@ class FitCopyButton(CopyCommandButton):
 def why_no_command(
     studio: Studio, reference: OtherModel | None, stable: StablePartBox
 ) -> Finding | None:
-    """Return why no command makes the same fit; None if one does."""
+    """Return why no command can make the same fit, or None if a command can."""
     if reference is None:
         return Finding("action.no-other-model")
     record = studio.records.get(reference.id)
@@ -110,7 +110,8 @@ def copy_fit(
 
     if points.pairs:
         pairs = points.to_pairs()
-        # The points only start the fit: a large error keeps their weight below the surfaces.
+        # The points only initialise the fit; a large error keeps their weight below that of the
+        # surfaces.
         pairs = replace(pairs, sigma=np.full_like(pairs.world, _START_SIGMA_M))
         write = partial(write_pairs, pairs=pairs)
         copy_with_file(parent, studio, "pairs.csv", write, build_command)

@@ -46,14 +46,14 @@ from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
 from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, project_model
 
 _MAX_IMMEDIATE_POINTS = 20
-"""Solving so few points takes less time than starting a thread."""
+"""Maximum number of points that are solved without a thread, whose start would take longer."""
 
 
 class FitDialog(QDialog):
-    """Fit a model to a reference, with the same points clicked in both views.
+    """Dialog that fits a model to a reference, with the same points clicked in both views.
 
-    `placement` results from the points alone, `fit_result` from the surfaces too. Registering the
-    model is one edit.
+    `placement` is computed from the points alone, and `fit_result` from points and surfaces.
+    Registering the model is a single edit.
     """
 
     def __init__(self, parent: QWidget, studio: Studio, model: Model) -> None:
@@ -188,7 +188,7 @@ class FitDialog(QDialog):
     # --- points ------------------------------------------------------------------------------
     @property
     def reference(self) -> OtherModel | None:
-        """The model to which this one is fitted, None before it is chosen."""
+        """Model to which this model is fitted, or None before it is selected."""
         return self.reference_view.model
 
     def _find_model(self) -> Model | None:
@@ -197,7 +197,7 @@ class FitDialog(QDialog):
 
     def _use_reference(self, *_: object) -> None:
         if self._job is not None:
-            # The job fits another reference, or the same one at another position.
+            # The job uses another reference, or the same reference at another position.
             self._studio.jobs.cancel(self._job)
             self._job = None
         reference = self.other.current()
@@ -451,7 +451,7 @@ class FitDialog(QDialog):
         )
 
     def accept(self) -> None:
-        """Register the model by the surface fit."""
+        """Register the model with the surface fit, and close."""
         from vomstudio.studio.placing.registering import (
             rotation_deg,
             set_rotation_finding,

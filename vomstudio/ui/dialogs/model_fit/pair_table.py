@@ -31,7 +31,7 @@ class PairTable(QTableWidget):
         self.setMinimumSize(300, 120)
 
     def selected_row(self) -> int | None:
-        """Return the selected row, None without one."""
+        """Return the selected row, or None without a selection."""
         rows = self.selectionModel().selectedRows()
         return rows[0].row() if rows else None
 
@@ -73,7 +73,7 @@ def fit_summary(fit: FittedModel, record: Registration | None) -> str:
     ----------
     fit : FittedModel
     record : Registration or None
-        Resulting registration, which includes the error of the reference if that is known.
+        Resulting registration, which includes the error of the reference if it is known.
     """
     from vomstudio.registration.turn_checks import worst_turn95_deg
     from vomstudio.registration.warnings import reference_fit_finding, worst_axis_findings

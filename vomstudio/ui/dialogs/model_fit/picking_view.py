@@ -26,7 +26,7 @@ _MODEL_ID = "shown"
 
 
 class PickingView(Viewport):
-    """View of one model. `picked` emits points (3,) in the model's own frame."""
+    """View of one model. `picked` emits points (3,) in the file frame of the model."""
 
     picked = Signal(object)
 
@@ -41,7 +41,7 @@ class PickingView(Viewport):
         self.pointer.connect(self._handle_pointer)
 
     def show_model(self, model: OtherModel | None) -> None:
-        """Show a model in World from its exposed side, None for no model."""
+        """Show a model from its exposed side, or clear the view if it is None."""
         self.models.remove(_MODEL_ID)
         self.model = model
         self.show_marks({}, None, None)
@@ -58,14 +58,14 @@ class PickingView(Viewport):
         pending: FloatArray | None,
         expected: FloatArray | None,
     ) -> None:
-        """Show labelled points (3,) in the model's own frame.
+        """Show labelled points (3,), given in the file frame of the model.
 
         Parameters
         ----------
         marks : mapping
-            Points of complete pairs by label.
+            Points of the complete pairs, keyed by label.
         pending : ndarray or None
-            Point whose counterpart is not clicked yet.
+            Point whose counterpart has not been clicked yet.
         expected : ndarray or None
             Expected position of the next point.
         """
@@ -113,7 +113,7 @@ class PickingView(Viewport):
         painter.drawText(label_position, label)
 
     def _to_pixel(self, point: FloatArray) -> QPointF | None:
-        """Project a point of the model to a pixel, None if it is not visible."""
+        """Project a point of the model to a pixel, or return None if it is not visible."""
         assert self.model is not None
         world = transform.apply(transform.matrix(self.model.to_world), point[None])
         (x, y), depth = (part[0] for part in self.camera.project(world, self.extent()))

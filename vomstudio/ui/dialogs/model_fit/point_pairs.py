@@ -24,10 +24,10 @@ class _State:
 
 
 class PointPairs:
-    """Collect point pairs from clicks on a model and its reference.
+    """Collection of point pairs from clicks on a model and its reference.
 
-    A second click on the same side replaces the pending point. Model points are in the model's own
-    frame, reference points in World.
+    A second click on the same side replaces the pending point. Points on the model are in its
+    file frame, and points on the reference are in the World frame.
     """
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class PointPairs:
         return self._state.reference_point
 
     def click(self, coordinates: FloatArray, *, is_model: bool) -> None:
-        """Add a point of the model, or of the reference."""
+        """Add a point on the model or on the reference."""
         x, y, z = (float(v) for v in coordinates)
         point = (x, y, z)
         state = (
@@ -96,7 +96,7 @@ class PointPairs:
         self._state = state
 
     def to_pairs(self) -> Pairs:
-        """Convert to the pairs of a registration, with unknown errors."""
+        """Convert to point pairs for a registration, with unknown errors."""
         n = len(self.pairs)
         return Pairs(
             tuple(pair.label for pair in self.pairs),

@@ -1,4 +1,4 @@
-"""Choice of the stable part of a model, which alone determines the fit."""
+"""Selection of the stable part of a model, which alone determines the fit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ALL, _NEAR, _BOX, _POLYGONS, _MODEL = range(5)
 
 
 class StablePartBox(QWidget):
-    """Choose the stable part. `changed` reports a choice, `message` the progress."""
+    """Selection of the stable part. `changed` reports a selection, `message` the progress."""
 
     changed = Signal()
     message = Signal(str)
@@ -79,7 +79,7 @@ class StablePartBox(QWidget):
         self.changed.emit()
 
     def why_not(self, pairs: Sequence[HomologousPoint]) -> Finding | None:
-        """Return why the chosen part cannot be used, None if it can."""
+        """Return why the selected part cannot be used, or None if it can."""
         index = self.part_box.currentIndex()
         if index == _NEAR and not pairs:
             return Finding("stable.no-points")
@@ -90,7 +90,7 @@ class StablePartBox(QWidget):
         return None
 
     def part(self, pairs: Sequence[HomologousPoint]) -> StablePart | None:
-        """Return the chosen part, None for the whole reference."""
+        """Return the selected part, or None for the whole reference."""
         index, box = self.part_box.currentIndex(), self._studio.display.box
         if index == _NEAR:
             return StablePart(self.distance_box.value(), tuple(pair.there for pair in pairs))
@@ -102,18 +102,18 @@ class StablePartBox(QWidget):
         return StablePart(polygons=self._polygons) if index == _POLYGONS else None
 
     def mask_file(self) -> Path | None:
-        """Return the file of the chosen part, None for the whole reference."""
+        """Return the file of the selected part, or None for the whole reference."""
         mask = self.stable_model.current()
         if self.part_box.currentIndex() == _MODEL and mask is not None:
             return mask.path
         return self._polygons if self.part_box.currentIndex() == _POLYGONS else None
 
     def why_no_mask(self) -> Finding | None:
-        """Return that the stable part is not in a file for a command; None if it is."""
+        """Return a finding if the stable part is not in a file that a command can read."""
         if self.part_box.currentIndex() in (_NEAR, _BOX):
             return Finding("action.stable-part-without-file")
         return None
 
     def close_reading(self) -> None:
-        """Cancel reading. No model is reported afterwards."""
+        """Cancel reading; no model is reported afterwards."""
         self.stable_model.close_reading()

@@ -15,7 +15,7 @@ from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPEN
 
 _MARGIN_PX, _TITLE_PX, _LEGEND_PX = 18.0, 22.0, 26.0
 _ARROW_PX = 13.0
-# More arrows or labels overlap.
+# Maximum numbers of arrows and labels; more would overlap.
 _MAX_ARROWS, _MAX_LABELS = 400, 40
 
 
@@ -31,13 +31,13 @@ class PlanDrawing(QWidget):
         return QSize(560, 520)
 
     def show_plan(self, plan: SurveyPlan | None) -> None:
-        """Draw a plan, None for an empty drawing."""
+        """Draw a plan, or clear the drawing if it is None."""
         self._plan = plan
         self.update()
 
     # --- layout ------------------------------------------------------------------------------
     def _extents(self, plan: SurveyPlan) -> tuple[float, float, float, float, float]:
-        """Return the range along the face, the range up, and the largest distance, in m."""
+        """Return the ranges along the face and upwards, and the largest distance, in metres."""
         along_m = [s.along_m for s in plan.positions]
         up_m = [s.up_m for s in plan.positions]
         first = plan.select_kind("perpendicular")[0]

@@ -96,12 +96,12 @@ _FIELDS = {
     "--receiver": to_translate("Accuracy of the receiver"),
     "--control": to_translate("Accuracy of the control points"),
 }
-"""Fields of the dialog by the option that a planning error names."""
+"""Fields of the dialog, keyed by the option name in planning errors."""
 _OPTIONAL = ("focal", "receiver", "control")
 
 
 class PlannerDialog(QDialog):
-    """Plan a survey. Input is planned at once and saved with the project."""
+    """Dialog that plans a survey while typing. The input is saved with the project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -305,7 +305,7 @@ class PlannerDialog(QDialog):
         }
 
     def _convert_target(self) -> None:
-        """Show the newly selected target quantity of the same plan."""
+        """Convert the target to the newly selected quantity, for the same plan."""
         self._show_unit()
         _, key, _, per_metre, default = _TARGETS[self.target.currentIndex()]
         value = None
@@ -405,7 +405,7 @@ class PlannerDialog(QDialog):
         plan, studio = self.plan, self._studio
         if plan is None:
             return
-        # In a thread, because importing matplotlib takes a second.
+        # Runs in a thread, because importing matplotlib takes a second.
         self._background.run(
             lambda: write_field_sheet(path, plan, force=True),
             lambda _: studio.info(Finding("export.written", file=path)),
@@ -481,7 +481,7 @@ def _compute_plan(values: dict[str, Any]) -> SurveyPlan:
             height_m=numbers["height"] or 0.0,
             overlap=values["overlap"] / 100.0,
             manner=values["manner"],
-            # The field is for other cameras if this one has no diaphragm.
+            # The field applies to other cameras if this one has no diaphragm.
             aperture=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
             receiver_m=numbers["receiver"],
             control_m=numbers["control"],
