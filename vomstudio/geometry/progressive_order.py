@@ -72,7 +72,7 @@ class ProgressiveOrder:
 def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> ProgressiveOrder:
     """Arrange points in progressive order.
 
-    This takes about 0.08 s for a million points on two processors, and 20 bytes of memory per point.
+    This takes about 0.08 s for a million points on two processors, and 20 bytes per point.
 
     Parameters
     ----------
