@@ -33,7 +33,7 @@ def compare(
     Parameters
     ----------
     model, benchmark : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     m3c2_m : float, optional
         Radius of the cylinders of M3C2, metres; by default distances are to the nearest
         point of the benchmark, on the triangles of a mesh or the plane fitted locally to a
@@ -42,9 +42,9 @@ def compare(
         Standard deviation of the relative placement; by default from the model's
         registration, else 0.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------

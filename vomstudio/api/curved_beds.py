@@ -29,7 +29,7 @@ def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
     Raises
     ------
     vs.errors.InputError
-        As `fit_planes`.
+        Under the conditions of `fit_planes`.
     vs.errors.GeometryError
         If the points do not determine a surface.
 

@@ -37,7 +37,7 @@ def extend(
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     of : (k, 3) array, optional
         (k, 3) points of the plane, in order along the trace, World, metres.
     plane, through, error_deg, through_error_m : str, (float, float) or PlaneFit, optional

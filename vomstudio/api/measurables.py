@@ -31,7 +31,7 @@ def measurable(
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     plane : str, (float, float) or PlaneFit
         (dip direction, dip) in degrees, or "DD/D".
     length_m : float, optional
@@ -48,9 +48,9 @@ def measurable(
     registration_error_deg : float, optional
         95 % error of the plane caused by the registration; 0 if omitted.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def measurable(
     Raises
     ------
     vs.errors.UsageError
-        For invalid values.
+        If a value is invalid.
     vs.errors.GeometryError
         If the model has no surface, or a length too short for a trace.
     vs.errors.Cancelled

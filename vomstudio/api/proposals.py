@@ -32,7 +32,7 @@ def propose_traces(
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     cost : str, optional
         "gradient" (edges of lightness; the default), "dark", "light", "curvature" (edges
         and furrows of the surface), or the name of a field, whose low values are searched
@@ -46,9 +46,9 @@ def propose_traces(
         green and blue from 0 to 1, and gives the probability of an edge at each pixel, (1,
         1, h, w).
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------

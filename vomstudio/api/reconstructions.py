@@ -66,9 +66,9 @@ def reconstruct(
         (6,) x0, y0, z0, x1, y1, z1, lowest and highest corner of the part to reconstruct,
         in the frame of the model.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------

@@ -141,7 +141,7 @@ def section(
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     plane, through : str, (float, float) or PlaneFit, optional
         Plane of the section, "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,)
         of World on it.

@@ -67,11 +67,11 @@ def sets(
     Raises
     ------
     vs.errors.GeometryError
-        For a table without planes.
+        If the table contains no planes.
     vs.errors.UsageError
         For seeds that are alike or more than ``max_sets``, and for ``exactly`` with either.
     vs.errors.InputError
-        As `stats`.
+        Under the conditions of `stats`.
 
     Notes
     -----

@@ -40,9 +40,9 @@ def surface(
     gsd_m : float, optional
         Side of the map's cells, metres; by default the mean edge or spacing.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def surface(
     vs.errors.GeometryError
         For a patch without a plane or with too few cells.
     vs.errors.UsageError
-        For invalid lengths.
+        If a length is invalid.
     vs.errors.Cancelled
 
     Notes

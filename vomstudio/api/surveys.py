@@ -34,7 +34,7 @@ def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder
     folder : str or Path
         JPEG, TIFF and PNG photos, down to three levels.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
 
     Returns
     -------
@@ -76,7 +76,7 @@ def check(
     distance_m : float, optional
         Distance from the camera to the rock, if known.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
 
     Returns
     -------
