@@ -1,6 +1,6 @@
 """Checks of control points for typical mistakes.
 
-These are swapped columns or labels, degrees, feet, another zone, or a model in another frame.
+The mistakes are swapped columns or labels, degrees, feet, a wrong zone or a wrong model frame.
 
 Each check reports a finding with a proposal; no coordinates are changed.
 """

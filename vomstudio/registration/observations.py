@@ -164,9 +164,18 @@ class Points:
 class Lengths:
     """Measured distances between points on the model, metres.
 
-    first, second : (n, 3) model; length : (n,); sigma : (n,), NaN where not stated
-    click_m : (n,) errors that the clicks on both ends add, World metres; None for 0
-    click : (n,) the same in the unit of the model; None for 0
+    Attributes
+    ----------
+    first, second : (n, 3) array
+        End points on the model.
+    length : (n,) array
+        Distances.
+    sigma : (n,) array
+        One-sigma errors, NaN if not stated.
+    click_m : (n,) array or None
+        Errors contributed by the clicks on both ends, World metres. If None, 0.
+    click : (n,) array or None
+        The same errors in the unit of the model. If None, 0.
     """
 
     labels: Sequence[str]
@@ -199,7 +208,10 @@ class KeptScale(Lengths):
 
     It is never excluded as an outlier.
 
-    scale_error : relative error of the scale, one sigma; 0 if not known
+    Attributes
+    ----------
+    scale_error : float
+        Relative one-sigma error of the scale; 0 if unknown.
     """
 
     scale_error: float = 0.0
@@ -214,11 +226,17 @@ class KeptScale(Lengths):
 class Directions:
     """Directions of the model measured in the World frame, such as planes by compass.
 
-    model, world : (n, 3) unit vectors: normals of planes, or lines
-    axial : whether a direction and its opposite are the same
-    sigma : (n, 2) rad, towards the dip and across it (of a line: towards its plunge and across it),
-        NaN where not stated
-    north_sigma : rad, how far the compass's north may be off, for all alike
+    Attributes
+    ----------
+    model, world : (n, 3) array
+        Unit vectors: normals of planes, or lines.
+    axial : bool
+        Whether a direction and its opposite are equivalent.
+    sigma : (n, 2) array
+        One-sigma errors along and across the dip (for lines, along and across the plunge), rad;
+        NaN if not stated.
+    north_sigma : float
+        One-sigma error of compass north, common to all directions, rad.
     """
 
     labels: Sequence[str]
@@ -252,8 +270,16 @@ class Directions:
 class Verticals:
     """Directions of the model that point straight down, as measured by a phone accelerometer.
 
-    model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
-    cameras : (n, 3, 3) rotations from the cameras to the model; mount_sigma : as of `Attitudes`
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors.
+    sigma : (n, 2) array
+        One-sigma errors, rad; NaN if not stated.
+    cameras : (n, 3, 3) array
+        Rotations from the cameras to the model.
+    mount_sigma : float
+        See `Attitudes`.
     """
 
     labels: Sequence[str]
@@ -274,7 +300,12 @@ class Verticals:
 class PlumbLines:
     """Directions of the model that are vertical, without knowing which end is up.
 
-    model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors.
+    sigma : (n, 2) array
+        One-sigma errors, rad; NaN if not stated.
     """
 
     labels: Sequence[str]
@@ -291,7 +322,14 @@ class PlumbLines:
 class PhotoUpright:
     """Prior of the vertical: photos are held upright to within several degrees.
 
-    model : (1, 3) unit vector towards the sky; sigma : (1, 2) rad. It is never an outlier.
+    The prior is never treated as an outlier.
+
+    Attributes
+    ----------
+    model : (1, 3) array
+        Unit vector that points to the sky.
+    sigma : (1, 2) array
+        One-sigma errors, rad.
     """
 
     labels: Sequence[str]
@@ -306,9 +344,16 @@ class PhotoUpright:
 class LevelLines:
     """Directions of the model that are horizontal, such as horizons in photos.
 
-    model : (n, 3) unit vectors; sigma : (n,) rad, NaN where not stated
-    min_apart : rad; lines that are all nearer to each other count as one, of their mean direction:
-        by its small part across that, an error of one of them would tip the model
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors.
+    sigma : (n,) array
+        One-sigma errors, rad; NaN if not stated.
+    min_apart : float
+        Angle, rad. If all lines are closer to each other, they count as one line with their mean
+        direction. Otherwise an error of one of them, through its small component across the mean
+        direction, would tip the model.
     """
 
     labels: Sequence[str]
@@ -340,9 +385,16 @@ class LevelLines:
 class Azimuths:
     """Directions of the model whose azimuth is known.
 
-    model : (n, 3) unit vectors, not vertical; azimuth : (n,) rad from north to east
-    sigma : (n,) rad, NaN where not stated
-    north_sigma : rad, how far north may be off for all alike (a compass)
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors that are not vertical.
+    azimuth : (n,) array
+        Azimuths from north to east, rad.
+    sigma : (n,) array
+        One-sigma errors, rad; NaN if not stated.
+    north_sigma : float
+        One-sigma error of north (such as a compass), common to all azimuths, rad.
     """
 
     labels: Sequence[str]
@@ -369,13 +421,19 @@ class Azimuths:
 class Attitudes:
     """Measured rotations of cameras.
 
-    model, world : (n, 3, 3) rotations from the camera to the model's frame and to World
-    axes : (n, 3, 3) columns, at right angles: the World axes about which errors of yaw, pitch and
-        roll turn
-    sigma : (n, 3) rad of yaw, pitch and roll, NaN where not stated
-    north_sigma : rad, how far north may be off for all photos alike (a compass)
-    mount_sigma : rad, how far what measures may be out of line with the camera, about each of its
-        axes, for all photos alike
+    Attributes
+    ----------
+    model, world : (n, 3, 3) array
+        Rotations from the camera to the model frame and to the World frame.
+    axes : (n, 3, 3) array
+        Orthogonal World axes (as columns) about which errors of yaw, pitch and roll rotate.
+    sigma : (n, 3) array
+        One-sigma errors of yaw, pitch and roll, rad; NaN if not stated.
+    north_sigma : float
+        One-sigma error of north (such as a compass), common to all photos, rad.
+    mount_sigma : float
+        One-sigma misalignment of the measuring instrument with the camera about each camera axis,
+        common to all photos, rad.
     """
 
     labels: Sequence[str]
@@ -503,7 +561,8 @@ def _rows(
 def _sharing(rows: Rows, shared: FloatArray, sigma: float, name: str = "") -> Rows:
     """Add errors that are common to all rows.
 
-    shared : (m, k) derivatives; name : of errors that other kinds have too
+    `shared` (m, k) contains the derivatives. `name` identifies errors that are common to several
+    kinds.
     """
     if not sigma > 0:
         return rows
