@@ -25,9 +25,9 @@ from vomstudio.registration.similarity import Similarity
 NORTH_DOUBT_DEG = 10.0
 """Default one-sigma error of compass north, due to steel, rocks and the phone itself."""
 MOUNT_DOUBT_DEG = 1.0
-"""Default misalignment of a gimbal or an accelerometer with its camera, about each axis, one sigma.
+"""Default one-sigma misalignment of a gimbal or accelerometer with its camera, about each axis.
 
-It is common to all photos, which show it only if they look in several directions. (A drone that
+It is common to all photos, which reveal it only if they look in several directions. (A drone that
 recorded -89.9 degrees looked 1.5 degrees off the vertical.)"""
 _OUTLIER_FACTOR = 6.0
 """Multiple of the median deviation beyond which verticals are outliers."""

@@ -85,15 +85,22 @@ class Observed(Protocol):
 class Points:
     """Points of the model with known World coordinates, metres.
 
-    Horizontal coordinates and heights have an error each where five points or more show it, and
-    every axis its own from twelve on.
+    Horizontal coordinates and heights have separate errors if there are at least five points; each
+    axis has its own error if there are at least twelve.
 
-    model, world : (n, 3)
-    sigma : (n, 3) errors of `world`, NaN where not stated; these are then estimated from the
-        residuals, which contain the errors of `model` too
-    name : of all of them, which are as good as each other where nothing else is stated
-    click_m : (n,) errors of each coordinate of the places on the model, World metres; None for 0
-    covariance : (n, 3, 3) errors of `model`, in its frame and unit; None for 0
+    Attributes
+    ----------
+    model, world : (n, 3) array
+        Points on the model, and the same points in the World frame.
+    sigma : (n, 3) array
+        One-sigma errors of `world`, NaN if not stated. These are then estimated from the residuals,
+        which also contain the errors of `model`.
+    name : str
+        Name of the group of points, which are equally accurate unless their errors are stated.
+    click_m : (n,) array or None
+        Errors of each coordinate of the points on the model, World metres. If None, 0.
+    covariance : (n, 3, 3) array or None
+        Covariances of `model`, in its frame and unit. If None, 0.
     """
 
     labels: Sequence[str]
