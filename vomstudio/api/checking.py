@@ -217,7 +217,7 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
 
 
 def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> None:
-    """Check that no row is bad; the error states the number of bad rows and the first (from 0).
+    """Check that no row is bad; the error states their number and the first one (from 0).
 
     Parameters
     ----------

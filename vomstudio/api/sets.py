@@ -114,7 +114,7 @@ def fold(
     only_set: str | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
-    """Compute the pi-plane and fold axis, and test whether one view direction suits all planes.
+    """Compute the pi-plane and fold axis, and test whether one view direction suits all.
 
     Parameters
     ----------

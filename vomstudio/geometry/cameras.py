@@ -1,4 +1,4 @@
-"""Camera geometry of photos: the collinearity equations with lens distortion, and their inverse.
+"""Camera geometry of photos: collinearity equations with lens distortion.
 
 Pixels follow COLMAP: x to the right, y down, (0.5, 0.5) is the centre of the top-left pixel of the
 photo as stored in the file (an orientation tag rotates the image for display but does not affect

@@ -1,4 +1,4 @@
-"""Search for coincident points by one key per position, which is faster than sorting the rows."""
+"""Fast search for coincident points by one key per position."""
 
 from __future__ import annotations
 

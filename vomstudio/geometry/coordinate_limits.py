@@ -28,7 +28,7 @@ still accurate.
 
 
 def check_error(value: float) -> Finding | None:
-    """Return a finding if a stated one-sigma error is implausible, or None if plausible or NaN.
+    """Return a finding if a stated one-sigma error is implausible and not NaN.
 
     Parameters
     ----------

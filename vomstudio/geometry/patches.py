@@ -178,7 +178,7 @@ def _excess(count: GenericArray, sums: GenericArray) -> float:
 
 
 def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:
-    """Return the variance that would tilt the plane to the median attitude of side x side cells.
+    """Return the variance that would tilt the plane to the median attitude of its cells.
 
     The variance is 0 if the attitudes of the cells do not differ significantly from the plane.
     """

@@ -254,7 +254,7 @@ treated as parallel, regardless of their scatter.
 
 
 def _parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArray:
-    """Return whether the scatter of the points explains the angle between the plane and the axis.
+    """Return whether the scatter of the points explains the angle of the plane to the axis.
 
     `sine` (m,) is the sine of the angle; `values` (m, 3) are the variances.
     """

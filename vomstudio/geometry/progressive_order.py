@@ -1,4 +1,4 @@
-"""Progressive order of the points of a cloud, in which any leading part samples the whole cloud.
+"""Progressive order of points, in which any leading part samples the whole cloud.
 
 Space is divided recursively into eight cubes each, down to MAX_LEVEL. One point of every cube of a
 level belongs to that level or a coarser one; the remaining points form an additional level. Each

@@ -106,7 +106,7 @@ def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray
 
 
 class _Library:
-    """Expectations of the models for a trace of n equal pieces; the first model is white noise.
+    """Expectations of the models for a trace of n equal pieces; the first is white noise.
 
     Attributes
     ----------

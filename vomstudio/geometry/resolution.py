@@ -1,4 +1,4 @@
-"""Effective resolution of points on a surface, the larger of their mean spacing and noise.
+"""Effective resolution of points on a surface: the larger of mean spacing and noise.
 
 The mean spacing is the inverse square root of the density, and the noise is the scatter about local
 planes. Vertices added by subdivision are excluded. The distance to the nearest neighbour is not a

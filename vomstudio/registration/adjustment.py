@@ -361,7 +361,7 @@ def _initial_errors(
 
 
 def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
-    """Return the sum of squares weighted by initial errors, or of Cauchy's function if robust."""
+    """Return the sum of squares by initial errors, or of Cauchy's function if robust."""
     rows, _, _ = problem.at(fit)
     squares = (rows.misses / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
     return float(
@@ -371,7 +371,7 @@ def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
 
 # --- one start --------------------------------------------------------------------------------
 def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) -> FloatArray:
-    """Return the parameter change (7,) that minimises the squares, minimal in free directions."""
+    """Return the minimum-norm parameter change (7,) that minimises the squares."""
     moves, misses, units = weighted_system(rows, sigma, size)
     inverse, null = invert_determined(moves.T @ moves)
     step = -inverse @ (moves.T @ misses)

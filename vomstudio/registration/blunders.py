@@ -175,7 +175,7 @@ def _explain_misfit(
     centre: FloatArray,
     size: float,
 ) -> bool:
-    """Return whether the observations agree with their stated accuracies without the blunders.
+    """Return whether observations without the blunders agree with their stated accuracies.
 
     If two or more of the worst observations are removed, the others may agree by chance. Therefore,
     the blunders must be significant as the worst of all subsets of this size, regardless of the
@@ -279,7 +279,7 @@ def _clear_consistent(
     *,
     trust_stated: bool,
 ) -> None:
-    """Remove consistent observations from `excluded` and `named`, and update the other errors."""
+    """Remove consistent observations from `excluded` and `named`, and update other errors."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*excluded]:
         others_excluded = [other for other in excluded if other != single]

@@ -360,7 +360,7 @@ def _match_photos(
     field_: str,
     messages: list[Finding],
 ) -> tuple[list[int], list[str]]:
-    """Return the rows of photos that match cameras of the model, and the names of the cameras."""
+    """Return the rows of photos that match cameras of the model, and the camera names."""
     rows, names = [], []
     unknown = []
     find = _camera_finder(evidence, known, field_)

@@ -191,7 +191,7 @@ class North:
 def declination_deg(
     longitude_deg: float, latitude_deg: float, when: date, height_m: float = 0.0
 ) -> float:
-    """Return the angle from true to magnetic north, positive eastwards, for a location and day.
+    """Return the angle from true to magnetic north, positive eastwards.
 
     The angle follows the International Geomagnetic Reference Field, 14th generation (IAGA, doi
     10.5281/zenodo.14012302), and is computed with the `ppigrf` package of IAGA. The crustal field,

@@ -103,7 +103,7 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def max_variance_ratio(free: float, free_alone: float) -> float:
-    """Return the maximum ratio, due to chance, of a group's joint variance to its variance alone.
+    """Return the maximum chance ratio of a group's joint variance to its variance alone.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Detection of levels in the points of a patch: parallel planes or layers of misaligned scans.
+"""Detection of levels in a patch: parallel planes or layers of misaligned scans.
 
 A single plane through all points would lie between the levels. Steps are detected from the means of
 small cells, which scatter much less than points, so that steps of twice the noise become visible:

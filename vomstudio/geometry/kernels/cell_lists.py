@@ -231,7 +231,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
 def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
-    """Compute the mean and the covariance (xx, yy, zz, xy, xz, yz) of the points of each cell."""
+    """Compute the mean and covariance (xx, yy, zz, xy, xz, yz) of the points of each cell."""
     for c in range(len(begins) - 1):
         first, last = begins[c], begins[c + 1]
         n = last - first

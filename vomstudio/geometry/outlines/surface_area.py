@@ -165,7 +165,7 @@ def _meets_box(flat: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray
 
 
 def _axes(local: FloatArray) -> FloatArray | None:
-    """Return two in-plane axes and the normal of an outline as rows, or None if it has no area."""
+    """Return two in-plane axes and the normal of an outline, or None if it has no area."""
     normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
     size = float(np.linalg.norm(normal))
     if not size > 1e-12 * float((local**2).sum()):
@@ -250,7 +250,7 @@ def _is_broad(flat: FloatArray) -> BoolArray:
 
 
 def _faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
-    """Return the rows of the triangles (m, 3, 3) nearest to points of the outline in projection."""
+    """Return the rows of the triangles (m, 3, 3) nearest to points of the outline."""
     corners = [[np.ascontiguousarray(projected[:, k, axis]) for k in range(3)] for axis in (0, 1)]
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
     high = [np.maximum(np.maximum(a, b), c) for a, b, c in corners]

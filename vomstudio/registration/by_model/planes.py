@@ -1,4 +1,4 @@
-"""Local planes of a model and of a reference, fitted to the points within the same radius.
+"""Local planes of a model and of a reference, fitted within the same radius.
 
 Both surfaces are smoothed equally, so the effect of edges and bends on the means cancels in the
 difference, as in M3C2. It would not cancel between points and planes, because points lie in front

@@ -1,4 +1,4 @@
-"""Refinement of the fit of a model to a reference by all seven parameters of a similarity.
+"""Refinement of the fit of a model to a reference by a full similarity.
 
 Open3D's ICP is not sufficient: its point-to-plane variant has no scale, and it reports neither the
 influence of each point nor the directions in which the surfaces can slide along each other.
