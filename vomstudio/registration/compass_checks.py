@@ -1,4 +1,4 @@
-"""Check of outlying compass planes for misread azimuths.
+"""Check of outlying compass planes for azimuths of the strike or opposite direction.
 
 The rotation of most planes is estimated by least median of squares over pairs of planes (Rousseeuw
 1984). The other planes are compared with it, both as stated and with alternative azimuths.

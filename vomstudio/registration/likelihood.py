@@ -94,7 +94,7 @@ def _adjust_others(
     centre: FloatArray,
     axis: FloatArray,
 ) -> tuple[Similarity, float]:
-    """Adjust all parameters except the rotation about an axis (3,)."""
+    """Adjust all parameters but the rotation about an axis (3,); return fit and squares."""
     basis = np.zeros((7, 6))
     basis[:3, :2] = np.linalg.svd(axis[None])[2][1:].T
     basis[3:, 2:] = np.eye(4)

@@ -104,6 +104,6 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
 
 
 def _off_a_plane(model: FloatArray, scale: float, squares: float) -> bool:
-    """Return whether four points deviate from a plane as much as their residuals."""
+    """Return whether four points on the model are as non-planar as their residuals."""
     axes = np.linalg.svd(model - model.mean(axis=0), compute_uv=False)
     return bool((scale * axes[2]) ** 2 > 0.1 * squares)
