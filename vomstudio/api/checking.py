@@ -1,4 +1,4 @@
-"""Checks of arguments before any computation."""
+"""Validation of arguments before any computation."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import COORDINATES
 
 MAX_ANGLE_DEG = 720
-"""Larger angles are typing errors or in another unit, as in a table."""
+"""Maximum angle; larger values are typing errors or in another unit, as in tables."""
 MAX_COUNT = 2**53
-"""Larger numbers are not counts, and not exact integers in floating point."""
+"""Maximum count; larger floating-point numbers are not exact integers."""
 
 
 def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) -> None:
@@ -37,7 +37,8 @@ def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) ->
     depth : int, optional
         Stack depth of the caller below the user's line.
     notes : bool, optional
-        Whether messages of severity "info" are issued, for results without ``.warnings``.
+        Whether messages of severity "info" are also issued, for results that have no
+        ``.warnings``.
     """
     for finding in messages:
         if finding.severity == "info" and not notes:
@@ -55,7 +56,7 @@ def errors_named(name: str, *others: str) -> Iterator[None]:
     name : str
         Name of the argument.
     *others : str
-        Names by which it is known below, such as the command's option.
+        Other names of the argument in the code called, such as the option of the command.
     """
     try:
         yield
@@ -66,7 +67,7 @@ def errors_named(name: str, *others: str) -> Iterator[None]:
 
 
 def numbers(values: Any, name: str) -> FloatArray:
-    """Convert values to float64 of any shape.
+    """Convert values to a float64 array of any shape.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def _no_numbers(values: Any, name: str) -> InputError:
 
 
 def wrong_type(value: Any, expected: str, name: str) -> InputError:
-    """Return the error of a value of another type than expected.
+    """Return the error for a value that does not have the expected type.
 
     Parameters
     ----------
@@ -124,7 +125,7 @@ def wrong_type(value: Any, expected: str, name: str) -> InputError:
 
 
 def requires_type(option: str, argument: str, expected: str) -> UsageError:
-    """Return the error of an option that is for another type of an argument.
+    """Return the error for an option that requires another type of an argument.
 
     Parameters
     ----------
@@ -144,12 +145,12 @@ def requires_type(option: str, argument: str, expected: str) -> UsageError:
 
 
 def points(values: Any, name: str = "points") -> FloatArray:
-    """Convert an array, triples, or a DataFrame with x, y, z to finite points (n, 3).
+    """Convert an array, triples or a DataFrame with x, y, z to finite points (n, 3).
 
     Raises
     ------
     InputError
-        With the first invalid row.
+        If a row is invalid; the error states the first such row.
     """
     array = numbers(_coordinates_of(values, name), name)
     if array.size == 0:
@@ -161,7 +162,7 @@ def points(values: Any, name: str = "points") -> FloatArray:
 
 
 def pixels_or_points(values: Any, name: str) -> FloatArray:
-    """Convert to points (n, 3), or finite columns and rows (n, 2) of a photo.
+    """Convert values to points (n, 3), or to finite columns and rows (n, 2) of a photo.
 
     Raises
     ------
@@ -181,7 +182,7 @@ def _coordinates_of(values: Any, name: str) -> Any:
 
 
 def coordinate_names(columns: list[Any], name: str) -> list[Any]:
-    """Return the columns of a DataFrame that are x, y and z.
+    """Return the columns of a DataFrame that contain x, y and z.
 
     Parameters
     ----------
@@ -216,7 +217,7 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
 
 
 def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> None:
-    """Check that no row is bad; the error states their number and the first, from 0.
+    """Check that no row is bad; the error states their number and the first one (from 0).
 
     Parameters
     ----------
@@ -237,7 +238,7 @@ def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> No
 
 
 def wrong_shape(array: FloatArray, expected: str, name: str) -> InputError:
-    """Return the error of an array of another shape than expected.
+    """Return the error for an array that does not have the expected shape.
 
     Parameters
     ----------
@@ -266,7 +267,7 @@ def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, s
     Raises
     ------
     InputError
-        If they do not.
+        If the numbers of rows differ.
     """
     if len(one) != len(other):
         finding = Finding(
@@ -280,7 +281,7 @@ def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, s
 
 
 def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
-    """Convert two arrays to finite numbers.
+    """Convert two arrays of equal length to finite numbers.
 
     Parameters
     ----------
@@ -314,7 +315,7 @@ def positive(value: float | None, name: str) -> float | None:
     Parameters
     ----------
     value : float or None
-        Metres.
+        Length, metres.
     name : str
         Name of the argument.
 
@@ -379,10 +380,10 @@ def check_flag(value: Any, name: str) -> bool:
 
 
 def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
-    """Return whether all angles are so small that they may be radians.
+    """Return whether all angles are small enough to be radians.
 
-    They may still be degrees: beds that dip by less than 1.6 degrees, all within 6.3 degrees of
-    north. So this is a warning, not an error.
+    The angles may still be in degrees if all beds dip by less than 1.6 degrees within 6.3 degrees
+    of north. The result is therefore a reason for a warning, not for an error.
 
     Parameters
     ----------
@@ -399,7 +400,7 @@ def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
 
 
 def single_number(value: Any, name: str) -> float | None:
-    """Convert to a number, None to None.
+    """Convert a value to a number; None remains None.
 
     Parameters
     ----------
@@ -424,7 +425,7 @@ def single_number(value: Any, name: str) -> float | None:
 
 
 def required_number(value: Any, name: str) -> float:
-    """Convert to a number.
+    """Convert a value to a number.
 
     Parameters
     ----------
@@ -447,7 +448,7 @@ def required_number(value: Any, name: str) -> float:
 
 
 def whole_number(value: Any, name: str) -> int | None:
-    """Convert to an integer, None to None.
+    """Convert a value to an integer; None remains None.
 
     Parameters
     ----------
@@ -474,7 +475,7 @@ def whole_number(value: Any, name: str) -> int | None:
 
 
 def to_path(value: Any, name: str) -> Path:
-    """Convert to a path, with `~` for the home folder.
+    """Convert a value to a path, expanding `~` to the home folder.
 
     Parameters
     ----------
@@ -500,7 +501,7 @@ def to_path(value: Any, name: str) -> Path:
 
 
 def _check_name(path: str, name: str) -> None:
-    """Raise InputError for a path that no file can have."""
+    """Raise InputError if the path is not valid for any file."""
     try:
         os.lstat(path)
     except ValueError as error:  # A null character, or half of a surrogate pair.
@@ -511,7 +512,7 @@ def _check_name(path: str, name: str) -> None:
 
 
 def optional_path(value: Any, name: str) -> Path | None:
-    """Convert to a path, None to None.
+    """Convert a value to a path; None remains None.
 
     Parameters
     ----------
@@ -531,7 +532,7 @@ def optional_path(value: Any, name: str) -> Path | None:
 
 
 def path_text(value: Any, name: str) -> str | None:
-    """Return a path as text, None for None.
+    """Convert a path to text; None remains None.
 
     Parameters
     ----------
@@ -566,7 +567,7 @@ def is_path(value: Any) -> bool:
 
 
 def optional_text(value: Any, name: str) -> str | None:
-    """Convert to text, None to None.
+    """Convert a value to text; None remains None.
 
     Parameters
     ----------
@@ -581,7 +582,7 @@ def optional_text(value: Any, name: str) -> str | None:
     Raises
     ------
     InputError
-        Also for text that no file can contain.
+        If the value is not text, or is text that no file can contain.
     """
     if value is None:
         return None
@@ -593,7 +594,7 @@ def optional_text(value: Any, name: str) -> str | None:
 
 
 def required_text(value: Any, name: str) -> str:
-    """Convert to text that is required.
+    """Convert a value to text; the value is required.
 
     Parameters
     ----------
@@ -616,7 +617,7 @@ def required_text(value: Any, name: str) -> str:
 
 
 def column_name(value: Any, name: str = "by") -> str | None:
-    """Return the name or number of a column as text, None for None.
+    """Convert the name or number of a column to text; None remains None.
 
     Parameters
     ----------
@@ -638,7 +639,7 @@ def column_name(value: Any, name: str = "by") -> str | None:
 
 
 def to_list(value: Any, name: str) -> list[Any]:
-    """Return a list of items; a single text is a list of one.
+    """Convert a value to a list of items; a single text becomes a list of one item.
 
     Parameters
     ----------
@@ -666,7 +667,7 @@ def to_list(value: Any, name: str) -> list[Any]:
 
 
 def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
-    """Convert to a fixed number of finite angles.
+    """Convert a value to a fixed number of finite angles.
 
     Parameters
     ----------
@@ -697,7 +698,7 @@ def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
 
 
 def join_angles(value: Any, name: str, count: int) -> str:
-    """Return angles in the form of the command line, "125/26/30".
+    """Format angles as on the command line, for example "125/26/30".
 
     Parameters
     ----------
@@ -721,7 +722,7 @@ def join_angles(value: Any, name: str, count: int) -> str:
 
 
 def join_numbers(values: Any, separator: str = ",") -> str:
-    """Join numbers in the form of the command line, with all digits and no exponent.
+    """Join numbers as on the command line, with all digits and without exponents.
 
     Parameters
     ----------
@@ -736,7 +737,7 @@ def join_numbers(values: Any, separator: str = ",") -> str:
 
 
 def plane_text(value: Any, name: str) -> str:
-    """Return a plane as "DD/D".
+    """Format a plane as "DD/D" (dip direction/dip).
 
     Parameters
     ----------
@@ -757,7 +758,7 @@ def plane_text(value: Any, name: str) -> str:
 
 
 def to_plane(value: Any, name: str) -> Plane:
-    """Convert "DD/D", (dip direction, dip) or a fit to a plane.
+    """Convert a text "DD/D", a pair (dip direction, dip) or a fit to a plane.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Comparison of a model with a benchmark."""
+"""Comparisons of models with benchmarks."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ def compare(
     Parameters
     ----------
     model, benchmark : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     m3c2_m : float, optional
         Radius of the cylinders of M3C2, metres; by default distances are to the nearest
         point of the benchmark, on the triangles of a mesh or the plane fitted locally to a
         cloud.
     registration_error_m : float, optional
-        Standard deviation of the relative placement; by default from the model's
-        registration, else 0.
+        Standard deviation of the relative placement; by default taken from the registration
+        of the model, otherwise 0.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -58,9 +58,9 @@ def compare(
     Raises
     ------
     vs.errors.UsageError
-        For an invalid radius or error, and for two different coordinate reference systems.
+        If the radius or error is invalid, or the coordinate reference systems differ.
     vs.errors.GeometryError
-        If the two do not overlap.
+        If the model and the benchmark do not overlap.
     vs.errors.Cancelled
 
     Notes
@@ -117,7 +117,7 @@ def is_array(value: Any) -> bool:
 
 
 def load_placed(value: Any, name: str) -> tuple[Any, str | None, float | None]:
-    """Return the data in World of a model, file or array.
+    """Return the data of a model, file or array in the World frame.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def load_placed(value: Any, name: str) -> tuple[Any, str | None, float | None]:
     data : Mesh or PointCloud
     crs : str or None
     position_error_m : float or None
-        Error of the model's position.
+        Error of the position of the model.
     """
     from vomstudio.api.checking import points
     from vomstudio.geometry.cloud import PointCloud as Cloud

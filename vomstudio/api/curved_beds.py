@@ -1,4 +1,4 @@
-"""Bent beds."""
+"""Surfaces of curved beds."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from vomstudio.geology.beds.curved import CurvedBed, curved_bed
 
 
 def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
-    """Fit a surface to several traces of a bent bed, and return its local dip.
+    """Fit a surface to several traces of a curved bed, and compute its local dip.
 
     Parameters
     ----------
     groups, by : dict of id to (n, 3) array, or DataFrame
-        As in `fit_planes`, points of each in order along the trace, World, m.
+        See `fit_planes`; the points of each trace must be in order along it, in the World
+        frame, m.
 
     Returns
     -------
@@ -29,7 +30,7 @@ def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
     Raises
     ------
     vs.errors.InputError
-        As `fit_planes`.
+        Under the conditions of `fit_planes`.
     vs.errors.GeometryError
         If the points do not determine a surface.
 

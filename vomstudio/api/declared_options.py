@@ -1,4 +1,4 @@
-"""Options objects from the arguments of Python functions."""
+"""Conversion of the arguments of Python functions to options objects."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
     Raises
     ------
     InputError
-        For a value of another type, with the name of the argument.
+        If a value has another type; the error names the argument.
     UsageError
-        For a value that is not allowed, with the name of the argument.
+        If a value is not allowed; the error names the argument.
     """
     declared = {each.name: each for each in declarations(options)}
     checked = {name: _checked(declared[name], value) for name, value in arguments.items()}
@@ -49,7 +49,7 @@ def _checked(option: Declaration, value: Any) -> Any:
 
 @contextmanager
 def arguments_named(options: type[Any]) -> Iterator[None]:
-    """Replace options of the command line by arguments in errors.
+    """Replace the names of command-line options in errors by the names of arguments.
 
     Parameters
     ----------

@@ -33,32 +33,33 @@ class ElevationModel(ElevationFigures):
     Attributes
     ----------
     heights
-        (h, w) float32, metres along the plane's upward normal: Z of World over the
-        horizontal, else above ``reference_point``; NaN if the surface is missing. Rows run
-        down the plane's dip, from North to South over the horizontal.
+        (h, w) float32 heights along the upward normal of the plane, metres: World Z for a
+        horizontal plane, otherwise height above ``reference_point``; NaN if there is no
+        surface. Rows run down the dip of the plane, or from north to south if it is
+        horizontal.
     width, height
-        Cells.
+        Size of the grid, cells.
     gsd_m
-        Side of a cell.
+        Side length of a cell, metres.
     coverage
-        Share of cells with a height.
+        Share of the cells that have a height.
     reference_point
-        (3,) World, the centre of the model's bounds.
+        (3,) centre of the bounding box of the model in the World frame.
     dip_direction_deg, dip_deg
         Attitude of the reference plane.
     right, down, normal
-        (3,) unit vectors of World along the columns, the rows and the heights.
+        (3,) unit vectors in the World frame along the column, row and height axes.
     lowest_m, highest_m
-        Heights.
+        Minimum and maximum heights, metres.
     interpolation_limit_m
-        Longest side of triangles between the points of a cloud, None for a mesh.
+        Maximum side length of triangles between the points of a cloud, or None for a mesh.
     cell_to_world
-        (4, 4), (column, row, height, 1) to World; (0, 0) is the outer corner of the top
-        left cell, its centre (0.5, 0.5).
+        (4, 4) matrix that transforms (column, row, height, 1) to the World frame. (0, 0) is
+        the outer corner of the top-left cell, and (0.5, 0.5) is its centre.
     crs
-        CRS of heights above the horizontal; None above any other plane.
+        CRS if the reference plane is horizontal, otherwise None.
     warnings
-        Findings.
+        Findings reported as warnings.
 
     Examples
     --------
@@ -76,18 +77,18 @@ class ElevationModel(ElevationFigures):
     _plan: HeightPlan = field(metadata=HIDDEN)
 
     def slope(self) -> Float32Array:
-        """Return the dip of the surface from the horizontal of World, degrees, (h, w).
+        """Return the dip (h, w) of the surface from the World horizontal, degrees.
 
-        Horn's gradients over eight neighbours, NaN if one is missing.
+        Gradients follow Horn's method with eight neighbours; NaN if a neighbour is missing.
         """
         return compute_dips(self.heights, self.gsd_m, self._plan.frame)[0]
 
     def aspect(self) -> Float32Array:
-        """Return the dip direction of the surface (h, w), degrees; NaN if level or unknown."""
+        """Return the dip direction (h, w) of the surface, degrees; NaN if level or unknown."""
         return compute_dips(self.heights, self.gsd_m, self._plan.frame)[1]
 
     def hillshade(self) -> ByteArray:
-        """Return the hillshade (h, w), 1 to 255, 0 if unknown.
+        """Return the hillshade (h, w) as values from 1 to 255, or 0 if unknown.
 
         The light comes from the upper left, 45 degrees above the plane.
         """
@@ -103,10 +104,10 @@ class ElevationModel(ElevationFigures):
         contours_m: float | None = None,
         force: bool = False,
     ) -> WrittenElevation:
-        """Write NAME.tif and NAME.json, and the requested additional files.
+        """Write NAME.tif, NAME.json and the requested additional files.
 
-        These are NAME_hillshade.tif, NAME_slope.tif, NAME_aspect.tif and NAME_contours.gpkg
-        (lines at intervals of `contours_m`).
+        The additional files are NAME_hillshade.tif, NAME_slope.tif, NAME_aspect.tif and
+        NAME_contours.gpkg (lines at intervals of `contours_m`).
 
         Returns
         -------
@@ -162,21 +163,22 @@ def dem(
     limit_m: float | None = None,
     progress: Reported = None,
 ) -> ElevationModel:
-    """Compute heights of a model above a reference plane.
+    """Compute the heights of a model above a reference plane.
 
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     gsd_m : float, optional
-        Side of a cell; by default the mean edge of a mesh or the mean spacing of a cloud.
+        Side length of a cell, metres; by default the mean edge length of a mesh or the mean
+        spacing of a cloud.
     plane : str, (float, float) or PlaneFit, optional
         Reference plane, "DD/D", (dip direction, dip) or a PlaneFit; by default horizontal.
     limit_m : float, optional
-        For a cloud, the maximum side of triangles between its points; by default five times
-        the root of the mean area per point.
+        Maximum side length of triangles between the points of a cloud, metres; by default
+        five times the square root of the mean area per point.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
 
     Returns
     -------
@@ -187,14 +189,14 @@ def dem(
     Raises
     ------
     vs.errors.UsageError
-        For a limit with a mesh, and for a grid that is too large.
+        If a limit is given for a mesh, or the grid is too large.
     vs.errors.InputError
         If the model has no surface over this plane.
 
     Notes
     -----
-    Each cell has the height of the surface at its centre, the farthest along the normal if
-    there are several. A cloud is triangulated over the plane (Delaunay).
+    Each cell contains the height of the surface at its centre, or the maximum height along the
+    normal if there are several surfaces. A cloud is triangulated over the plane (Delaunay).
 
     Examples
     --------

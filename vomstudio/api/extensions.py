@@ -32,14 +32,14 @@ def extend(
     thickness_m: float | None = None,
     thickness_error_m: float = 0.0,
 ) -> ExtendedPlane:
-    """Extend a plane through a model, with the 95 % error of its position.
+    """Extend a plane through a model, and compute the 95 % error of its position.
 
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     of : (k, 3) array, optional
-        (k, 3) points of the plane, in order along the trace, World, metres.
+        Points of the plane in order along the trace, in the World frame, metres.
     plane, through, error_deg, through_error_m : str, (float, float) or PlaneFit, optional
         Alternatively, the plane as "DD/D" or (dip direction, dip), a point (3,) on it, and
         the 95 % errors of both, degrees and metres.
@@ -58,9 +58,9 @@ def extend(
     Raises
     ------
     vs.errors.GeometryError
-        For a plane without errors, and if no plane meets the model.
+        If the plane has no errors, or no plane intersects the model.
     vs.errors.UsageError
-        For an invalid thickness.
+        If the thickness is invalid.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Extraction from models: facets, and lines that follow a contact."""
+"""Extraction of facets and of lines that follow a contact from models."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Facets(FacetTable):
-    """Facets of a model, with the names of the command.
+    """Facets of a model, with the names used by the command.
 
     Attributes
     ----------
     facets : int
         Number of facets.
     table : DataFrame
-        Columns of the orientation table and `wkt` (the border, World), one row per facet, whose
-        id is its label.
+        Columns of the orientation table and `wkt` (the border in the World frame), with one row
+        per facet. The id of a facet is its label.
     coverage, near_planar_share : float or None
-        Shares in the model's area, and in that of the exposed rock.
+        Area of the facets as a share of the model area, and of the area of exposed rock.
     level_share : float or None
-        Share of that rock in facets that dip by less than 10 degrees.
+        Share of the exposed rock in facets that dip by less than 10 degrees.
     sets, discontinuities
-        As `vs.sets` returns them, if requested.
+        Sets and discontinuities as returned by `vs.sets`, if requested.
     labels : dict
-        {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none.
+        {"facet": (n,), "set": (n,)} int32 labels of the model points, -1 for no facet or set.
     """
 
     table: Any = field(default=None, metadata=HIDDEN)
@@ -67,46 +67,47 @@ def facets(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Facets:
-    """Find planar facets of an outcrop, and fit and judge each as a patch.
+    """Find the planar facets of an outcrop, and fit and assess each of them as a patch.
 
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or array (n, 3) of points
-        World, metres.
+        Model in the World frame, metres.
     angle_deg : float, optional
-        Maximum angle between a point's normal and its facet; 20 if omitted.
+        Maximum angle between the normal of a point and its facet; by default 20.
     max_distance_m : float, optional
-        Maximum distance from the facet's plane; the local spacing of the points if omitted, or
-        three times their local noise if that is more.
+        Maximum distance from the plane of the facet; by default the larger of the local point
+        spacing and three times the local noise.
     min_points : int, optional
-        Minimum number of points of a facet; 50 if omitted, or on a mesh 1 % of its area.
+        Minimum number of points of a facet; by default 50, or 1 % of the area for a mesh.
     min_area_m2 : float, optional
         Minimum area of a facet.
     min_coplanarity : float, optional
-        Minimum of one over the smallest normalised eigenvalue; that of the verdict profile if
-        omitted.
+        Minimum inverse of the smallest normalised eigenvalue; by default the limit of the verdict
+        profile.
     propose_sets : bool
-        Propose sets among the planes of the facets, as `vs.sets` does.
+        Whether to propose sets among the planes of the facets, as `vs.sets` does.
     preset : {"dse"}, optional
-        First sets among the points, then their planes, with the defaults of the Discontinuity Set
-        Extractor; `angle_deg` is then the cone about a set's pole (30), `min_points` 100.
+        Find sets among the points first, and then their planes, with the defaults of the
+        Discontinuity Set Extractor. `angle_deg` is then the half-angle of the cone about the pole
+        of a set (30), and `min_points` is 100.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
     Facets
         ``facets`` (number), ``table`` (DataFrame, columns of the orientation table and
         ``wkt``), ``coverage``, ``near_planar_share``, ``sets``, ``labels`` (int32 ``facet``
-        and ``set`` of the model's points, -1 for none). Areas of clouds are those of their
-        borders.
+        and ``set`` of each point of the model, -1 for none). For clouds, the area of a facet is
+        the area inside its border.
 
     Raises
     ------
     vs.errors.UsageError
-        For invalid thresholds.
+        If a threshold is invalid.
     vs.errors.GeometryError
         If the model has no surface.
     vs.errors.Cancelled
@@ -170,55 +171,57 @@ def follow(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> FollowedTrace:
-    """Follow a contact over a model, or in a photo of it, from way-point to way-point.
+    """Follow a contact between way-points on a model, or in a photo of the model.
 
     A path in a photo is projected onto the model.
 
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     through : (3,) array
-        (w, 3) way-points in World, at least two, in their order; with ``photo`` also (w, 2)
-        columns and rows of it, the middle of its top-left pixel at (0.5, 0.5).
+        At least two way-points (w, 3) in the World frame, in order along the contact. With
+        ``photo``, also columns and rows (w, 2) in the photo, with the centre of the top-left
+        pixel at (0.5, 0.5).
     cost : str, optional
-        "colour" (like the colours at the way-points; the default), "dark", "light",
-        "gradient" (edges of lightness), "curvature" (edges of the surface), "auto" (the one
-        of these whose plane has the smallest stated error, or, if none is good, whose path
-        the others confirm most; see ``tried``), the name of a field, whose low values are
-        followed, or "onnx". In a photo one of the first four, "auto" or "onnx".
+        "colour" (similarity to the colours at the way-points; the default), "dark", "light",
+        "gradient" (edges of lightness), "curvature" (edges of the surface), the name of a
+        field whose low values are followed, or "onnx". "auto" selects the cost whose plane
+        has the smallest stated error or, if no plane is good, whose path is confirmed best
+        by the others; see ``tried``. In a photo, only the first four, "auto" and "onnx" are
+        available.
     photo : str or Path, optional
-        Path of a photo of the model, at its full resolution; other photos beside it that
-        show the place are compared.
+        Path of a photo of the model at full resolution. Other photos in the same folder that
+        show the contact are used for comparison.
     cameras : str or Path, optional
-        File of the photos' poses and lenses in the frame of the model's file (cameras.json,
-        COLMAP, Metashape XML ...); by default those beside the model.
+        File with the poses and lenses of the photos in the file frame of the model
+        (cameras.json, COLMAP, Metashape XML ...); by default the file next to the model.
     onnx_model : str or Path, optional
-        For the cost "onnx": the file of a network, as in `vs.propose_traces`.
+        File of the network for the cost "onnx"; see `vs.propose_traces`.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
     FollowedTrace
-        Result with the names of the command: ``points`` (n, 3) every vertex of the path,
-        World, m; ``length_m``; ``snap_m``, maximum distance of a way-point from the path;
-        ``plane``, a dict of the orientation table's columns, None if undefined;
-        ``warnings``. With ``photo`` also ``pixels`` (n, 2), ``voters`` (names of the other
-        photos), ``seen`` and ``agreeing`` (n,): number of photos that could check a vertex,
-        and that confirm it; ``agreeing_share``.
+        Result with the names used by the command: ``points`` (n, 3), all vertices of the
+        path in the World frame, m; ``length_m``; ``snap_m``, maximum distance of a way-point
+        from the path; ``plane``, a dict of the columns of the orientation table, or None if
+        undefined; ``warnings``. With ``photo``, also ``pixels`` (n, 2); ``voters``, the
+        names of the other photos; ``seen`` and ``agreeing`` (n,), the number of photos that
+        show a vertex and that confirm it; ``agreeing_share``.
 
     Raises
     ------
     vs.errors.GeometryError
-        For a way-point farther than ten resolutions from the model, and if the model is not
-        connected between two, or the photo does not show it.
+        If a way-point is farther from the model than ten times its resolution, the model is
+        not connected between two way-points, or the photo does not show the model.
     vs.errors.UsageError
-        For a cost that is not available.
+        If the cost is not available.
     vs.errors.InputError
-        For cameras or photos that cannot be read.
+        If the cameras or photos cannot be read.
 
     Notes
     -----

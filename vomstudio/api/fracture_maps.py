@@ -52,7 +52,7 @@ def fractures(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> FractureNetwork:
-    """Compute number, length, nodes and spacing of the fractures of a trace map.
+    """Compute the number, length, nodes and spacing of the fractures in a trace map.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def fractures(
     strikes : sequence of (float, float), optional
         Ranges of strike (from, to), degrees, clockwise, each a set.
     terzaghi_cap : float, optional
-        Maximum Terzaghi weight, None for none.
+        Maximum Terzaghi weight. If None, the weights are not limited.
     layer : str, optional
         Layer of the traces, if their file has several.
     plane : str, (float, float) or PlaneFit, optional
@@ -101,12 +101,12 @@ def fractures(
     Raises
     ------
     vs.errors.InputError
-        For files that cannot be read or are in degrees.
+        If a file cannot be read or is in degrees.
     vs.errors.GeometryError
-        For an area outside the map, lines that do not define a plane, and an area or
-        scanline seen edge-on.
+        If the area is outside the map, the lines do not define a plane, or the area or
+        scanline is seen edge-on.
     vs.errors.UsageError
-        For more than one of area, circle, scanline.
+        If more than one of area, circle and scanline is given.
 
     Notes
     -----

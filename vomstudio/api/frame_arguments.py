@@ -19,12 +19,12 @@ _ARGUMENTS = {each.flag: each.name for each in declarations(FrameOptions)}
 def frame_options(
     crs: str | None, up: UpAxis | None, unit: str | None, to_crs: str | None
 ) -> FrameOptions:
-    """Return the frame options of a call.
+    """Create the frame options from the arguments of a call.
 
     Raises
     ------
     InputError, UsageError
-        For a value that is not one of the choices, naming the argument.
+        If a value is not among the choices; the error names the argument.
     """
     if up is not None:
         check_choice(up, ("y", "z"), "up")
@@ -37,7 +37,7 @@ def frame_options(
 
 @contextmanager
 def frame_arguments_named() -> Iterator[None]:
-    """Let errors about the frame name the argument instead of the option."""
+    """Make errors about the frame name the argument instead of the option."""
     try:
         yield
     except VomError as error:

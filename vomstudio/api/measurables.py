@@ -26,31 +26,31 @@ def measurable(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> MeasurableMap:
-    """Map how well a plane of this attitude could be measured on a model.
+    """Map how accurately a plane of the given attitude could be measured on a model.
 
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     plane : str, (float, float) or PlaneFit
         (dip direction, dip) in degrees, or "DD/D".
     length_m : float, optional
         Length of a trace, metres; by default 100 resolutions of the model.
     noise_m : float, optional
-        Standard deviation of a trace's vertices across their plane, m; by default half a
-        pixel of a photo, a twentieth of the resolution.
+        Standard deviation of the vertices of a trace across their plane, m; by default half
+        a pixel of a photo, which is a twentieth of the resolution.
     points : int, optional
-        Vertices of a trace; by default one per resolution of its length.
+        Number of vertices of a trace; by default its length divided by the resolution.
     resolution_m : float, optional
-        Resolution of the model, metres; by default measured around each place.
+        Resolution of the model, metres; by default measured around each position.
     angle_deg : float, optional
         Maximum angle between the plane and a face that exposes it as a patch.
     registration_error_deg : float, optional
         95 % error of the plane caused by the registration; 0 if omitted.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -64,9 +64,9 @@ def measurable(
     Raises
     ------
     vs.errors.UsageError
-        For invalid values.
+        If a value is invalid.
     vs.errors.GeometryError
-        If the model has no surface, or a length too short for a trace.
+        If the model has no surface, or the length is too short for a trace.
     vs.errors.Cancelled
 
     Notes
@@ -76,7 +76,7 @@ def measurable(
 
     Examples
     --------
-    Two walls that meet in a corner: away from it a level bed's trace is straight.
+    On two walls that meet in a corner, the trace of a level bed is straight away from the corner:
 
     >>> import numpy as np
     >>> import vomstudio as vs

@@ -1,4 +1,4 @@
-"""True measures: displacements of faults, three-point planes, logs along a line."""
+"""True measures: fault displacements, three-point planes, and bed logs along a line."""
 
 from __future__ import annotations
 
@@ -45,30 +45,31 @@ def displacement(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> Displacements:
-    """Compute fault displacements from pairs of points on both sides.
+    """Compute fault displacements from pairs of points on the two sides of a fault.
 
     Parameters
     ----------
     pairs : (n, 6) array, DataFrame or path
-        (n, 6) World, metres: x, y, z on the hanging wall, then on the footwall; or a
-        DataFrame or file with the columns ``hanging_x`` ... ``footwall_z`` and optionally
-        ``name``.
+        x, y, z on the hanging wall, followed by x, y, z on the footwall, in the World frame,
+        metres; or a DataFrame or file with the columns ``hanging_x`` ... ``footwall_z`` and
+        optionally ``name``.
     fault : (float, float)
-        (dip direction, dip), degrees.
+        (dip direction, dip) of the fault, degrees.
     bed : (float, float), optional
-        (dip direction, dip) of the bed whose cutoffs the points are; None for piercing
-        points.
+        (dip direction, dip) of the bed whose cut-offs the points represent. If None, they
+        are piercing points.
     rake_deg, slip : float, optional
-        Rake of the slip lineation on the fault, or its (trend, plunge), as an axis.
+        Rake of the slip lineation on the fault, or its (trend, plunge), as an axis without
+        direction.
     sigma_m : float, optional
         Standard deviation of each coordinate, metres; 0 by default.
     fault_error_deg, bed_error_deg : float, optional
         Half-angles of the 95 % cones of the two normals.
     rake_error_deg : float, optional
-        95 % of the rake.
+        95 % error of the rake.
     crs, up, unit, to_crs : str, optional
-        Frame of the coordinates, as in `vs.read`; comments and `.prj` of a file are read;
-        other units and systems are converted or rejected.
+        Frame of the coordinates; see `vs.read`. Comments and the `.prj` of a file are read,
+        and other units and coordinate systems are converted or rejected.
 
     Returns
     -------
@@ -80,20 +81,21 @@ def displacement(
     Raises
     ------
     vs.errors.UsageError
-        For a slip without a bed, both ``rake_deg`` and ``slip``, and negative errors.
+        If a slip is given without a bed, both ``rake_deg`` and ``slip`` are given, or an
+        error is negative.
     vs.errors.GeometryError
         If no pair has a result.
     vs.errors.InputError
-        For a table without these columns.
+        If the table does not have these columns.
 
     Notes
     -----
-    Piercing points give the net slip, cut-offs give it along a known slip and separations
-    without one (Hill 1959, Journal of Geology 67, 641-653).
+    Piercing points give the net slip. Cut-offs give the net slip if the slip direction is known,
+    otherwise separations (Hill 1959, Journal of Geology 67, 641-653).
 
     Examples
     --------
-    Ten metres down the dip of a fault of 60 degrees:
+    Ten metres of slip down the dip of a fault that dips 60 degrees:
 
     >>> import vomstudio as vs
     >>> found = vs.displacement([[5, 0, -8.66, 0, 0, 0]], fault=(90, 60), sigma_m=0.1)
@@ -131,18 +133,19 @@ def threepoint(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> ThreePoints:
-    """Fit a plane to three or more points, with the errors that follow from theirs.
+    """Fit a plane to three or more points, and propagate the errors of the points.
 
     Parameters
     ----------
     points : (n, 3) array or DataFrame
-        (n, 3) World, metres, or a DataFrame or file with rows of x, y, z; n at least 3.
+        At least three points in the World frame, metres, or a DataFrame or file with rows of
+        x, y, z.
     sigma_m : float, optional
         Standard deviation of each coordinate; by default estimated from the residuals of
         more than three points.
     crs, up, unit, to_crs : str, optional
-        Frame of the coordinates, as in `vs.read`; comments and `.prj` of a file are read;
-        other units and systems are converted or rejected.
+        Frame of the coordinates; see `vs.read`. Comments and the `.prj` of a file are read,
+        and other units and coordinate systems are converted or rejected.
 
     Returns
     -------
@@ -150,22 +153,22 @@ def threepoint(
         ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
         ``dip_direction_error_deg`` (95 %, each separately), ``max_confidence95_deg``
         (half-angle of the joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the
-        points about the plane (None of three), ``sigma_m`` behind the errors, ``warnings``,
-        ``dropped_lines``; None if the errors are unknown.
+        points about the plane (None for three points), ``sigma_m`` used for the errors,
+        ``warnings``, ``dropped_lines``. Values are None if the errors are unknown.
 
     Raises
     ------
     vs.errors.GeometryError
-        For points on one line, or fewer than three.
+        If the points are collinear, or there are fewer than three.
     vs.errors.UsageError
-        For a negative sigma.
+        If `sigma_m` is negative.
     vs.errors.InputError
-        For a table without coordinates.
+        If the table contains no coordinates.
 
     Notes
     -----
-    Least-squares plane, which passes through three points exactly; its errors are those of all
-    planes compatible with the points.
+    The least-squares plane passes exactly through three points. Its errors cover all planes
+    that are compatible with the points.
 
     Examples
     --------
@@ -197,24 +200,24 @@ def log(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> BedLog:
-    """Compute bed boundaries along a line, and the true thickness between them.
+    """Log the bed boundaries along a line, with the true thickness between them.
 
     Parameters
     ----------
     table : DataFrame, path, or (dip direction, dip)
-        (n, 3) World, metres, a point on each boundary, or a DataFrame or file with x, y, z
-        and optionally ``name``, ``lithology`` and ``notes`` of the bed above.
+        One point (n, 3) on each boundary in the World frame, metres; or a DataFrame or file
+        with x, y, z and optionally ``name``, ``lithology`` and ``notes`` of the bed above.
     bed : (float, float)
         (dip direction, dip) of the beds, degrees.
     sigma_m : float, optional
         Standard deviation of each coordinate, metres; 0 by default.
     bed_error_deg : float, optional
-        Half-angle of the 95 % cone of the bedding's normal; None for 0.
+        Half-angle of the 95 % cone of the bedding normal; 0 by default.
     overturned : bool, optional
-        Whether younger beds are below.
+        Whether the beds are overturned, with the younger beds below.
     crs, up, unit, to_crs : str, optional
-        Frame of the coordinates, as in `vs.read`; comments and `.prj` of a file are read;
-        other units and systems are converted or rejected.
+        Frame of the coordinates; see `vs.read`. Comments and the `.prj` of a file are read,
+        and other units and coordinate systems are converted or rejected.
 
     Returns
     -------
@@ -227,16 +230,16 @@ def log(
     Raises
     ------
     vs.errors.GeometryError
-        For fewer than two boundaries.
+        If there are fewer than two boundaries.
     vs.errors.UsageError
-        For negative errors.
+        If an error is negative.
     vs.errors.InputError
-        For a table without coordinates.
+        If the table contains no coordinates.
 
     Notes
     -----
-    Thickness is the distance between two points across the bedding (Ragan 2009, Structural
-    Geology, chapter 2), its error to first order.
+    The thickness is the distance between two points across the bedding (Ragan 2009, Structural
+    Geology, chapter 2). Its error is propagated to first order.
 
     Examples
     --------
@@ -269,7 +272,7 @@ def log(
 
 
 def _table(value: Any, width: int, name: str) -> Any:
-    """Return a DataFrame, a file or an array (n, width) as a table of texts.
+    """Convert a DataFrame, a file or an array (n, width) to a table of texts.
 
     Raises
     ------

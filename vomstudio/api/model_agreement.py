@@ -1,4 +1,4 @@
-"""Comparison of the orientations of two models."""
+"""Comparison of the plane orientations of two models."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def agreement(first: Any, second: Any) -> Agreement:
     Raises
     ------
     vs.errors.InputError
-        For a table without planes, or with invalid angles.
+        If a table contains no planes or invalid angles.
 
     Notes
     -----

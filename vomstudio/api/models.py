@@ -1,4 +1,4 @@
-"""Models: meshes and point clouds in World."""
+"""Models (meshes and point clouds) in the World frame."""
 
 from __future__ import annotations
 
@@ -39,23 +39,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Source of a model.
+    """Source and placement of a model.
 
     Parameters
     ----------
     path : Path
     crs : str or None
-        "EPSG:n" or WKT, None for a local frame.
+        "EPSG:n" or WKT, or None for a local frame.
     unit_m : float
-        Unit of the CRS, metres.
+        Length of the unit of the CRS, metres.
     placed, metric : bool
-        Whether its north and its unit are known or declared.
+        Whether the north direction and the unit of the model are known or declared.
     placing_error_m : float or None
-        Position error of the whole model, one standard deviation along any direction.
+        Position error of the whole model (one standard deviation along any direction),
+        metres.
     to_world : (4, 4) float64
-        Matrix from the frame of the file.
+        Transformation matrix from the file frame to the World frame.
     registration : Registration or None
-        Registration of the model, None for a stated frame.
+        Registration of the model, or None if its frame is stated.
     """
 
     path: Path
@@ -71,7 +72,7 @@ class Source:
 
     @property
     def world_crs(self) -> str | None:
-        """CRS of World, always in metres."""
+        """CRS of the World frame, always in metres."""
         from vomstudio.io.gis.crs import world_crs
 
         return world_crs(self.crs, self.unit_m)
@@ -86,41 +87,40 @@ class _Model:
 
     @property
     def path(self) -> Path:
-        """File from which it was read."""
+        """Path of the file from which the model was read."""
         return self._source.path
 
     @property
     def crs(self) -> str | None:
-        """EPSG code (``"EPSG:n"``) or WKT of x and y; None for a local frame."""
+        """EPSG code (``"EPSG:n"``) or WKT of x and y, or None for a local frame."""
         return self._source.crs
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """Messages about reading the model."""
+        """Messages issued while the model was read."""
         return self._source.warnings
 
     @property
     def bounds(self) -> FloatArray:
-        """Lowest and highest corner (2, 3), World, metres."""
+        """Minimum and maximum corners (2, 3) of the bounding box in the World frame, metres."""
         return np.array(self._data.bounds)
 
     @property
     def fields(self) -> Mapping[str, GenericArray]:
-        """Other values (n,) of the points (intensity, classification ...) by name."""
+        """Additional fields (n,) of the points (intensity, classification ...), by name."""
         return self._data.fields  # type: ignore[no-any-return]
 
     @property
     def colours(self) -> ByteArray | None:
-        """Red, green and blue (n, 3) uint8 of the points, or None."""
+        """Red, green and blue (n, 3) uint8 values of the points, or None."""
         return self._data.colors  # type: ignore[no-any-return]
 
     @property
     def rotation_error_deg(self) -> RotationError | None:
-        """Standard deviations of the registration about up, east and north.
+        """Standard deviations of the registered rotation about the up, east and north axes.
 
-        The attributes are ``about_up``, ``about_east`` and ``about_north``.
-
-        In degrees; None if the model was not registered, or its errors are unknown.
+        The attributes ``about_up``, ``about_east`` and ``about_north`` are in degrees. None if
+        the model was not registered or its errors are unknown.
         """
         from vomstudio.registration.results import RotationError
 
@@ -133,7 +133,7 @@ class _Model:
 
     @property
     def scale_error_95(self) -> float | None:
-        """Relative error (95 %) of the scale by the registration, None if unknown."""
+        """Relative error (95 %) of the registered scale, or None if unknown."""
         registration = self._source.registration
         if registration is None or registration.scale_error is None:
             return None
@@ -141,28 +141,28 @@ class _Model:
 
     @cached_property
     def resolution_m(self) -> float | None:
-        """Mean edge length of a mesh, or mean spacing of a cloud, metres; None if undefined."""
+        """Mean edge length of a mesh or mean spacing of a cloud, metres, or None if undefined."""
         from vomstudio.io.models.opening import resolution
 
         spacing = resolution(self._data)
         return spacing if np.isfinite(spacing) else None
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
-        """Write the model with textures, fields and CRS in the format of the suffix of `path`.
+        """Write the model with its textures, fields and CRS in the format implied by the suffix.
 
-        Content that the format cannot store is reported as a Python warning. The registration is
-        written beside the file as ``NAME.registration.json``.
+        Content that the format cannot store is reported in a Python warning. The registration is
+        written next to the file as ``NAME.registration.json``.
 
         Parameters
         ----------
         path : str or Path
         force : bool
-            Replace an existing file.
+            Whether to replace an existing file.
 
         Raises
         ------
         vs.errors.UsageError
-            For an unknown suffix.
+            If the suffix is unknown.
         vs.errors.GeometryError
             If coordinates are not finite.
         vs.errors.TargetError
@@ -206,9 +206,10 @@ class _Model:
     def plot(self) -> Any:
         """Return a PyVista plotter that shows the model.
 
-        It is a window of pyvistaqt in a program that runs Qt, otherwise an off-screen plotter,
-        whose `show` returns a static picture in a notebook and whose `screenshot` returns the
-        pixels. Coordinates are World minus ``field_data["origin"]``.
+        In a program that runs Qt, the plotter is a pyvistaqt window. Otherwise it is an
+        off-screen plotter, whose `show` returns a static image in a notebook and whose
+        `screenshot` returns the pixels. Coordinates are World coordinates minus
+        ``field_data["origin"]``.
         """
         from vomstudio.api.plots import create_plotter
 
@@ -233,18 +234,18 @@ class _Model:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh(_Model):
-    """Triangle mesh in World (x East, y North, z Up, metres), see `vs.read`.
+    """Triangle mesh in the World frame (x East, y North, z Up, metres); see `vs.read`.
 
     Attributes
     ----------
     points
         (n, 3) float64; a vertex with two texture coordinates occurs twice.
     faces
-        (m, 3) int32, rows into `points`, grouped by material.
+        (m, 3) int32 row indices into `points`, grouped by material.
     materials
         Names of the materials.
     textures
-        Their texture files.
+        Texture files of the materials.
     uv
         (n, 2) float32 texture coordinates, origin at the lower left, or None.
 
@@ -261,12 +262,12 @@ class Mesh(_Model):
 
     @property
     def points(self) -> FloatArray:
-        """Vertices (n, 3) float64, World, metres."""
+        """Vertices (n, 3) float64 in the World frame, metres."""
         return self._data.vertices  # type: ignore[no-any-return]
 
     @property
     def faces(self) -> Int32Array:
-        """Faces (m, 3) int32, rows of `points`."""
+        """Faces (m, 3) int32 as row indices into `points`."""
         return self._data.faces  # type: ignore[no-any-return]
 
     @property
@@ -276,7 +277,7 @@ class Mesh(_Model):
 
     @property
     def textures(self) -> tuple[Path, ...]:
-        """Texture files, each once."""
+        """Texture files, without duplicates."""
         files = (material.texture for material in self._data.materials)
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
@@ -286,11 +287,11 @@ class Mesh(_Model):
         return self._data.uv  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> Any:
-        """Convert to a pyvista.PolyData, or to a pyvista.MultiBlock of one block per material.
+        """Convert to a pyvista.PolyData, or to a pyvista.MultiBlock with one block per material.
 
-        Points are World less an integer origin, which stands in ``field_data["origin"]`` (3,); a
-        block names its picture in ``field_data["texture"]``, and its texture coordinates are
-        active.
+        Points are World coordinates minus an integer origin, which is stored in
+        ``field_data["origin"]`` (3,). ``field_data["texture"]`` of a block contains the name of
+        its image, and the texture coordinates of the block are active.
 
         >>> import vomstudio as vs
         >>> cliff = vs.read(vs.sample("sample.obj"))
@@ -315,7 +316,7 @@ class Mesh(_Model):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointCloud(_Model):
-    """Point cloud in World (x East, y North, z Up, metres), see `vs.read`.
+    """Point cloud in the World frame (x East, y North, z Up, metres); see `vs.read`.
 
     Attributes
     ----------
@@ -326,7 +327,7 @@ class PointCloud(_Model):
     normals
         (n, 3) float32 or None.
     fields
-        Other values by name, each (n,).
+        Additional fields (n,) by name.
 
     Examples
     --------
@@ -341,18 +342,19 @@ class PointCloud(_Model):
 
     @property
     def points(self) -> FloatArray:
-        """Points (n, 3) float64, World, metres."""
+        """Points (n, 3) float64 in the World frame, metres."""
         return self._data.points  # type: ignore[no-any-return]
 
     @property
     def normals(self) -> Float32Array | None:
-        """Normals (n, 3) float32, unit vectors, or None."""
+        """Unit normals (n, 3) float32, or None."""
         return self._data.normals  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> Any:
-        """Return a pyvista.PolyData with colours, normals and fields.
+        """Convert to a pyvista.PolyData with colours, normals and fields.
 
-        Points are World minus an integer origin, which ``field_data["origin"]`` (3,) contains.
+        Points are World coordinates minus an integer origin, which is stored in
+        ``field_data["origin"]`` (3,).
         """
         from vomstudio.rendering.plots.datasets import cloud_dataset, local_origin
 
@@ -378,41 +380,43 @@ def read(
     project: str | Path | None = None,
     progress: Reported = None,
 ) -> Mesh | PointCloud:
-    """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF or text (x, y, z).
+    """Read a model from OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF or text (x, y, z).
 
     Parameters
     ----------
     path : str or Path
         File of the model.
     crs : str, optional
-        Projected CRS of x and y, such as "EPSG:32633"; None for that stated by the file.
+        Projected CRS of x and y, such as "EPSG:32633". By default, the CRS stated in the
+        file is used.
     up : {"y", "z"}, optional
-        Axis of the file that points up; None for the default of its format.
+        Axis of the file that points up. If None, the default of the format is used.
     unit : str, optional
-        Unit of its coordinates: m, cm, mm, km, ft or us-ft.
+        Unit of the coordinates: m, cm, mm, km, ft or us-ft.
     to_crs : str, optional
-        Convert the coordinates to this projected CRS in metres.
+        Projected CRS in metres to which the coordinates are converted.
     project : str or Path, optional
-        Folder of a project that contains this file, whose registration or declared frame is
-        used instead of crs, up and unit; a window may have the project open.
+        Folder of a project that contains this file. The registration or declared frame from
+        the project is used instead of `crs`, `up` and `unit`. The project may be open in a
+        window.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
 
     Returns
     -------
     Mesh or PointCloud
-        Mesh or PointCloud in World. If the file does not state its frame, local metres with
-        z up and y to the north are assumed, with a Python warning and in ``.warnings``. A
-        registration beside the file (``NAME.registration.json``, or ``reconstruction.json``
-        of a reconstruction) places it and gives ``rotation_error_deg`` and
-        ``scale_error_95``.
+        Mesh or PointCloud in the World frame. If the file does not state its frame, a local
+        frame in metres with z up and y to the north is assumed; this is reported in a Python
+        warning and in ``.warnings``. A registration next to the file
+        (``NAME.registration.json``, or ``reconstruction.json`` of a reconstruction) places
+        the model and provides ``rotation_error_deg`` and ``scale_error_95``.
 
     Raises
     ------
     vs.errors.InputError
-        For a file that is missing, damaged or of an unknown format.
+        If the file is missing or damaged, or its format is unknown.
     vs.errors.UsageError
-        For an invalid CRS, axis or unit, and for a project without this model.
+        If the CRS, axis or unit is invalid, or the project does not contain the model.
 
     Examples
     --------
@@ -437,7 +441,7 @@ def read(
 
 
 def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
-    """Return a model, read from a project model or a path if necessary.
+    """Return a model, reading it from a project model or a path if necessary.
 
     Parameters
     ----------
@@ -491,7 +495,7 @@ def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh 
 
 
 def set_registration(model: Mesh | PointCloud, registration: Registration) -> Mesh | PointCloud:
-    """Return a model with its registration.
+    """Return a copy of a model with the given registration.
 
     Parameters
     ----------
@@ -516,7 +520,7 @@ def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Me
 
 
 def place_as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
-    """Return a model with the placement of its record.
+    """Return a model with the placement stored in its record.
 
     Parameters
     ----------
@@ -545,13 +549,13 @@ def place_as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
 def to_public_model(
     data: meshes.Mesh | clouds.PointCloud, to_world: Any, source: Source
 ) -> Mesh | PointCloud:
-    """Return the data of a file as a public model in World.
+    """Convert the data of a file to a public model in the World frame.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     to_world : (4, 4) array_like
-        Similarity from the file to World.
+        Similarity from the file frame to the World frame.
     source : Source
 
     Returns
@@ -566,7 +570,7 @@ def to_public_model(
 def transform_data(
     data: meshes.Mesh | clouds.PointCloud, matrix: FloatArray
 ) -> meshes.Mesh | clouds.PointCloud:
-    """Transform data by a similarity.
+    """Transform a mesh or cloud by a similarity.
 
     Parameters
     ----------

@@ -57,81 +57,81 @@ def stereonet(
     line_width_pt: float | None = None,
     grey: bool = False,
 ) -> Any:
-    """Draw planes and lines on the lower hemisphere: poles, great circles, lines, means.
+    """Draw poles, great circles, lines and means in a lower-hemisphere stereonet.
 
-    Angles are in degrees, as tuples or as texts such as "125/26/30".
+    Angles are in degrees and are given as tuples or as texts such as "125/26/30".
 
     Parameters
     ----------
     table, azimuth : DataFrame, path, or (dip direction, dip)
-        As in `stats`.
+        See `stats`.
     ax : StereonetAxes, optional
-        Axes of mplstereonet; by default new ones in a new figure of pyplot.
+        Axes of mplstereonet; by default, new axes in a new pyplot figure.
     contour : {"kamb", "exponential_kamb", "linear_kamb", "schmidt"}, optional
         Density of all poles and lines: "kamb", "exponential_kamb", "linear_kamb" (in
         standard deviations of a uniform scatter; Kamb 1959, Vollmer 1995) or "schmidt" (%
         of the data in 1 % of the area).
     by : str, optional
-        Column that groups the rows into sets, each with its colour and symbol; None for
-        ``set``, else ``kind``.
+        Column that groups the rows into sets, each with its own colour and symbol; by
+        default ``set``, otherwise ``kind``.
     projection : {"area", "angle"}, optional
-        "area" (Schmidt) or "angle" (Wulff), of new axes.
+        Projection of new axes, "area" (Schmidt) or "angle" (Wulff).
     levels : sequence of float, optional
-        Levels of the contours, in their unit; by default round numbers below the highest
-        density.
+        Contour levels in the unit of the contours; by default round numbers below the
+        maximum density.
     filled : bool, optional
-        Whether to fill the contours; by default unless ``each_set``.
+        Whether to fill the contours; by default True unless ``each_set`` is set.
     each_set : bool, optional
-        Contour each set separately, in its colour.
+        Whether to contour each set separately, in its own colour.
     kamb_sigma : float, optional
-        Smoothness of Kamb's methods, 0.5 to 10: standard deviations expected of a uniform
-        scatter.
+        Smoothness of Kamb's methods, 0.5 to 10, as the number of standard deviations expected
+        for a uniform distribution.
     untilt : AnglePair, optional
-        (dip direction, dip) of the plane that is rotated to horizontal, with everything
-        else.
+        (dip direction, dip) of a plane that is rotated to horizontal, together with all
+        data.
     rotate : AngleTriple, optional
-        (trend, plunge, angle): after that, rotate everything about this axis, by the
-        right-hand rule about its downward end.
+        (trend, plunge, angle) of a rotation applied to all data after ``untilt``, by the
+        right-hand rule about the downward end of the axis.
     intersections : bool, optional
-        Whether to draw the lines of intersection of each pair of at most 300 planes.
+        Whether to draw the line of intersection of each pair of planes (up to 300 planes).
     planes, cones, slip_lines : sequence of AnglePair, optional
-        Great circles of (dip direction, dip), small circles of (trend, plunge, half-angle),
-        planes with a line of (dip direction, dip, rake).
+        Great circles as (dip direction, dip), small circles as (trend, plunge, half-angle),
+        and planes with a line as (dip direction, dip, rake).
     girdles : bool, optional
         Whether to draw the great circle of each girdle.
     maxima : bool, optional
         Whether to mark the maximum density of each set, or of all data as contoured.
     errors : bool, optional
-        Whether to draw the 95 % ellipse of each plane, by the error columns of the table.
+        Whether to draw the 95 % ellipse of each plane from the error columns of the table.
     averages : bool, optional
         Whether to state the mean of each set, with n and method.
     fold : bool, optional
-        Whether to draw the fold axis of the bedding, its 95 % ellipse and great circle.
+        Whether to draw the fold axis of the bedding with its 95 % ellipse and great circle.
     quality, only_set : {"good", "doubtful"}, optional
-        Planes of the fold axis, as in `fold`.
+        Selection of the planes for the fold axis; see `fold`.
     size_mm : (float, float), optional
-        (width, height) of a new figure; by default that of pyplot.
+        (width, height) of a new figure; by default the size set in pyplot.
     font, font_size_pt, symbol_size_pt, line_width_pt, grey : str, optional
-        Letters, symbols, lines and colours.
+        Font, font size, symbol size and line width, and whether to draw in grey.
 
     Returns
     -------
     object
-        Axes of mplstereonet, with its methods ``ax.pole``, ``ax.plane``, ``ax.line``. Great
-        circles are omitted with more than 40 planes.
+        Axes of mplstereonet with the methods ``ax.pole``, ``ax.plane`` and ``ax.line``.
+        Great circles are omitted for more than 40 planes.
 
     Raises
     ------
     vs.errors.InputError
-        For another ``contour`` or ``projection``, axes of another library, invalid angles
-        and unknown options.
+        If ``contour``, ``projection`` or another option is unknown, the axes belong to
+        another library, or an angle is invalid.
     vs.errors.UsageError
-        For a column that does not exist, for ``errors`` of a table without error columns,
-        and for invalid levels, circles or sizes.
+        If a column does not exist, ``errors`` is set for a table without error columns, or
+        levels, circles or sizes are invalid.
 
     Notes
     -----
-    Girdles after Woodcock (1977), averages after Fisher (1953) or by the orientation tensor.
+    Girdles follow Woodcock (1977). Averages follow Fisher (1953) or the orientation tensor.
 
     Examples
     --------
@@ -203,17 +203,17 @@ def stereonet(
 
 
 def _texts(values: Any, name: str, count: int) -> tuple[str, ...]:
-    """Return angles as the command takes them. Raises InputError."""
+    """Format angles as options of the command. Raises InputError if they are invalid."""
     return tuple(join_angles(each, name, count) for each in to_list(values, name))
 
 
 def _levels_text(levels: Any) -> str:
-    """Return levels as the command takes them. Raises InputError."""
+    """Format levels as an option of the command. Raises InputError if they are invalid."""
     return join_numbers([required_number(each, "levels") for each in to_list(levels, "levels")])
 
 
 def _size_text(size: Any) -> str:
-    """Return a size as the command takes it. Raises InputError."""
+    """Format a size as an option of the command. Raises InputError if it is invalid."""
     try:
         width, height = size
     except (TypeError, ValueError):
@@ -236,36 +236,36 @@ def rose(
     Parameters
     ----------
     table, azimuth : DataFrame, path, or (dip direction, dip)
-        As in `stats`.
+        See `stats`.
     of : {"strike", "dip-direction", "trend", "dip", "plunge"}, optional
-        Angle; by default the strike, or the trend if there are only lines. Strikes count at
-        both ends.
+        Angle that is plotted; by default the strike, or the trend if the table contains only
+        lines. Strikes are plotted in both directions.
     by : str, optional
-        Column that names the set of each row; None for ``set``, else ``kind``.
+        Column that names the set of each row; by default ``set``, otherwise ``kind``.
     bin_deg : float, optional
-        Width of the bins, which must divide 180 degrees evenly, of a histogram 90.
+        Width of the bins, degrees, which must divide 180 (90 for a histogram) evenly.
     weight : str, optional
-        Column that each row counts by, such as the length; 1 by default.
+        Column with the weight of each row, such as the length; by default all weights are 1.
     scale : {"area", "length"}, optional
-        "area" or "length", the measure of a petal that is proportional to its share.
+        Whether the area or the length of a petal is proportional to its share.
 
     Returns
     -------
-    The figure, of pyplot: ``savefig`` writes it. All roses are to the same scale.
+    The pyplot figure, which ``savefig`` writes. All roses have the same scale.
 
     Raises
     ------
     vs.errors.UsageError
-        For bins that do not divide 180, and for a column that is missing or has no numbers.
+        If the bins do not divide 180 evenly, or a column is missing or contains no numbers.
     vs.errors.GeometryError
         If no row has such an azimuth.
     vs.errors.InputError
-        As `stats`.
+        Under the conditions of `stats`.
 
     Notes
     -----
-    The mean in each title is the circular one (Mardia & Jupp 2000, 2.2.1), of strikes by
-    doubled angles (Krumbein 1939).
+    The title states the circular mean (Mardia & Jupp 2000, 2.2.1), which is computed from
+    doubled angles for strikes (Krumbein 1939).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Orthographic pictures of a model along any direction."""
+"""Orthographic images of a model along any direction."""
 
 from __future__ import annotations
 
@@ -34,42 +34,43 @@ from vomstudio.products.ortho.requests import (
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Orthophoto(OrthophotoFigures):
-    """Orthographic picture of a model with the World coordinates of its pixels.
+    """Orthographic image of a model with the World coordinates of its pixels.
 
     Attributes
     ----------
     image
-        (h, w, 4) uint8 red, green, blue, opacity.
+        (h, w, 4) uint8 values of red, green, blue and opacity.
     depth
-        (h, w) float32, metres along the view from the plane through ``reference_point``,
-        growing away from the viewer; NaN if no surface is visible.
+        (h, w) float32 distance along the view direction from the plane through
+        ``reference_point``, metres, increasing away from the viewer; NaN if no surface is
+        visible.
     width, height
-        Pixels.
+        Size of the image, pixels.
     gsd_m
-        Metres per pixel.
+        Ground sampling distance, metres per pixel.
     coverage
-        Share that shows the model.
+        Share of the image that shows the model.
     trend_deg, plunge_deg
-        Direction of the view; the plunge is negative upward.
+        View direction; the plunge is negative upwards.
     right, down, direction
-        (3,) unit vectors of World in the picture and along the view.
+        (3,) unit vectors in the World frame, in the image plane and along the view.
     sense, sense_reason
-        Selected one of the two opposite views, and the reason.
+        Which of the two opposite view directions was selected, and the reason.
     reference_point
-        (3,) World, where the depth is 0.
+        (3,) point in the World frame at which the depth is 0.
     pixel_to_world
-        (4, 4), (column, row, depth, 1) to World; (0, 0) is the outer corner of the top left
-        pixel, its centre (0.5, 0.5).
+        (4, 4) matrix that transforms (column, row, depth, 1) to the World frame. (0, 0) is
+        the outer corner of the top-left pixel, and (0.5, 0.5) is its centre.
     crs
-        CRS of a view straight down or up; None for any other view.
+        CRS if the view is straight down or up, otherwise None.
     fold
-        Fold axis along which the view looks, or None.
+        Fold axis along which the model is viewed, or None.
     warnings
-        Findings.
+        Findings reported as warnings.
 
     Examples
     --------
-    The World point in the middle of a pixel, at the depth of the reference point:
+    World coordinates of the centre of the image, at the depth of the reference point:
 
     >>> import vomstudio as vs
     >>> seen = vs.orthophoto(vs.sample("sample.obj"), trend_deg=0, plunge_deg=0, gsd_m=0.5)
@@ -94,21 +95,21 @@ class Orthophoto(OrthophotoFigures):
         Parameters
         ----------
         path : str or Path
-            NAME.tif.
+            Path of NAME.tif.
         sheet : str or Path, optional
-            Additional picture (.png, .jpg, .pdf) with scale and north.
+            Additional image (.png, .jpg, .pdf) with a scale bar and a north arrow.
         force : bool
             Whether to replace existing files.
 
         Returns
         -------
         tuple of Path
-            Written files.
+            Paths of the written files.
 
         Raises
         ------
         vs.errors.UsageError
-            For a suffix other than .tif.
+            If the suffix is not .tif.
         vs.errors.TargetError
             If a file exists or cannot be written.
         """
@@ -156,26 +157,28 @@ def orthophoto(
     flip: bool = False,
     progress: Reported = None,
 ) -> Orthophoto:
-    """Create an orthographic picture of a model along a direction, in memory.
+    """Create an orthographic image of a model along a view direction, in memory.
 
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     trend_deg, plunge_deg : float, optional
         View direction; a plunge of 90 is straight down.
     plane : str, (float, float) or PlaneFit, optional
-        Alternatively, view against the upward normal of this plane: "DD/D", (dip direction,
-        dip) or a PlaneFit.
+        Alternatively, plane that is viewed against its upward normal: "DD/D", (dip
+        direction, dip) or a PlaneFit.
     fold : DataFrame, path or TableFold, optional
-        Alternatively, view along the fold axis of these planes: a table as for `fold`, or
-        its result; down-plunge unless that is from inside the cliff.
+        Alternatively, planes along whose fold axis the model is viewed, as a table for
+        `vs.fold` or its result. The view is down-plunge unless the viewer would be inside
+        the cliff.
     gsd_m : float, optional
-        Metres per pixel; by default the resolution of the texture or cloud.
+        Ground sampling distance, metres per pixel; by default the resolution of the texture
+        or cloud.
     flip : bool, optional
         Whether to view from the opposite side.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
 
     Returns
     -------
@@ -186,8 +189,8 @@ def orthophoto(
     Raises
     ------
     vs.errors.UsageError
-        Unless exactly one direction is given, for a plunge beyond 90 degrees, and if the
-        picture would be too large.
+        If not exactly one direction is given, the plunge exceeds 90 degrees, or the image
+        would be too large.
     vs.errors.InputError
         If the model has no surface.
 
@@ -207,7 +210,7 @@ def orthophoto(
         trend_deg=trend_deg,
         plunge_deg=plunge_deg,
         plane=plane_text(plane),
-        # A table or its fold here, but a file on the command line.
+        # This is a table or its fold here, but a file on the command line.
         fold=None if fold is None else "fold",
         gsd_m=gsd_m,
         flip=flip,

@@ -1,4 +1,4 @@
-"""Straight traces: the band of planes that contain them."""
+"""Bands of planes that contain straight traces."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from vomstudio.geometry.planes import fit_plane
 def plane_band(
     points: Any, *, sets: Any = None, resolution_m: float | None = None
 ) -> BandFigures | None:
-    """Return the planes that a straight trace allows, and the sets it may belong to.
+    """Compute the planes compatible with a straight trace, and the sets it may belong to.
 
     Parameters
     ----------
     points : (n, 3) array or DataFrame
-        (n, 3) points of a trace, in order, World, metres, or a DataFrame with x, y, z.
+        Points of a trace in order, in the World frame, metres, or a DataFrame with x, y, z.
     sets : DataFrame or path, optional
         A table of planes as `vs.stats` takes it, with a column ``set``; None for no
         comparison.
@@ -43,7 +43,7 @@ def plane_band(
     Raises
     ------
     vs.errors.InputError
-        For invalid points or an invalid table.
+        If the points or the table are invalid.
     vs.errors.GeometryError
         If no plane can be fitted, or no set has three planes.
 
@@ -76,7 +76,7 @@ def plane_of_crossing(
     Parameters
     ----------
     first, second : (n, 3) array
-        (n, 3) points of each in order, World, metres.
+        Points of each trace in order, in the World frame, metres.
     resolution_m : float, optional
         Resolution of the model, which can tilt the traces' lines.
 
@@ -91,9 +91,9 @@ def plane_of_crossing(
     Raises
     ------
     vs.errors.GeometryError
-        For a trace that is not straight, and for traces within 10 degrees of each other.
+        If a trace is not straight, or the traces are within 10 degrees of each other.
     vs.errors.InputError
-        For invalid points.
+        If the points are invalid.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Planes fitted to points."""
+"""Fits of planes to points."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Profile = Literal["error", "textbook"]
 
 @dataclass(frozen=True, repr=False)
 class OrientationFigures(Result):
-    """Columns of the orientation table, None if undefined or not applicable."""
+    """Columns of the orientation table; values are None if undefined or not applicable."""
 
     id: Any
     name: str | None
@@ -115,7 +115,7 @@ class OrientationFigures(Result):
 
     @property
     def centroid(self) -> FloatArray | None:
-        """Centre (3,) of the points, None without a position."""
+        """Centroid (3,) of the points, or None if there is no position."""
         if self.x is None or self.y is None or self.z is None:
             return None
         return np.array([self.x, self.y, self.z])
@@ -126,47 +126,47 @@ class OrientationFigures(Result):
 
 @dataclass(frozen=True, repr=False)
 class PlaneFit(OrientationFigures):
-    """Plane with its errors; attributes are the columns of the orientation table.
+    """Plane and its errors; the attributes are the columns of the orientation table.
 
-    Angles in degrees, lengths in metres, coordinates in the frame of the points (World: x East, y
-    North, z Up). None if a value is undefined or not applicable.
+    Angles are in degrees, lengths in metres, and coordinates in the frame of the points (World
+    frame: x East, y North, z Up). Values are None if they are undefined or not applicable.
 
     Attributes
     ----------
     dip_direction_deg, dip_deg, strike_rhr_deg, pole_trend_deg, pole_plunge_deg
         Attitude of the plane.
     undefined
-        Whether the plane is horizontal, without dip direction, strike and trend of the
-        pole.
+        Whether the plane is horizontal and therefore has no dip direction, strike or trend
+        of the pole.
     x, y, z
-        Centre of the points.
+        Centroid of the points.
     normal_x, normal_y, normal_z
         Upward unit normal.
     n_points, extent_m, area_m2, rms_m
-        Number of points, their length, area and scatter.
+        Number of points, and their extent, area and scatter.
     lambda1, lambda2, lambda3, coplanarity, collinearity, M, K
-        Shape of the points.
+        Eigenvalues and indices that describe the shape of the point set.
     max_angular_error_deg, min_angular_error_deg
         Hyperbolic error (Quinn & Ehlmann 2019).
     max_confidence95_deg, min_confidence95_deg, error_rake_deg
         Joint 95 % region of the normal.
     dip_error_deg, dip_direction_error_deg
-        The same along and across the dip.
+        Errors of the dip and the dip direction from the same region.
     registration_error_deg, total95_deg
-        Error of the model's rotation, and combined with that of the fit.
+        Error of the rotation of the model, and its combination with the error of the fit.
     normal_cov_ee, ... normal_cov_uu
         Covariance of the normal (east, north, up), radians squared.
     resolution_m, extent_over_resolution
-        Resolution of the model, and the extent in multiples of it.
+        Resolution of the model, and the extent as a multiple of the resolution.
     bend_deg
-        Bend of a face as a whole, from edge to edge.
+        Bend of the whole face, from edge to edge.
     attitude_scale
-        "local" or "regional", whether the plane is only the local attitude.
+        "local" or "regional": whether the plane represents only the local attitude.
     quality, quality_reason, reason_codes, quality_notes
-        Verdict (good, doubtful or poor), its reasons, their codes separated by spaces, and
-        notes without effect on the verdict.
+        Verdict (good, doubtful or poor), its reasons, the codes of the reasons separated by
+        spaces, and notes that do not affect the verdict.
     profile
-        Profile of the verdict.
+        Profile used for the verdict.
     method
         "pca" or "regression".
     id, name, kind, set, overturned, model, frame, notes
@@ -176,7 +176,7 @@ class PlaneFit(OrientationFigures):
 
     Notes
     -----
-    Source of the figures: `vs.fit_plane`.
+    The sources of the figures are listed in `vs.fit_plane`.
 
     Examples
     --------
@@ -199,7 +199,7 @@ class PlaneFit(OrientationFigures):
 
     @property
     def normal_covariance(self) -> FloatArray | None:
-        """Covariance (3, 3) of the normal, radians squared; None if its error is unknown."""
+        """Covariance (3, 3) of the normal, radians squared, or None if its error is unknown."""
         ee, en, eu = self.normal_cov_ee, self.normal_cov_en, self.normal_cov_eu
         nn, nu, uu = self.normal_cov_nn, self.normal_cov_nu, self.normal_cov_uu
         if ee is None:
@@ -214,31 +214,31 @@ class PlaneFit(OrientationFigures):
 
 @dataclass(frozen=True, repr=False)
 class LineFit(OrientationFigures):
-    """Line (lineation, fold axis); attributes are the columns of the orientation table.
+    """Lineation or fold axis; the attributes are the columns of the orientation table.
 
-    None if a value is undefined or not applicable.
+    Values are None if they are undefined or not applicable.
 
     Attributes
     ----------
     trend_deg, plunge_deg
-        Degrees, plunge positive downward.
+        Trend and plunge, degrees; the plunge is positive downwards.
     undefined
-        Whether the line is vertical, without a trend.
+        Whether the line is vertical and therefore has no trend.
     rake_deg
-        Rake in its plane, 0 to 180 from the right-hand-rule strike.
+        Rake in the plane of the line, 0 to 180 from the right-hand-rule strike.
     slip_rake_deg
         Rake of the movement of the hanging wall, -180 to 180, positive if reverse (Aki &
         Richards); None if the sense of slip is unknown or does not determine the direction.
     slip_sense, slip_confidence
-        As recorded.
+        Sense of slip and its confidence, as recorded.
     on_plane, on_plane_dip_direction_deg, on_plane_dip_deg
-        Plane that contains it.
+        Plane that contains the line.
     element
         "line".
 
     Notes
     -----
-    Other attributes as in `PlaneFit`; see `vs.Project.fit`.
+    The other attributes are as in `PlaneFit`; see `vs.Project.fit`.
 
     Examples
     --------
@@ -257,7 +257,7 @@ class LineFit(OrientationFigures):
 
 
 _AZIMUTHS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")
-"""Azimuths of horizontal or vertical features are conventional values with the flag `undefined`."""
+"""Azimuths; if the flag `undefined` is set, they have conventional values without meaning."""
 
 
 def to_plane_fit(row: Mapping[str, Any]) -> PlaneFit:
@@ -301,22 +301,23 @@ def fit_plane(
     resolution_m: float | None = None,
     profile: Profile = "error",
 ) -> PlaneFit:
-    """Fit a plane to points, with its errors and a verdict.
+    """Fit a plane to points, and compute its errors and a verdict.
 
     Parameters
     ----------
     points : (n, 3) array or DataFrame
-        (n, 3) x, y, z in metres, n >= 3, in the order in which they follow the trace; or a
-        DataFrame with columns x, y, z.
+        Coordinates x, y, z in metres, n >= 3, in the order in which the points follow the
+        trace; or a DataFrame with columns x, y, z.
     method : {"pca", "regression"}, optional
-        "pca" minimises distances from the plane (moment of inertia), "regression" those
-        along one coordinate.
+        "pca" minimises the distances from the plane (moment of inertia), "regression" the
+        residuals along one coordinate.
     axis : {"auto", "x", "y", "z"}, optional
-        That coordinate; "auto" selects the one nearest the normal.
+        Coordinate of the regression; "auto" selects the axis nearest to the normal.
     resolution_m : float, optional
-        Resolution of the model on which the points were picked, to judge the extent too.
+        Resolution of the model on which the points were picked. If given, the verdict also
+        considers the extent.
     profile : {"error", "textbook"}, optional
-        Profile of the verdict: "error" judges by the error of the plane.
+        Profile of the verdict; "error" uses the error of the plane.
 
     Returns
     -------
@@ -325,18 +326,19 @@ def fit_plane(
     Raises
     ------
     vs.errors.InputError
-        For an array of another shape, text, or coordinates that are not finite.
+        If the array has another shape or contains text or non-finite coordinates.
     vs.errors.GeometryError
-        For fewer than three points, or points that are identical or on a line.
+        If there are fewer than three points, or the points are identical or collinear.
 
     Notes
     -----
     Source: Tavani, Corradetti, Mercuri & Seers, "Virtual outcrop models of geological
-    structures", section 4.1, equations 19 to 21; hyperbolic error after Quinn & Ehlmann (2019).
+    structures", section 4.1, equations 19 to 21. The hyperbolic error follows Quinn & Ehlmann
+    (2019).
 
     Examples
     --------
-    Points on the plane that dips by 45 degrees to the east:
+    Points on a plane that dips 45 degrees to the east:
 
     >>> import vomstudio as vs
     >>> points = [[0, 0, 0], [0, 5, 0], [3, 1, -3], [4, 4, -4.01], [2, 3, -2], [1, 4, -1]]
@@ -369,27 +371,27 @@ def fit_planes(
     Parameters
     ----------
     groups : dict of id to (n, 3) array, or DataFrame
-        ``{id: points}``, each (n, 3) as in `fit_plane`, or a DataFrame with columns x, y,
-        z.
+        ``{id: points}`` with points (n, 3) as in `fit_plane`, or a DataFrame with columns
+        x, y, z.
     by : str, optional
-        Column of a DataFrame that groups the points.
+        Column of the DataFrame that groups the points.
     method, axis, resolution_m, profile : {"pca", "regression"}, optional
-        As in `fit_plane`.
+        See `fit_plane`.
 
     Returns
     -------
     DataFrame
         One row per plane, with the columns of the orientation table in degrees and metres,
-        in the order of the groups. Groups without a plane are left out:
-        ``.attrs["skipped"]`` lists ``{"id", "reason"}``, with a Python warning. Rows of a
-        DataFrame with coordinates that are not finite are left out likewise.
+        in the order of the groups. Groups to which no plane can be fitted are omitted:
+        ``.attrs["skipped"]`` lists them as ``{"id", "reason"}``, and a Python warning is
+        issued. Rows of a DataFrame with non-finite coordinates are also omitted.
 
     Raises
     ------
     vs.errors.InputError
-        As `fit_plane`, and for a missing column.
+        Under the conditions of `fit_plane`, and if a column is missing.
     vs.errors.GeometryError
-        If no group has a plane.
+        If no plane can be fitted to any group.
 
     Examples
     --------
@@ -426,37 +428,40 @@ def fit_planes(
 def fit_parallel(
     groups: Any, *, by: Any = None, same: Sequence[tuple[Any, Any]] = ()
 ) -> ParallelBeds:
-    """Fit parallel planes to several traces, and test which are of one bed.
+    """Fit parallel planes to several traces and test which traces belong to the same bed.
 
     Parameters
     ----------
     groups, by : dict of id to (n, 3) array, or DataFrame
-        As in `fit_planes`, points of each in order along the trace.
+        See `fit_planes`; the points of each group must be in order along the trace.
     same : sequence of (Any, Any), optional
-        Pairs of ids to test for lying in one plane; by default each with the next upwards.
+        Pairs of ids that are tested for lying in the same plane. By default, each trace is
+        tested with the next trace above it.
 
     Returns
     -------
     ParallelBeds
         ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
-        ``min_confidence95_deg`` (joint, None where no trace has over three points),
-        ``p_parallel``, ``beds`` upwards along the normal (``id``, ``n``, ``distance_m``,
-        ``error95_m``, ``rms_m``) and ``same`` (``first``, ``second``, ``distance_m``,
-        ``error95_m``, ``p``).
+        ``min_confidence95_deg`` (joint; None if no trace has more than three points),
+        ``p_parallel``, ``beds`` in order upwards along the normal (``id``, ``n``,
+        ``distance_m``, ``error95_m``, ``rms_m``), and ``same`` (``first``, ``second``,
+        ``distance_m``, ``error95_m``, ``p``).
 
     Raises
     ------
     vs.errors.InputError
-        As `fit_planes`.
+        Under the conditions of `fit_planes`.
     vs.errors.UsageError
-        For a pair that is not among the groups.
+        If a pair names an id that is not among the groups.
     vs.errors.GeometryError
-        For fewer than two groups, or straight traces with the same direction.
+        If there are fewer than two groups, or the traces are straight with the same
+        direction.
 
     Notes
     -----
-    The normal is that of the scatter of all points about the middles of their own traces (Quinn
-    & Ehlmann 2019, Earth and Space Science 6). Distances are tested by Student's t.
+    The normal is computed from the scatter of all points about the centroids of their traces
+    (Quinn & Ehlmann 2019, Earth and Space Science 6). Distances are tested with Student's t
+    test.
 
     Examples
     --------
@@ -495,9 +500,9 @@ class _Groups:
     Parameters
     ----------
     offsets : int array
-        First row of each group in `points`, and the end.
+        First row of each group in `points`, and the end of the last group.
     dropped : int
-        Number of rows without coordinates or group.
+        Number of rows without coordinates or without a group.
     words : Words
         Attributes of the groups.
     messages : sequence of Finding
@@ -527,13 +532,13 @@ def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) ->
 
 
 def to_groups(value: Any, by: Any) -> _Groups:
-    """Convert groups of points, or a DataFrame with a column of names, to one array.
+    """Convert groups of points, or a DataFrame with a grouping column, to one array.
 
     Parameters
     ----------
     value : mapping or DataFrame
     by : object
-        Column of names in a DataFrame.
+        Column of the DataFrame that contains the names of the groups.
 
     Returns
     -------
@@ -586,7 +591,7 @@ def to_groups(value: Any, by: Any) -> _Groups:
 
 
 def plane_text(value: Any) -> str | None:
-    """Return a plane as "DD/D".
+    """Format a plane as "DD/D" (dip direction/dip).
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def create_plotter(
     models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature] = ()
 ) -> Any:
-    """Return a plotter with models and features: a window in a running Qt, else off screen.
+    """Create a plotter of models and features, as a window if Qt runs, otherwise off-screen.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Projects, without a window."""
+"""Projects opened without a window."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ class ProjectModel(ModelFacts):
     Attributes
     ----------
     id, name, kind : str
-        Kind is "mesh" or "cloud".
+        Id, name and kind; the kind is "mesh" or "cloud".
     path : str
-        Its file, as stored in the project.
+        Path of the model file, as stored in the project.
     frame : str
-        Description of its placement.
+        Description of the placement.
     crs : str or None
-        "EPSG:n".
+        CRS as "EPSG:n".
     features : int
-        Number of features on it.
+        Number of features on the model.
 
     Examples
     --------
@@ -63,29 +63,29 @@ class ProjectModel(ModelFacts):
     _project: Project = field(repr=False)
 
     def read(self) -> Mesh | PointCloud:
-        """Return its data in World.
+        """Read the model in the World frame.
 
         Raises
         ------
         vs.errors.InputError
-            If the file is missing or has changed since the measurements.
+            If the file is missing or has changed since the measurements were made.
         """
         return self._project._read(self.id)
 
     def plot(self) -> Any:
-        """Return a plotter, see `Mesh.plot`."""
+        """Return a plotter that shows the model; see `Mesh.plot`."""
         return self.read().plot()
 
 
 class Project:
-    """Project on disk, as in the window.
+    """Project on disk, equivalent to the project in the window.
 
-    Every change is an edit of the journal and is written at once.
+    Every change is recorded as an edit in the journal and written immediately.
 
     ``Project.open(path)`` and ``Project.create(path)`` are context managers. Leaving the block
-    without ``save()`` discards the changes, as closing the window without saving does;
-    ``undo()`` after opening it again restores them. Only one program at a time can open a
-    project.
+    without calling ``save()`` discards the changes, as does closing the window without
+    saving; ``undo()`` restores them after the project is reopened. A project can be open in
+    only one program at a time.
 
     Examples
     --------
@@ -113,12 +113,13 @@ class Project:
     def open(cls, path: str | Path) -> Self:
         """Open the project in a folder NAME.vom.
 
-        Changes that a crash left unsaved are part of it, with a warning.
+        Changes that were not saved because of a crash are included, with a warning.
 
         Raises
         ------
         vs.errors.InputError
-            If it is not a project, too new, or open in a window or notebook, which is named.
+            If the folder is not a project, was written by a newer version, or is open in a
+            window or notebook, which the error names.
         """
         desk = HeadlessProject.open(to_path(path, "path"))
         project = cls(desk)
@@ -158,25 +159,25 @@ class Project:
         self.close()
 
     def close(self) -> None:
-        """Close the project and discard unsaved changes, which ``undo()`` restores.
+        """Close the project and discard unsaved changes, which ``undo()`` can restore.
 
-        Changes that a crash left unsaved remain if nothing else was changed. Further calls have
-        no effect.
+        Changes recovered after a crash remain if nothing else was changed. Further calls have no
+        effect.
         """
         desk, self._desk = self._desk, None
         if desk is not None:
             desk.close()
 
     def save(self) -> None:
-        """Save the present state and update the GIS layers (project.gpkg)."""
+        """Save the current state and update the GIS layers (project.gpkg)."""
         warn(self._open_desk().save())
 
     def save_as(self, path: str | Path) -> None:
         """Save the project with its history in another folder NAME.vom, and continue there.
 
-        The original remains as last saved. This also works if its folder was deleted or
-        replaced, or its disk is full, because all changes are in memory. Files that cannot be
-        read any more are named in a warning.
+        The original project remains as last saved. All changes are in memory, so this also works
+        if the original folder was deleted or replaced, or if its disk is full. Files that can no
+        longer be read are listed in a warning.
 
         Raises
         ------
@@ -209,21 +210,21 @@ class Project:
     def planes(self) -> Any:
         """Return all planes as a DataFrame with the columns of the orientation table.
 
-        ``geometry`` is the centre as a shapely Point with z (World, metres), None without a
-        position.
+        ``geometry`` is the centroid as a shapely Point with z (World frame, metres), or None if
+        the plane has no position.
         """
         return feature_tables.orientations(self._records, self._measurements, "plane")
 
     def lines(self) -> Any:
-        """Return all lines (lineations, fold axes), as `planes`."""
+        """Return all lines (lineations, fold axes) as a DataFrame like that of `planes`."""
         return feature_tables.orientations(self._records, self._measurements, "line")
 
     def traces(self) -> Any:
-        """Return all traces as a DataFrame, with shapely LineStrings with z (World, metres)."""
+        """Return all traces as a DataFrame of shapely LineStrings with z (World frame, metres)."""
         return feature_tables.shapes(self._records, self._measurements, "traces")
 
     def patches(self) -> Any:
-        """Return all patches as a DataFrame, with outlines as shapely Polygons with z."""
+        """Return all patches as a DataFrame with their outlines as shapely Polygons with z."""
         return feature_tables.shapes(self._records, self._measurements, "patches")
 
     def stations(self) -> Any:
@@ -234,14 +235,15 @@ class Project:
         return feature_tables.shapes(self._records, self._measurements, "stations")
 
     def contacts(self) -> Any:
-        """Return all contact lines as a DataFrame, with ``length_m``; they have no plane."""
+        """Return all contact lines, which have no plane, as a DataFrame with ``length_m``."""
         return feature_tables.shapes(self._records, self._measurements, "contacts")
 
     def lithologies(self) -> Any:
         """Return all rock areas as a DataFrame.
 
-        It contains ``lithology``, ``area_m2`` of the surface inside and ``outline_m2`` of the
-        flattened outline; ``geometry`` is the outline as a shapely Polygon with z.
+        The columns include ``lithology``, ``area_m2`` (area of the enclosed surface) and
+        ``outline_m2`` (area of the flattened outline). ``geometry`` is the outline as a shapely
+        Polygon with z.
         """
         return feature_tables.shapes(self._records, self._measurements, "lithologies")
 
@@ -253,7 +255,7 @@ class Project:
         list of GridShare
             ``id``, ``name``, ``model`` and ``found`` (``cells``, ``done``, ``empty``,
             ``unmeasurable``, ``not_looked_at``, ``looked_at_share``, ``density_1_per_m2``,
-            ``P21_1_per_m``; areas in m2). A grid whose model is missing is left out, with a
+            ``P21_1_per_m``; areas in m2). A grid whose model is missing is omitted, with a
             warning.
         """
         shares, findings = grid_shares(self._open_desk())
@@ -261,7 +263,7 @@ class Project:
         return shares
 
     def fit(self, id: str) -> PlaneFit | LineFit:
-        """Return the result of one feature by its id or name: a PlaneFit or a LineFit.
+        """Return the PlaneFit or LineFit of one feature.
 
         Parameters
         ----------
@@ -277,7 +279,7 @@ class Project:
         vs.errors.InputError
             If the feature does not exist.
         vs.errors.GeometryError
-            If it has no orientation.
+            If the feature has no orientation.
         """
         feature = required_text(id, "id")
         orientations = fitted_records(self._records, self._measurements, self._folder, [feature])
@@ -301,9 +303,9 @@ class Project:
         return verify(self._folder)
 
     def plot(self) -> Any:
-        """Return a PyVista plotter with models, features, labels and planes, see `Mesh.plot`.
+        """Return a PyVista plotter with models, features, labels and planes; see `Mesh.plot`.
 
-        A model whose file is missing is left out, with a warning.
+        A model whose file is missing is omitted, with a warning.
         """
         from vomstudio.api.plots import create_plotter
 
@@ -327,15 +329,16 @@ class Project:
     ) -> str:
         """Add a model to the project.
 
-        A registration beside the file places the model, so that its errors reach all
-        measurements on it. A file without a frame is assumed to be local, in metres, with z up,
-        with a warning. A file that the project already contains is not added twice.
+        A registration next to the file places the model, so that the errors of the registration
+        are propagated to all measurements on the model. If the file does not state its frame, a
+        local frame in metres with z up is assumed, and a warning is issued. A file that the
+        project already contains is not added again.
 
         Parameters
         ----------
         path : str or Path
         crs, up, unit, to_crs : str, optional
-            As in `vs.read`; with `to_crs` the project contains a converted copy.
+            See `vs.read`. If `to_crs` is given, the project contains a converted copy.
 
         Returns
         -------
@@ -367,17 +370,17 @@ class Project:
         Parameters
         ----------
         points : (n, 3) array or DataFrame
-            World, metres, n >= 3, in order along the trace.
+            Points in the World frame, metres, n >= 3, in order along the trace.
         model : str or ProjectModel
-            Id or name of the model on which they lie.
+            Id or name of the model on which the points lie.
         type : str
             Name of a feature type, ignoring case.
         name : str, optional
-            By default the next number of its type.
+            Name of the trace; by default the next number of its type.
         set : str, optional
             Set of the trace.
         domain : str, optional
-            Part of the structure in which it lies.
+            Part of the structure in which the trace lies.
 
         Returns
         -------
@@ -387,15 +390,15 @@ class Project:
         Raises
         ------
         vs.errors.InputError
-            For an array of another shape.
+            If the array has another shape.
         vs.errors.GeometryError
             If the points do not define a plane.
         vs.errors.UsageError
-            For a missing model or type.
+            If the model or the type does not exist.
         """
         desk = self._open_desk()
         model_name = model.id if isinstance(model, ProjectModel) else required_text(model, "model")
-        # Checked before the edit: the journal could not be read with any other value.
+        # Check before the edit, because the journal would be unreadable with any other value.
         part = optional_text(domain, "domain") or ""
         picks = Picks(optional_text(name, "name") or "", _points(points), domain=part)
         with errors_named("type", "--type"):
@@ -408,19 +411,19 @@ class Project:
         return added.traces[0].id
 
     def judge_by(self, profile: str) -> None:
-        """Judge all features by a profile, "error" or "textbook"; `undo` reverts it.
+        """Set the verdict profile of all features, "error" or "textbook"; `undo` reverts it.
 
         Raises
         ------
         vs.errors.UsageError
-            For another name.
+            If the profile is unknown.
         vs.errors.DocumentError
-            If the project already uses it.
+            If the project already uses this profile.
         """
         self._open_desk().judge_by(required_text(profile, "profile"))
 
     def undo(self) -> str:
-        """Undo the last step, also of an earlier day, and return its label.
+        """Undo the last step, even of an earlier session, and return its label.
 
         Raises
         ------
@@ -436,7 +439,7 @@ class Project:
     def export(self, format: str, path: str | Path, *, force: bool = False) -> tuple[Path, ...]:
         """Write the features for other programs.
 
-        Features without an orientation are left out, with a warning.
+        Features without an orientation are omitted, with a warning.
 
         Parameters
         ----------
@@ -450,14 +453,14 @@ class Project:
         Returns
         -------
         tuple of Path
-            Written files.
+            Paths of the written files.
 
         Raises
         ------
         vs.errors.UsageError
-            For another format.
+            If the format is unknown.
         vs.errors.InputError
-            If the format can contain none of the features.
+            If the format cannot represent any of the features.
         vs.errors.TargetError
             If the file cannot be written.
         """

@@ -1,4 +1,4 @@
-"""Proposals of lines on a model, to be reviewed."""
+"""Proposals of lines on a model for review."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def propose_traces(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> ProposedTraces:
-    """Propose lines on a model that exceed its noise, the most reliable first.
+    """Propose lines on a model that exceed its noise, most reliable first.
 
-    They are proposals: check each of them.
+    The lines are proposals that must be reviewed individually.
 
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     cost : str, optional
         "gradient" (edges of lightness; the default), "dark", "light", "curvature" (edges
         and furrows of the surface), or the name of a field, whose low values are searched
@@ -42,13 +42,13 @@ def propose_traces(
     max_lines : int, optional
         Maximum number of lines.
     onnx_model : str or Path, optional
-        For the cost "onnx": the file of a network that takes a picture, (1, 3, h, w) red,
-        green and blue from 0 to 1, and gives the probability of an edge at each pixel, (1,
-        1, h, w).
+        File of the network for the cost "onnx". Its input is an image (1, 3, h, w) of red,
+        green and blue from 0 to 1, and its output the edge probability (1, 1, h, w) of each
+        pixel.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def propose_traces(
     Raises
     ------
     vs.errors.UsageError
-        For a cost that is not available, and an invalid length or number.
+        If the cost is not available, or the length or number is invalid.
     vs.errors.GeometryError
         If the model has no surface.
     vs.errors.Cancelled

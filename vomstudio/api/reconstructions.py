@@ -38,7 +38,7 @@ def reconstruct(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Reconstruction:
-    """Align photos and create a dense cloud, a mesh and its texture, in another process.
+    """Reconstruct a dense cloud and a textured mesh from photos, in a separate process.
 
     Parameters
     ----------
@@ -50,25 +50,25 @@ def reconstruct(
         Resolution at which the photos are used.
     gcp, marks : str or Path, optional
         Tables of control points and of their marks in the photos; by default those in or
-        beside the folder of the photos; "none" for ``gcp`` uses none.
+        next to the folder of the photos. If ``gcp`` is "none", no control points are used.
     crs : str, optional
         CRS of the model, in metres, such as "EPSG:32615".
     scheduler : str, optional
-        Address of a Dask cluster, by default this computer.
+        Address of a Dask cluster; by default this computer is used.
     threads : int, optional
-        Number of threads on this computer, by default all.
+        Number of threads on this computer; by default all are used.
     seed : int, optional
         Seed of random numbers.
     device : {"auto", "cpu", "cuda"}, optional
         Device for the depth maps; "auto" selects the GPU if the installed COLMAP supports
         it.
     region : sequence of float, optional
-        (6,) x0, y0, z0, x1, y1, z1, lowest and highest corner of the part to reconstruct,
-        in the frame of the model.
+        Minimum and maximum corners (x0, y0, z0, x1, y1, z1) of the part to reconstruct, in
+        the frame of the model.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -81,13 +81,14 @@ def reconstruct(
     vs.errors.Cancelled
         After Ctrl+C, an interrupted kernel, or ``cancel``; completed stages remain.
     vs.errors.InputError, vs.errors.UsageError
-        As the command.
+        Under the same conditions as for the command.
     vs.errors.WorkerError
-        If the process died. A kernel that is closed or killed ends that process.
+        If the process terminated unexpectedly. Closing or killing the kernel also ends the
+        process.
 
     Examples
     --------
-    A folder without photos is refused before anything is begun:
+    A folder without photos is rejected before the reconstruction starts:
 
     >>> import tempfile
     >>> import vomstudio as vs

@@ -69,18 +69,18 @@ def register(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Placed:
-    """Register a model to World by points or other observations.
+    """Register a model to the World frame by points or other observations.
 
-    The registration is a similarity (scale, rotation and shift, without reflection).
+    The registration is a similarity (scale, rotation and translation, without reflection).
 
     Parameters
     ----------
     model_points : (n, 3) array or path
-        Points in the model's frame and unit; or the path of a model, which is
-        registered by the observations below as by the command ``register``; "-" returns
-        only the placement.
+        Points in the frame and unit of the model; or the path of a model, which is
+        registered by the observations below in the same way as by the command ``register``;
+        "-" returns only the placement.
     world_points : (n, 3) array, optional
-        The same points in World, metres.
+        The same points in the World frame, metres.
     sigma_m : (n, 3) array, optional
         One-sigma errors of ``world_points``, metres; by default equal errors,
         estimated from the residuals.
@@ -88,43 +88,44 @@ def register(
         One-sigma error of each coordinate of ``model_points``, metres, in addition to
         ``sigma_m``; by default half the resolution of a model file, 0 for arrays.
     check : (n,) bool, optional
-        True for check points, which do not affect the result.
+        Mask of the check points, which do not affect the result.
     keep_scale : bool, optional
-        Whether the scale of the model is fixed, so that only rotation and shift are
-        estimated.
+        Whether the scale of the model is fixed, so that only the rotation and the
+        translation are estimated.
     robust : bool, optional
-        Whether to exclude outliers, and report them.
+        Whether to exclude and report outliers.
     cameras, attitudes : str or Path or bool, optional
-        Tables, ``geo.txt``, or a folder of photos; True for the photos beside the model.
+        Tables, ``geo.txt``, or a folder of photos; True selects the photos next to the
+        model.
     model_cameras : str or Path, optional
-        The model's own cameras; by default those beside it.
+        File of the cameras of the model; by default the file next to the model.
     pairs, gcp, marks, horizon, orientations, scale_bars : str or Path, optional
         Paths of tables.
     scale, bearing : rows of numbers, optional
-        Rows of seven numbers: two places on the model (model frame), and the metres between
-        them or the azimuth from the first to the second, degrees; an eighth is its
-        one-sigma error.
+        Rows of seven numbers: two points on the model (model frame), and the distance between
+        them in metres or the azimuth from the first to the second in degrees. An optional
+        eighth number is the one-sigma error.
     level, plumb : rows of numbers, optional
-        Rows of six: two places at one height, or one above the other; a seventh is the
-        one-sigma error of the line, degrees.
+        Rows of six numbers: two points at the same height, or one vertically above the
+        other. An optional seventh number is the one-sigma error of the line, degrees.
     reference, stable : str or Path, optional
-        Model to which it is fitted, and the stable part of that.
+        Reference model to which the model is fitted, and the stable part of the reference.
     north : {"grid", "true", "magnetic"}, optional
-        Reference of azimuths for which a table does not state it.
+        North reference of azimuths for which the table does not state it.
     date : str, optional
-        Day of compass readings (YYYY-MM-DD), or year, for the magnetic declination.
+        Day (YYYY-MM-DD) or year of the compass readings, for the magnetic declination.
     declination_deg : float, optional
-        Magnetic declination, degrees east of true north, instead of that of ``date``.
+        Magnetic declination, degrees east of true north; overrides the value for ``date``.
     north_sigma_deg : float, optional
-        One-sigma common offset of compass readings, degrees.
+        One-sigma error common to all compass readings, degrees.
     crs : str, optional
         Projected CRS of the registered model, "EPSG:n".
     without : sequence of str or str, optional
         Labels of excluded points, readings, photos or lines.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -137,26 +138,27 @@ def register(
         would help most), ``known``, ``blunders`` (outliers), ``click_sigma_m`` (metres),
         ``mark_scatter_px`` (of marks in photos), ``north_sigma_deg`` (common offset of
         compass readings, one sigma; None without any) and ``warnings``. Called with (n, 3)
-        model points it gives them in World.
+        model points, the result returns them in the World frame.
 
     Raises
     ------
     vs.errors.InputError
-        For arrays of other shapes, or unpaired points.
+        If the arrays have other shapes, or points are not paired.
     vs.errors.GeometryError
-        For fewer than three control points, or control points on one line, and for
-        observations that do not determine the placement.
+        If there are fewer than three control points, the control points are collinear, or
+        the observations do not determine the placement.
     vs.errors.UsageError
-        Without observations.
+        If there are no observations.
 
     Notes
     -----
-    Source: Umeyama (1991), IEEE PAMI 13, 376; covariance of linear least squares; variances of
-    groups by Rao's MINQUE; wrong points by deletion residuals (Cook & Weisberg 1982).
+    The similarity follows Umeyama (1991), IEEE PAMI 13, 376, with the covariance of linear least
+    squares. The variances of groups are estimated by Rao's MINQUE, and wrong points are detected
+    by deletion residuals (Cook & Weisberg 1982).
 
     Examples
     --------
-    A model in centimetres, turned by a quarter about the vertical:
+    A model in centimetres, rotated by a quarter turn about the vertical:
 
     >>> import numpy as np
     >>> import vomstudio as vs
@@ -166,7 +168,7 @@ def register(
     >>> round(found.scale, 6), round(found.rms_check_m, 6)
     (0.01, 0.0)
 
-    A model of a file by the positions of its cameras would be
+    A model file is registered by the positions of its cameras with
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
     report = to_progress(progress, cancel)
@@ -232,14 +234,14 @@ def _pairs(
 
 
 def _path_or_beside(value: Any, name: str) -> str | None:
-    """Return the path of a file or folder, and `BESIDE` for True. Raises InputError."""
+    """Return the path of a file or folder, or `BESIDE` for True. Raises InputError."""
     if isinstance(value, bool | np.bool_):
         return BESIDE if value else None
     return path_text(value, name)
 
 
 def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
-    """Return rows of numbers as the options of the command take them. Raises InputError."""
+    """Format rows of numbers as options of the command. Raises InputError if invalid."""
     if value is None or (isinstance(value, Sized) and len(value) == 0):
         return ()
     array = numbers(value, name) if _is_flat(value) else None
@@ -275,7 +277,7 @@ def _sigma(sigma: Any, n: int) -> Any:
 
 
 def _require_error(value: float, name: str) -> None:
-    """Raise InputError for an error, one sigma, that is not plausible."""
+    """Raise InputError if a one-sigma error is implausible."""
     if (problem := check_error(value)) is not None:
         raise InputError(problem, field=name)
 

@@ -1,4 +1,4 @@
-"""Progress and cancellation of long work."""
+"""Progress and cancellation of long-running tasks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.api.checking import wrong_type
 from vomstudio.core.progress import CancelToken, Progress, Silent
 
 Reported = Callable[[str, int, int | None], Any] | Progress | None
-"""Called with (stage, steps done, all steps or None), or an object with `stage` and `step`."""
+"""Callable with (stage, completed steps, total steps or None), or object with `stage`, `step`."""
 
 
 class _CallbackProgress:
@@ -54,7 +54,7 @@ def _takes_three(call: Callable[..., Any]) -> bool:
 
 
 def to_progress(progress: Reported, cancel: CancelToken | None = None) -> Progress:
-    """Convert the user's argument to a Progress.
+    """Convert the `progress` argument to a Progress.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def sample(*parts: str) -> Path:
     Raises
     ------
     vs.errors.InputError
-        For a missing file.
+        If the file does not exist.
 
     Examples
     --------

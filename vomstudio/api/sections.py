@@ -37,13 +37,13 @@ class Section:
     Attributes
     ----------
     polylines
-        Each (n, 3) World.
+        Lines (n, 3) of the intersection in the World frame.
     profiles
-        The same points, each (n, 2): distance along the section and height in it (Z in a
-        vertical one), metres.
+        The same lines as (n, 2): distance along the section, and height in it (Z if the
+        section is vertical), metres.
     figures
-        As the command prints them, most of them attributes, too: length_m, slab_m,
-        left_deg, right_deg ...
+        Figures as printed by the command; most of them are also attributes: length_m,
+        slab_m, left_deg, right_deg ...
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Section:
         return self.figures.right_deg
 
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
-        """Write .csv, .dxf or .svg, as the command does.
+        """Write the section as .csv, .dxf or .svg, as the command does.
 
         Raises
         ------
@@ -141,15 +141,15 @@ def section(
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        Model in World, metres.
+        Model in the World frame, metres.
     plane, through : str, (float, float) or PlaneFit, optional
-        Plane of the section, "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,)
-        of World on it.
+        Plane of the section as "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,)
+        on the plane in the World frame.
     section_line : (n, 2) array, optional
-        Alternatively, a line on the map, (n, 2) x, y of World.
+        Alternatively, a line on the map as x, y (n, 2) in the World frame.
     slab_m : float, optional
-        Thickness of the slab of a cloud's points along the section, metres; by default four
-        times their mean spacing.
+        Thickness of the slab of cloud points along the section, metres; by default four
+        times the mean spacing of the points.
 
     Returns
     -------
@@ -158,7 +158,7 @@ def section(
     Raises
     ------
     vs.errors.UsageError
-        Unless a plane with a point, or a line, is given.
+        If neither a plane with a point nor a line is given.
     vs.errors.InputError
         If the section misses the model.
 

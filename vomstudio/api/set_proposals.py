@@ -20,7 +20,7 @@ from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, piece
 
 @dataclass(frozen=True, repr=False)
 class ProposedSets(SetProposal):
-    """Proposed sets; ``table`` has the columns ``set`` ("" for none) and ``set_probability``."""
+    """Proposed sets; ``table`` has the columns ``set`` ("" if none) and ``set_probability``."""
 
     table: Any = field(default=None, metadata=HIDDEN)
 
@@ -39,17 +39,18 @@ def sets(
     Parameters
     ----------
     table : DataFrame, path, or (dip direction, dip)
-        DataFrame of orientations, the path of a file, or two arrays (dip direction, dip),
-        (n,) each, degrees; lines in it are left out.
+        DataFrame of orientations, path of a file, or two arrays (dip direction, dip), (n,)
+        each, degrees. Lines in the table are omitted.
     max_sets : int, optional
-        Maximum number of proposed sets; None for 8.
+        Maximum number of proposed sets; by default 8.
     exactly : int, optional
-        This number of sets, at most that of the planes; excludes ``max_sets`` and
-        ``seeds``.
+        Exact number of sets, at most the number of planes; cannot be combined with
+        ``max_sets`` or ``seeds``.
     seeds : sequence of (float, float) or str, optional
-        (dip direction, dip) or "DD/D" of one plane of each set, in place of a number.
+        (dip direction, dip) or "DD/D" of one plane of each set, instead of a number of sets.
     scanline : path, line or (k, 2) array, optional
-        (2, 3) ends of a straight line, World, m, along which spacing is reported too.
+        End points (2, 3) of a straight line in the World frame, m, along which the spacing
+        is also reported.
     azimuth : {"strike", "dipdir"}, optional
         Meaning of a column named only ``azimuth``: "strike" or "dipdir".
 
@@ -67,11 +68,12 @@ def sets(
     Raises
     ------
     vs.errors.GeometryError
-        For a table without planes.
+        If the table contains no planes.
     vs.errors.UsageError
-        For seeds that are alike or more than ``max_sets``, and for ``exactly`` with either.
+        If seeds are too similar or more than ``max_sets``, or ``exactly`` is combined with
+        either.
     vs.errors.InputError
-        As `stats`.
+        Under the conditions of `stats`.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Sets of orientations: statistics, folds, slopes, fault slips."""
+"""Statistics, folds, slope stability and fault slip of sets of orientations."""
 
 from __future__ import annotations
 
@@ -44,14 +44,15 @@ def stats(
     Parameters
     ----------
     table : DataFrame, path, or (dip direction, dip)
-        DataFrame of orientations (any of the usual columns), the path of a file, or the two
-        arrays (dip direction, dip), (n,) each, degrees.
+        DataFrame of orientations (with any of the usual columns), path of a file, or a pair
+        of arrays (dip direction, dip), (n,) each, degrees.
     by : str, optional
-        Name or number of the column that groups the rows; None for one set ``all``.
+        Name or number of the column that groups the rows. If None, all rows form a single
+        set ``all``.
     directed : bool, optional
         Whether lines have a direction and are not flipped; plunges may be negative.
     weights : {"error"}, optional
-        "error" to weight each by its own 95 % error (``total95_deg``, else
+        "error" weights each orientation by its own 95 % error (``total95_deg``, otherwise
         ``max_confidence95_deg``) and the natural scatter of its set.
     azimuth : {"strike", "dipdir"}, optional
         Meaning of a column named only ``azimuth``: "strike" or "dipdir".
@@ -59,7 +60,7 @@ def stats(
     Returns
     -------
     TableStatistics
-        ``n`` and ``sets``, by name a SetStatistics with ``n``, ``of``, ``axial``,
+        ``n`` and ``sets``, a SetStatistics by name with ``n``, ``of``, ``axial``,
         ``fisher`` (``trend_deg``, ``plunge_deg``, ``kappa``, ``alpha95_deg``, ``R``; None
         with ``fisher_reason`` if the set is not a cluster), ``tensor`` (``eigenvalues``,
         ``axes``), ``woodcock`` (``K``, ``C``), ``vollmer`` (``P``, ``G``, ``R``),
@@ -71,16 +72,18 @@ def stats(
     Raises
     ------
     vs.errors.InputError
-        For invalid angles, arrays of different lengths, and tables without orientations.
+        If an angle is invalid, the arrays have different lengths, or the table contains no
+        orientations.
     vs.errors.UsageError
-        For a missing column.
+        If a column is missing.
 
     Notes
     -----
-    Axial data are described by the orientation tensor (Woodcock 1977; Vollmer 1990), clusters
-    by Fisher (1953) after flipping into the hemisphere of the tensor's first axis. Bingham
-    (1974) and Kent (1982) are fitted by maximum likelihood; goodness of fit is the smooth test
-    (Boulerice & Ducharme 1997), uniformity that of Bingham or Rayleigh (Mardia & Jupp 2000).
+    Axial data are described by the orientation tensor (Woodcock 1977; Vollmer 1990). Clusters
+    are described by Fisher statistics (1953) after flipping the data into the hemisphere of the
+    first axis of the tensor. The Bingham (1974) and Kent (1982) distributions are fitted by
+    maximum likelihood. Goodness of fit is assessed by the smooth test (Boulerice & Ducharme
+    1997), uniformity by the test of Bingham or Rayleigh (Mardia & Jupp 2000).
 
     Examples
     --------
@@ -111,26 +114,27 @@ def fold(
     only_set: str | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
-    """Compute pi-plane and fold axis, and test whether one view direction is valid for all.
+    """Compute the pi-plane and fold axis, and test whether one view direction suits all.
 
     Parameters
     ----------
     table, azimuth : DataFrame, path, or (dip direction, dip)
-        As in `stats`; lines in it are left out.
+        See `stats`; lines in the table are omitted.
     kind : str, optional
-        Use planes of this kind only; by default bedding, if the table has kinds.
+        Kind of the planes that are used; by default bedding, if the table contains kinds.
     sets : sequence of str, optional
         Two or three sets whose common axis is computed from their means.
     by : str, optional
-        Column that names the domains, such as hanging wall and footwall: each gets an axis,
-        and a test shows whether one is valid for all.
+        Column that names the domains, such as hanging wall and footwall. An axis is computed
+        for each domain, and a test shows whether one axis is valid for all.
     waviness_deg : float, optional
-        Standard deviation of the poles of a cylindrical fold; None for the limits of Ramsay
-        & Huber (1987): nine tenths within 10 degrees.
+        Standard deviation of the poles of a cylindrical fold. If None, the limits of Ramsay
+        & Huber (1987) apply: nine tenths of the poles within 10 degrees.
     quality : {"good", "doubtful"}, optional
-        Worst verdict (column ``quality``) that is used; None for any.
+        Worst verdict (column ``quality``) of the planes that are used. If None, all planes
+        are used.
     only_set : str, optional
-        Use planes of this set only.
+        Set of the planes that are used.
 
     Returns
     -------
@@ -149,19 +153,19 @@ def fold(
     vs.errors.GeometryError
         If the planes have no axis.
     vs.errors.UsageError
-        For a missing kind or set.
+        If the kind or a set does not exist.
     vs.errors.InputError
-        As `stats`.
+        Under the conditions of `stats`.
 
     Notes
     -----
-    Beta is the eigenvector of the smallest eigenvalue of the poles' orientation tensor
-    (textbook 4.2, fig. 31), its confidence after Anderson (1963); cones after Gray, Geiser &
-    Geiser (1980).
+    Beta is the eigenvector of the smallest eigenvalue of the orientation tensor of the poles
+    (textbook 4.2, fig. 31). Its confidence region follows Anderson (1963), and the cones follow
+    Gray, Geiser & Geiser (1980).
 
     Examples
     --------
-    Beds that all contain the line 090/20 turn about it:
+    Beds that all contain the line 090/20 are folded about it:
 
     >>> import vomstudio as vs
     >>> found = vs.fold(([90, 30, 150, 10, 170], [20, 36.05, 36.05, 64.49, 64.49]))
@@ -193,22 +197,22 @@ def slope(
     limits: Literal["curved", "straight"] = "curved",
     azimuth: Azimuth | None = None,
 ) -> TableSlope:
-    """Analyse kinematically whether planes and their intersections let a rock slope fail.
+    """Analyse the kinematic stability of a rock slope cut by planes.
 
     Parameters
     ----------
     table, azimuth : DataFrame, path, or (dip direction, dip)
-        As in `stats`; lines in it are left out.
+        See `stats`; lines in the table are omitted.
     face : str or (float, float)
         Dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``.
     friction_deg : float
         Friction angle of the planes.
     lateral_deg : float, optional
-        Maximum angle of planes and direct toppling from the slope's direction; 90 for no
-        limit. Wedges have none.
+        Maximum angle between the dip direction of the slope and planes or direct toppling;
+        90 means no limit. Wedges are not limited.
     limits : {"curved", "straight"}, optional
-        Limits of planes: "curved" (small circles about the slope's strike) or "straight" (of the
-        dip direction); those of direct toppling are of the trend.
+        Lateral limits of planes: "curved" (small circles about the strike of the slope) or
+        "straight" (limits of the dip direction). For direct toppling, the trend is limited.
 
     Returns
     -------
@@ -223,21 +227,21 @@ def slope(
     Raises
     ------
     vs.errors.UsageError
-        For a horizontal face and invalid angles.
+        If the face is horizontal or an angle is invalid.
     vs.errors.GeometryError
-        For a table without planes.
+        If the table contains no planes.
     vs.errors.InputError
-        As `stats`.
+        Under the conditions of `stats`.
 
     Notes
     -----
-    Planar sliding and wedges after Markland (Wyllie & Mah 2004), flexural toppling after
-    Goodman (1980), direct toppling after Hudson & Harrison (1997).
+    Planar sliding and wedges follow Markland (Wyllie & Mah 2004), flexural toppling follows
+    Goodman (1980), and direct toppling follows Hudson & Harrison (1997).
 
     Examples
     --------
-    A plane that dips out of the slope, flatter than it and steeper than the friction angle, slides;
-    with one that strikes across it forms a wedge:
+    A plane that daylights in the slope and is steeper than the friction angle slides. It forms a
+    wedge with a second plane that strikes across the slope:
 
     >>> import vomstudio as vs
     >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), friction_deg=30)
@@ -267,13 +271,13 @@ def repeats(
     Parameters
     ----------
     table, azimuth : DataFrame, path, or (dip direction, dip)
-        As in `stats`, or the folder of a project; planes are compared with planes, lines
-        with lines.
+        See `stats`; may also be the folder of a project. Planes are compared with planes,
+        and lines with lines.
     by : str, optional
         Column that groups picks of the same structure; by default ``repeat_of``, the id of
         the repeated pick.
     interpreter : str, optional
-        Column of the interpreter, by default ``interpreter`` if present.
+        Column that names the interpreter; by default ``interpreter``, if present.
 
     Returns
     -------
@@ -284,20 +288,20 @@ def repeats(
         the ``factor`` by which the stated errors would have to be multiplied, ``within95``
         of ``n``), ``stated_errors_hold`` (yes, no or undetermined) with ``reasons``;
         ``interpreters`` and ``between`` (the F test of whether they differ); ``pairs`` and
-        ``left_out``. None if undefined.
+        ``left_out``. Undefined values are None.
 
     Raises
     ------
     vs.errors.UsageError
-        For a missing column.
+        If a column is missing.
     vs.errors.InputError
-        As `stats`.
+        Under the conditions of `stats`.
 
     Notes
     -----
-    Picks that are wrong by sigma along each axis differ from their repeats by sqrt(2) sigma
-    (Dahlberg 1940); intervals are those of chi square. Errors of the model and its registration
-    are the same in both picks and do not show.
+    Picks with an error of sigma along each axis differ from their repeats by sqrt(2) sigma
+    (Dahlberg 1940). The intervals follow from the chi-square distribution. Errors of the model
+    and its registration are common to both picks and are therefore not detected.
 
     Examples
     --------
@@ -320,7 +324,7 @@ def repeats(
 
 
 def slip(table: Any) -> TableSlip:
-    """Compute P and T axes of faults with known slip, and the strain axes of all together.
+    """Compute the P and T axes of faults with known slip, and their common strain axes.
 
     Parameters
     ----------
@@ -341,16 +345,17 @@ def slip(table: Any) -> TableSlip:
     Raises
     ------
     vs.errors.InputError
-        For a table without these columns, invalid angles, and unknown senses of slip.
+        If the table does not have these columns, an angle is invalid, or a sense of slip is
+        unknown.
 
     Notes
     -----
-    Kinematic axes after Marrett & Allmendinger (1990), right dihedra after Angelier & Mechler
-    (1977).
+    Kinematic axes follow Marrett & Allmendinger (1990), and right dihedra follow Angelier &
+    Mechler (1977).
 
     Examples
     --------
-    A normal fault that dips 45 degrees shortens rock upright, and extends it across its strike:
+    A normal fault that dips 45 degrees shortens the rock vertically and extends it across strike:
 
     >>> import pandas
     >>> import vomstudio as vs

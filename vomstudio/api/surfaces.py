@@ -25,7 +25,7 @@ def surface(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> SurfaceFigures:
-    """Measure how a patch departs from its plane, and how rough it is.
+    """Measure the deviation of a patch from its plane, and its roughness.
 
     Parameters
     ----------
@@ -33,16 +33,16 @@ def surface(
         The patch as a Mesh, PointCloud, a model of a project, the path of a file, or an
         array (n, 3) of points in World, metres.
     around : ((float, float, float), float), optional
-        ((x, y, z), radius) centre and radius of the patch on the model, World, metres.
+        Centre and radius of the patch on the model, in the World frame, metres.
     noise_m : float, optional
-        Standard deviation of the model's noise, metres; by default that of a cloud's points
-        about local planes, for a mesh a quarter of its mean edge.
+        Standard deviation of the noise of the model, metres; by default the scatter of cloud
+        points about local planes, or a quarter of the mean edge length of a mesh.
     gsd_m : float, optional
-        Side of the map's cells, metres; by default the mean edge or spacing.
+        Side length of the map cells, metres; by default the mean edge length or spacing.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
-        Stops the work.
+        Token that stops the computation.
 
     Returns
     -------
@@ -55,9 +55,9 @@ def surface(
     Raises
     ------
     vs.errors.GeometryError
-        For a patch without a plane or with too few cells.
+        If the patch has no plane or too few cells.
     vs.errors.UsageError
-        For invalid lengths.
+        If a length is invalid.
     vs.errors.Cancelled
 
     Notes

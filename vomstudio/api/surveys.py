@@ -32,9 +32,9 @@ def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder
     Parameters
     ----------
     folder : str or Path
-        JPEG, TIFF and PNG photos, down to three levels.
+        Folder of JPEG, TIFF and PNG photos, which is searched three levels deep.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
 
     Returns
     -------
@@ -76,7 +76,7 @@ def check(
     distance_m : float, optional
         Distance from the camera to the rock, if known.
     progress : callable or Progress, optional
-        Called with (stage, steps done, all steps or None).
+        Called with (stage, completed steps, total steps or None).
 
     Returns
     -------
@@ -134,23 +134,24 @@ def plan(
     Parameters
     ----------
     camera : str or Path
-        Name, path of a photo taken with it, or "23.5x15.6,35,6000x4000" (sensor and focal
-        length in mm, pixels).
+        Name of the camera, path of a photo taken with it, or "23.5x15.6,35,6000x4000"
+        (sensor size and focal length in mm, image size in pixels).
     width_m, height_m : float
         Size of the outcrop, metres.
     distance_m, gsd_m, plane_m : float, optional
         Exactly one of distance from camera to rock, size of a pixel on the rock, and size
         of the smallest plane to measure; metres.
     overlap : float, optional
-        0.6 to 0.95.
+        Overlap of adjacent photos, 0.6 to 0.95.
     manner : {"handheld", "drone", "terrain"}, optional
         On foot, by drone in front of a cliff, or by drone over flat terrain.
     aperture : float, optional
-        F-number if it can be set, 8 by default.
+        F-number, if it can be set; 8 by default.
     focal_mm : float, optional
-        Focal length, if the camera's name lacks it.
+        Focal length in mm, if the name of the camera does not include it.
     receiver_m, control_m : float, optional
-        1-sigma errors of the camera's receiver (3) and of control points (0.02).
+        One-sigma errors of the camera receiver (default 3) and of control points (default
+        0.02), metres.
     sheet : str or Path, optional
         Additional field sheet to print (.pdf, .svg, .html).
     force : bool, optional

@@ -50,35 +50,36 @@ Azimuth = Literal["strike", "dipdir"]
 
 
 def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> Any:
-    """Read planes and lines from a text table of any delimiter and convention.
+    """Read planes and lines from a text table with any delimiter and angle convention.
 
     Parameters
     ----------
     path : str or Path
-        CSV or text with a dip direction and dip, a right-hand-rule strike and dip (with or
-        without a quadrant), the trend and plunge of poles or lines, or the columns of this
+        CSV or text file with dip directions and dips, right-hand-rule strikes and dips (with
+        or without a quadrant), trends and plunges of poles or lines, or the columns of this
         program.
     azimuth : {"strike", "dipdir"}, optional
-        Meaning of a column named only ``azimuth``, or of the first column without a header:
-        "strike" or "dipdir".
+        Meaning of a column named only ``azimuth``, or of the first column if there is no
+        header: "strike" or "dipdir".
 
     Returns
     -------
     DataFrame
-        DataFrame with the columns of the orientation table, angles in degrees, one row for
-        each plane or line; other columns of the file follow. ``.attrs["convention"]``
-        states the interpretation of the columns, ``.attrs["dropped_lines"]`` the lines
-        without angles, ``.attrs["warnings"]`` the warnings, also issued as Python warnings,
-        ``.attrs["registrations"]`` the covariance of each registration's rotation if the
-        file states it.
+        DataFrame with the columns of the orientation table (angles in degrees) and one row
+        per plane or line, followed by the other columns of the file.
+        ``.attrs["convention"]`` states how the columns were interpreted,
+        ``.attrs["dropped_lines"]`` lists the lines without angles, and
+        ``.attrs["warnings"]`` contains the warnings, which are also issued as Python
+        warnings. ``.attrs["registrations"]`` contains the covariance of the rotation of each
+        registration if the file states it.
 
     Raises
     ------
     vs.errors.InputError
-        For invalid angles (a dip over 90), with file, line and column, and for files
-        without a table.
+        If an angle is invalid (such as a dip above 90; the error states the file, line and
+        column), or the file does not contain a table.
     vs.errors.UsageError
-        If the meaning of an azimuth must be stated.
+        If the meaning of an azimuth must be stated by the caller.
 
     Examples
     --------
@@ -101,7 +102,7 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
 
 
 def check_azimuth(azimuth: Any) -> Azimuth | None:
-    """Check the meaning of an azimuth.
+    """Check the option for the meaning of azimuths.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def check_azimuth(azimuth: Any) -> Azimuth | None:
     Raises
     ------
     InputError
-        If it is not known.
+        If the value is unknown.
     """
     if azimuth is None:
         return None
@@ -130,7 +131,7 @@ def to_orientation_table(
     *,
     repeats: bool = False,
 ) -> OrientationTable:
-    """Return planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
+    """Convert a DataFrame, a file or two arrays (dip direction, dip) to an orientation table.
 
     Warnings of the table are issued as Python warnings.
 
@@ -180,7 +181,7 @@ def _drop_stated_angles(frame: Any) -> Any:
 
 
 def to_text_table(table: Any, name: str = "table") -> TextTable:
-    """Return a DataFrame or a file as a table of texts.
+    """Convert a DataFrame or a file to a table of texts.
 
     Parameters
     ----------
@@ -207,7 +208,7 @@ def to_text_table(table: Any, name: str = "table") -> TextTable:
 
 
 def dataframe_crs(table: Any) -> str | None:
-    """Return the CRS of a GeoDataFrame as WKT in one line.
+    """Return the CRS of a GeoDataFrame as single-line WKT.
 
     Parameters
     ----------
@@ -216,7 +217,7 @@ def dataframe_crs(table: Any) -> str | None:
     Returns
     -------
     str or None
-        None for any other table.
+        WKT, or None for any other table.
     """
     crs = getattr(table, "crs", None)
     return str(crs.to_wkt()) if crs is not None and hasattr(crs, "to_wkt") else None
@@ -248,7 +249,7 @@ def _not_a_table(value: Any, name: str) -> InputError:
 
 # --- DataFrame to cells ---------------------------------------------------------------------------
 def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
-    """Return names and cells of a DataFrame without its geometry columns."""
+    """Return the names and cells of the columns of a DataFrame, without geometry columns."""
     names, columns = [], []
     for place, name in enumerate(frame.columns):
         values = frame.iloc[:, place].tolist()
@@ -262,7 +263,7 @@ def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
 
 
 def _cell(value: Any) -> str:
-    """Return the text of a cell, with all digits of floats."""
+    """Return the text of a cell; floats keep all digits."""
     if value is None or value != value:
         return ""
     if isinstance(value, bool | np.bool_):
@@ -275,10 +276,10 @@ def _cell(value: Any) -> str:
 
 # --- rows to DataFrame ----------------------------------------------------------------------------
 def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -> Any:
-    """Return rows of the orientation table as a DataFrame.
+    """Convert rows of the orientation table to a DataFrame.
 
-    Numbers are float64, NaN if not applicable; counts are integers if all rows have one;
-    missing texts are None.
+    Numbers are float64, with NaN if not applicable. Counts are integers if all rows have a count.
+    Missing texts are None.
 
     Parameters
     ----------
@@ -314,13 +315,13 @@ def _column(values: list[Any], form: str) -> Any:
 
 
 def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
-    """Return all rows of a table with its other columns appended.
+    """Convert all rows of a table to a DataFrame, with the other columns appended.
 
     Parameters
     ----------
     table : OrientationTable
     warnings : sequence of Finding
-        Stored as attribute "warnings".
+        Warnings, stored in ``.attrs["warnings"]``.
 
     Returns
     -------
@@ -364,7 +365,7 @@ def _row(table: OrientationTable, i: int, table_cells: Mapping[str, list[str]]) 
 def _other_cells(
     table: OrientationTable,
 ) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Return the cells of the used rows in orientation columns, and in other columns."""
+    """Return the cells of the used rows, split into orientation columns and other columns."""
     table_cells: dict[str, list[str]] = {}
     other_cells: dict[str, list[str]] = {}
     for place, name in enumerate(table.table.names or ()):

@@ -1,4 +1,4 @@
-"""Boxes along the axes of World, and their intersections with rays."""
+"""Axis-aligned boxes in the World frame, and their intersections with rays."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.core.results import Result
 from vomstudio.geometry.coordinate_limits import invalid_places
 
 FACES = tuple((axis, side) for axis in range(3) for side in range(2))
-"""(axis, 0 for the low or 1 for the high side), in the order of the handles."""
+"""Faces as (axis, 0 for the lower or 1 for the upper side), in the order of the handles."""
 
 EDGES = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1)
 """Pairs of rows of `ClipBox.corners`."""
@@ -21,7 +21,7 @@ EDGES = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).co
 
 @dataclass(frozen=True)
 class ClipBox(Result):
-    """Axis-aligned box; corners in World, m, low < high along each axis."""
+    """Axis-aligned box in the World frame, m, with low < high along each axis."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -87,7 +87,7 @@ class ClipBox(Result):
     def stretch(
         self, origin: FloatArray, direction: FloatArray, reach: float = 0.0
     ) -> tuple[float, float] | None:
-        """Return the range of a World ray inside the box, ahead of its origin; None if it misses.
+        """Return the range of a World ray inside the box, or None if the ray misses the box.
 
         `reach` enlarges the box along each axis.
         """

@@ -1,8 +1,8 @@
 """Selection of a connected piece of a surface inside a ball.
 
-The brush does not extend to a wall behind. Faces of a mesh are connected if they share a vertex;
-coincident vertices are one, because seams of a texture split them. Points of a cloud are connected
-within LINK_SPACINGS mean spacings.
+The brush does not extend to a wall behind the surface. Faces of a mesh are connected if they share
+a vertex; coincident vertices count as one, because texture seams split vertices. Points of a cloud
+are connected if they are within LINK_SPACINGS mean spacings of each other.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
 from vomstudio.geometry.patches import face_areas, face_points
 from vomstudio.geometry.surface import Surface, VertexSurface
 
-# Random points on a surface are connected if about 4.5 of them are within the distance of each
-# (continuum percolation); 1.8 mean spacings contain 10, and include diagonal neighbours of a grid.
+# Random points on a surface are connected if each point has about 4.5 others within the linking
+# distance (continuum percolation). A distance of 1.8 mean spacings contains 10 points and includes
+# the diagonal neighbours in a grid.
 LINK_SPACINGS = 1.8
 N_NEIGHBOURS = 16
 BLOCK_SIZE = 1_000_000
-# Some faces of a model, such as those that close a hole, are far longer than the others.
+# Some faces of a model, such as those that close holes, are far longer than the others.
 LONG_FACE_RATIO = 8.0
 
 
@@ -46,22 +47,22 @@ class PaintSurface(Surface, Protocol):
     def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         """Return sorted ids of the faces (by centroid) or points in a ball connected to `index`.
 
-        The connection must not leave the ball. `index` itself is always included.
+        The connecting path must not leave the ball. `index` itself is always included.
         """
 
     def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
-        """Return points (k, 3) of a selection and the area of each; None for equal areas."""
+        """Return the points (k, 3) of a selection and their areas, or None for equal areas."""
 
     def area_of(self, ids: IntArray) -> float | None: ...
 
     def corners(self, ids: IntArray) -> FloatArray:
-        """Return vertices (k, 3, 3) of faces, or points (k, 3)."""
+        """Return the vertices (k, 3, 3) of faces, or the points (k, 3) of a cloud."""
 
     def border(self, ids: IntArray) -> FloatArray:
-        """Return edges (k, 2, 3) that only one of the selected faces has; empty for points."""
+        """Return the edges (k, 2, 3) that belong to only one selected face; empty for points."""
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
-        """Return the area inside a ring (n, 3); None for points.
+        """Return the area inside a ring (n, 3), or None for points.
 
         See `outlines.surface_area.area_inside`.
         """
@@ -69,13 +70,13 @@ class PaintSurface(Surface, Protocol):
     def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Return the triangles (k, 3, 3) inside a ring.
 
-        None for points, and if the ring is invalid.
+        Returns None for points, and if the ring is invalid.
         """
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
-        """Return the unit normal (3,) of the surface in a ball, in either direction.
+        """Return the unit normal (3,) of the surface in a ball, with arbitrary sign.
 
-        None if it is unknown.
+        Returns None if the normal is unknown.
         """
 
 
@@ -88,7 +89,7 @@ class MeshSurface(VertexSurface):
         super().__init__(mesh.vertices, lambda: mesh.undivided.vertices)
         self._mesh = mesh
         self._faces_of: tuple[Int32Array, IntegerArray] | None = None
-        # Place of each vertex among those that are being looked at, -1 for the others.
+        # Position of each vertex among the vertices being examined, -1 for all other vertices.
         self._place: Int32Array | None = None
         self._lengths: tuple[float, IntArray] | None = None
 
@@ -98,13 +99,13 @@ class MeshSurface(VertexSurface):
 
     def build(self) -> None:
         super().build()
-        import scipy.sparse.csgraph  # noqa: F401 - or the first stroke would wait for it
+        import scipy.sparse.csgraph  # noqa: F401 - otherwise the first stroke would wait for it
         from scipy.sparse import csr_array
 
         faces = np.asarray(self._mesh.faces)
         starts = np.arange(0, faces.size + 1, 3, dtype=np.int32)
         shape = (len(faces), len(self._vertices))
-        # Compressing by columns is a counting sort, in C and without the interpreter's lock.
+        # Compressing by column is a counting sort, which runs in C and releases the GIL.
         columns = csr_array((np.ones(faces.size, np.bool_), faces.ravel(), starts), shape).tocsc()
         self._faces_of = (columns.indices, columns.indptr)
         self._long_faces()
@@ -120,7 +121,7 @@ class MeshSurface(VertexSurface):
             inner_faces = self._inside(self._faces_at(vertices), index, centre, radius)
             while True:
                 corners = self._mesh.faces[inner_faces]
-                # Faces much longer than the hit one extend beyond the vertices found so far.
+                # Faces much longer than the hit face extend beyond the vertices found so far.
                 missing = _distinct(corners[place[corners] < 0])
                 if not len(missing):
                     break
@@ -153,7 +154,7 @@ class MeshSurface(VertexSurface):
         nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
         ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
         first_ends, second_ends = ends.T
-        # Pair by pair: a reduction along rows of two is many times slower.
+        # Process the two ends separately: a reduction along rows of two is many times slower.
         key = np.minimum(first_ends, second_ends) * (int(nodes.max()) + 1) + np.maximum(
             first_ends, second_ends
         )
@@ -193,7 +194,7 @@ class MeshSurface(VertexSurface):
         return self.corners(_join(near_faces, long_faces))
 
     def _long_faces(self) -> tuple[float, IntArray]:
-        """Return the maximum edge length of usual faces, and the sorted ids of longer ones."""
+        """Return the maximum edge length of usual faces, and the sorted ids of longer faces."""
         if self._lengths is None:
             longest = np.empty(self.count)
             for start in range(0, self.count, BLOCK_SIZE):
@@ -210,7 +211,7 @@ class MeshSurface(VertexSurface):
         return self._place
 
     def _at(self, points: FloatArray) -> IntArray:
-        """Return the ids of all vertices coincident with points (k, 3)."""
+        """Return the ids of all vertices that coincide with points (k, 3)."""
         if self._tree is not None:
             ids_by_point = self._tree.query_ball_point(points, 0.0)
             return _distinct(np.concatenate([np.asarray(each, np.int64) for each in ids_by_point]))
@@ -223,7 +224,7 @@ class MeshSurface(VertexSurface):
         return np.concatenate(id_blocks)
 
     def _faces_at(self, vertices: IntArray) -> IntArray:
-        """Return the sorted ids of the faces with any of these vertices."""
+        """Return the sorted ids of the faces that have any of these vertices."""
         if self._faces_of is not None:
             faces, starts = self._faces_of
             first = starts[vertices].astype(np.int64)
@@ -245,7 +246,7 @@ class MeshSurface(VertexSurface):
 
 
 class CloudSurface(VertexSurface):
-    """Surface of the points of a cloud."""
+    """Paintable surface of a point cloud."""
 
     element: Literal["face", "point"] = "point"
 
@@ -272,7 +273,7 @@ class CloudSurface(VertexSurface):
         farthest = float(np.max(tree.query(points[start], k=count)[0]))
         if farthest <= 0.0:
             return ids
-        # Mean spacing of a surface that has this many points within that distance.
+        # Mean spacing on a surface with this number of points within this distance.
         max_distance = LINK_SPACINGS * farthest * float(np.sqrt(np.pi / max(count - 1, 1)))
         pairs = tree.query_pairs(max_distance, output_type="ndarray")
         return ids[_linked(pairs, len(ids), start)]
@@ -304,7 +305,7 @@ def _join(a: IntArray, b: IntArray) -> IntArray:
 
 
 def _distinct(ids: IntegerArray) -> IntArray:
-    """Return sorted distinct ids, several times faster than numpy's hash table."""
+    """Return the sorted distinct ids, several times faster than the hash table of NumPy."""
     ids = np.sort(ids)
     new = np.ones(len(ids), np.bool_)
     np.not_equal(ids[1:], ids[:-1], out=new[1:])
@@ -312,7 +313,7 @@ def _distinct(ids: IntegerArray) -> IntArray:
 
 
 def _reached(nodes: IntArray, start: int) -> BoolArray:
-    """Return which faces (k, 3 nodes) are connected to the face `start`."""
+    """Return a mask of the faces (k, 3) of nodes that are connected to the face `start`."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
@@ -326,7 +327,7 @@ def _reached(nodes: IntArray, start: int) -> BoolArray:
 
 
 def _linked(pairs: IntArray, count: int, start: int) -> BoolArray:
-    """Find the points connected with the point `start`, among `count` points."""
+    """Return a mask of the points, among `count` points, connected to the point `start`."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -1,8 +1,8 @@
-"""Photographs as geometry: the collinearity equations with lens distortion, both ways.
+"""Camera geometry of photos: collinearity equations with lens distortion.
 
 Pixels follow COLMAP: x to the right, y down, (0.5, 0.5) is the centre of the top-left pixel of the
-photo as it is stored (an orientation tag turns pictures for viewers, never these pixels). The
-camera frame has x to the right, y down and z along the view.
+photo as stored in the file (an orientation tag rotates the image for display but does not affect
+these pixels). The camera frame has x to the right, y down and z along the viewing direction.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ MODELS: dict[str, tuple[str, ...]] = {
     "FULL_OPENCV": (*("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),),
     "OPENCV_FISHEYE": ("fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"),
 }
-"""Names and order of the parameters, as COLMAP has them; focal lengths and centre in pixels."""
+"""Names and order of the parameters as in COLMAP; focal lengths and principal point in pixels."""
 
-# Where the search for the edge of a lens ends: tan of 80 degrees from the axis.
+# Radius at which the search for the edge of a lens ends: the tangent of 80 degrees from the axis.
 MAX_RADIUS = 5.7
 
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """Camera with its lens.
+    """Interior orientation of a camera, including its lens distortion.
 
     Parameters
     ----------
     model : str
         One of MODELS.
     width, height : int
-        Size of its photos, pixels.
+        Size of the photos, pixels.
     params : tuple of float
-        In the order of MODELS[model].
+        Parameters in the order of MODELS[model].
 
     Raises
     ------
@@ -82,18 +82,18 @@ class Intrinsics:
 
     @property
     def focal(self) -> tuple[float, float]:
-        """In x and in y, pixels."""
+        """Focal lengths in x and in y, pixels."""
         named = self._named
         return (named["f"], named["f"]) if "f" in named else (named["fx"], named["fy"])
 
     @property
     def centre(self) -> tuple[float, float]:
-        """The principal point, pixels."""
+        """Principal point, pixels."""
         return self._named["cx"], self._named["cy"]
 
     @property
     def matrix(self) -> FloatArray:
-        """(3, 3) calibration matrix, without the distortion."""
+        """Calibration matrix (3, 3), without the distortion."""
         (fx, fy), (cx, cy) = self.focal, self.centre
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
@@ -107,7 +107,8 @@ class Intrinsics:
     def project(self, points: npt.ArrayLike) -> FloatArray:
         """Project points (n, 3) in the camera frame to pixels (n, 2).
 
-        NaN behind the camera and beyond the radius at which the lens's polynomial has its maximum.
+        Returns NaN for points behind the camera, and for points beyond the radius at which the
+        polynomial of the lens has its maximum.
         """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -117,16 +118,16 @@ class Intrinsics:
         return bent * self.focal + self.centre
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Return directions (n, 3) in the camera frame, z = 1, of pixels (n, 2).
+        """Return the directions (n, 3) of pixels (n, 2) in the camera frame, with z = 1.
 
-        NaN outside the range of the lens.
+        Directions are NaN outside the range of the lens.
         """
         normalized = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
         flat = self._straighten(normalized) if self.distorts else normalized
         return np.column_stack([flat, np.ones(len(flat))])
 
     def scaled(self, width: int, height: int) -> Intrinsics:
-        """Return the camera with its photos resampled to another size."""
+        """Return the camera for photos resampled to another size."""
         sx, sy = width / self.width, height / self.height
         named = dict(self._named)
         if "f" in named:
@@ -138,7 +139,7 @@ class Intrinsics:
 
     # ------------------------------------------------------------------------------------------
     def _bend(self, flat: FloatArray) -> FloatArray:
-        """Convert ideal to real image coordinates (n, 2), in units of the focal length."""
+        """Convert ideal to distorted image coordinates (n, 2), in units of the focal length."""
         named = self._named
         r2 = (flat**2).sum(1)
         if self.model == "OPENCV_FISHEYE":
@@ -162,7 +163,7 @@ class Intrinsics:
         return above / below
 
     def _radius(self, r: FloatArray) -> FloatArray:
-        """Convert an ideal radius to the real one."""
+        """Convert an ideal radius to the distorted radius."""
         if self.model != "OPENCV_FISHEYE":
             return r * self._factor(r * r)
         named, angle = self._named, np.arctan(r)
@@ -172,7 +173,7 @@ class Intrinsics:
 
     @cached_property
     def _edge(self) -> float:
-        """The ideal radius up to which the real one grows."""
+        """Ideal radius up to which the distorted radius increases."""
         if not self.distorts:
             return np.inf
         r = np.linspace(0.0, MAX_RADIUS, 5701)
@@ -217,11 +218,16 @@ class Intrinsics:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A photo with its camera and its pose: x_camera = rotation @ x + translation.
+    """Photo with its camera and its pose: x_camera = rotation @ x + translation.
 
-    name : of the photo, relative to its folder, with forward slashes
-    rotation : (3, 3)
-    translation : (3,), in the unit of the scene
+    Attributes
+    ----------
+    name : str
+        Name of the photo, relative to its folder, with forward slashes.
+    rotation : (3, 3) ndarray
+        Rotation from the scene to the camera frame.
+    translation : (3,) ndarray
+        Translation in the unit of the scene.
     """
 
     name: str
@@ -231,12 +237,12 @@ class View:
 
     @property
     def centre(self) -> FloatArray:
-        """Projection centre (3,) in the scene."""
+        """Projection centre (3,) in scene coordinates."""
         return np.asarray(-self.rotation.T @ self.translation)
 
     @property
     def direction(self) -> FloatArray:
-        """Unit vector (3,) along the optical axis, in the scene."""
+        """Unit vector (3,) along the optical axis, in scene coordinates."""
         return np.asarray(self.rotation[2])
 
     def depths(self, points: npt.ArrayLike) -> FloatArray:
@@ -245,20 +251,20 @@ class View:
         return np.asarray(along + self.translation[2])
 
     def project(self, points: npt.ArrayLike) -> FloatArray:
-        """Project scene points (n, 3) to pixels (n, 2), also outside the photo.
+        """Project scene points (n, 3) to pixels (n, 2), which may be outside the photo.
 
-        NaN as in `Intrinsics`.
+        Pixels are NaN under the conditions of `Intrinsics.project`.
         """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         return self.intrinsics.project(xyz @ self.rotation.T + self.translation)
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Return unit directions (n, 3) in the scene, from `centre` through pixels (n, 2)."""
+        """Return the unit directions (n, 3), in the scene, from `centre` through pixels (n, 2)."""
         rays = self.intrinsics.rays(pixels) @ self.rotation
         return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 
     def contains(self, pixels: npt.ArrayLike) -> BoolArray:
-        """Return which pixels (n, 2) are on the photo."""
+        """Return a mask of the pixels (n, 2) that are inside the photo."""
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
         width, height = self.intrinsics.width, self.intrinsics.height
         return np.asarray((x >= 0) & (x <= width) & (y >= 0) & (y <= height))

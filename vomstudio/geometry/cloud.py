@@ -21,13 +21,20 @@ from vomstudio.geometry.progressive_order import ProgressiveOrder
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points of one model, in the model's own file frame.
+    """Point cloud of one model in its file frame.
 
+    Attributes
+    ----------
     points : (n, 3) float64
+        Coordinates of the points.
     colors : (n, 3) uint8 or None
+        Colours of the points.
     normals : (n, 3) float32 or None
-    fields : other values per point (intensity, classification ...), each (n,)
-    arrangement : the order in which the points are drawn, where it is known
+        Normals of the points.
+    fields : mapping
+        Additional fields (n,) of the points (intensity, classification ...), by name.
+    arrangement : ProgressiveOrder or None
+        Order in which the points are drawn, if known.
     """
 
     points: FloatArray
@@ -38,7 +45,7 @@ class PointCloud:
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """Lowest and highest corner (2, 3), computed once."""
+        """Minimum and maximum corners (2, 3) of the bounding box, computed once."""
         if self.arrangement is not None and len(self.arrangement):
             boxes = self.arrangement.bounds
             return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
@@ -48,7 +55,7 @@ class PointCloud:
 
     @property
     def count(self) -> int:
-        """Number of points of the whole file."""
+        """Number of points in the whole file."""
         return len(self.points)
 
     def select_rows(self, rows: IntArray | BoolArray | slice) -> PointCloud:

@@ -1,4 +1,4 @@
-"""Search for coincident points by one number per place, faster than sorting the rows."""
+"""Fast search for coincident points by one key per position."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
     -------
     (k,) ndarray of uint64
     """
-    # -0.0 and 0.0 are one place.
+    # -0.0 and 0.0 are the same position.
     bits = (np.ascontiguousarray(points, dtype=np.float64) + 0.0).view(np.uint64)
     key = np.zeros(len(bits), np.uint64)
     for axis in range(3):
@@ -31,7 +31,7 @@ def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
 
 
 def welded(points: FloatArray) -> IntArray:
-    """Assign a number to each distinct place of points, from 0 on.
+    """Assign a number to each distinct position of points, starting at 0.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def welded(points: FloatArray) -> IntArray:
     Returns
     -------
     (k,) ndarray of int
-        Number of the place of each point.
+        Number of the position of each point.
     """
     keys = place_keys(points)
     order = np.argsort(keys)

@@ -1,7 +1,7 @@
 """Limits of coordinates for fields, tables, files and arrays.
 
-A coordinate beyond them is a typing error, a cell of another column or a placeholder for "none"; it
-would hide the model, lose the digits of other coordinates, or overflow.
+A coordinate beyond these limits is a typing error, a value from another column or a placeholder for
+a missing value. It would hide the model, lose the digits of other coordinates, or overflow.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 
 MAX_COORDINATE_M = 1e12
-"""Maximum distance from the origin of any frame, m: its square, and that of a thousandth, are still
-accurate, and no frame on Earth extends so far, even in millimetres.
+"""Maximum distance from the origin of any frame, m. The squares of this value and of its thousandth
+are still accurate, and no frame on Earth extends this far, even in millimetres.
 """
 MAX_DISTANCE_DIAMETERS = 10.0
-"""Maximum distance of a place from the box of its model, in diagonals of that box."""
+"""Maximum distance of a point from the bounding box of its model, in diagonals of the box."""
 
 
 MIN_ERROR, MAX_ERROR = 1e-6, 1e6
@@ -28,12 +28,12 @@ still accurate.
 
 
 def check_error(value: float) -> Finding | None:
-    """Return a finding if a stated error (one sigma) is not plausible; None also if it is NaN.
+    """Return a finding if a stated one-sigma error is implausible and not NaN.
 
     Parameters
     ----------
     value : float
-        One sigma, metres.
+        One-sigma error, metres.
 
     Returns
     -------
@@ -78,13 +78,13 @@ def check_coordinates(values: Iterable[float]) -> Finding | None:
 
 
 def check_near_model(point: Sequence[float], bounds: FloatArray) -> Finding | None:
-    """Return a finding if a point is too far from a model to be a place on it.
+    """Return a finding if a point is too far from a model to lie on it.
 
     Parameters
     ----------
     point : (3,) sequence of float
     bounds : (2, 3) ndarray
-        Lowest and highest corner of the model, in the frame of the point.
+        Minimum and maximum corners of the model in the frame of the point.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Style in which a field of a model is shown, as stored in a project."""
+"""Display style of a field of a model, as stored in a project."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 ELEVATION = "elevation"
-"""Height in World, available for every model."""
+"""Name of the field of World heights, which is available for every model."""
 PERCENTILES = (2.0, 98.0)
 
 Kind = Literal["sequential", "diverging", "cyclic", "categories"]
@@ -25,16 +25,16 @@ PALETTES: dict[Kind, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class FieldStyle(Result):
-    """Style of a field of one model.
+    """Display style of a field of one model.
 
     Attributes
     ----------
     low, high : float or None
-        Range as entered; None for the percentile.
+        Limits entered by the user. If None, the percentile is used.
     percentiles : (float, float)
-        0 to 100.
+        Percentiles of the limits, 0 to 100.
     palette : str or None
-        Name in PALETTES; None for the default of the kind.
+        Name in PALETTES. If None, the default palette of the kind is used.
     """
 
     name: str
@@ -58,7 +58,7 @@ class FieldStyle(Result):
 
 
 def field_names(data: Mesh | PointCloud) -> tuple[str, ...]:
-    """Return the fields of a model that can be shown: ELEVATION and its numeric fields.
+    """Return the fields of a model that can be displayed: ELEVATION and all numeric fields.
 
     Parameters
     ----------

@@ -22,15 +22,16 @@ class Frame:
     Attributes
     ----------
     kind : {"crs", "local", "oriented", "scaled", "undeclared"}
-        "crs": World is the projected CRS `crs`. "local": metres, up and north are known, the
-        position is not. "oriented": up and north are known, metres are not. "scaled": metres are
-        known, north is not. "undeclared": angles are in the local frame, lengths in units.
+        "crs": the World frame is the projected CRS `crs`. "local": scale, up and north are known,
+        but the position is not. "oriented": up and north are known, but the scale is not. "scaled":
+        the scale is known, but north is not. "undeclared": angles are in the local frame, and
+        lengths in units of the file.
     unit_m : float
         Metres per unit of the file.
     up_axis : {"z", "y"}
-        Up axis of the file; with "y" it is x East, y Up, z South (glTF).
+        Up axis of the file; "y" means x East, y Up, z South (glTF).
     level : bool
-        True if up is known without north.
+        Whether up is known but north is not.
     """
 
     kind: FrameKind = "undeclared"
@@ -41,7 +42,7 @@ class Frame:
 
     @property
     def has_north(self) -> bool:
-        """Whether north, and thus up, is known."""
+        """Whether north (and therefore up) is known."""
         return self.kind in ("crs", "local", "oriented")
 
     @property
@@ -54,13 +55,13 @@ class Frame:
 
     @property
     def axes(self) -> Axes:
-        """Description of World's axes for files and labels."""
+        """Description of the axes of the World frame for files and labels."""
         return Axes(self.has_metres, self.has_north)
 
     def to_world(self) -> Matrix:
-        """Return the 4x4 similarity from the file frame to World.
+        """Return the 4x4 similarity from the file frame to the World frame.
 
-        World is x East, y North, z Up, in metres.
+        The World frame is x East, y North, z Up, in metres.
         """
         s = float(self.unit_m)
         if self.up_axis == "y":

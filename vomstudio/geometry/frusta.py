@@ -1,4 +1,4 @@
-"""Photos as pyramids in space: the camera is the apex, the outline of the photo the base."""
+"""Photos as pyramids in space, with the camera as apex and the photo outline as base."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def edge(width: int, height: int, steps: int) -> FloatArray:
 
 
 def frustum(view: View, depth: float) -> Frustum:
-    """Return the pyramid of a photo whose base is at `depth`, in the scene's frame.
+    """Return the pyramid of a photo, with its base at `depth`, in the frame of the scene.
 
     Edges outside the lens's range are those without distortion.
 
@@ -102,7 +102,7 @@ def good_size(centres: npt.ArrayLike, distance: float) -> float:
     centres : (n, 3) array_like
         Positions of the cameras.
     distance : float
-        Distance to the object; not used unless positive.
+        Distance to the object; ignored unless positive.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def good_size(centres: npt.ArrayLike, distance: float) -> float:
         from scipy.spatial import cKDTree
 
         distances, _ = cKDTree(places).query(places, k=2)
-        # Exclude photos from one place in several directions.
+        # Exclude photos taken from one position in several directions.
         spacings = distances[:, 1][
             distances[:, 1] > 1e-6 * max(1.0, float(np.ptp(places, axis=0).max()))
         ]
@@ -126,13 +126,13 @@ def good_size(centres: npt.ArrayLike, distance: float) -> float:
 
 
 def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
-    """Return the pyramids of photos, all of one size.
+    """Return the pyramids of photos, all of the same size.
 
     Parameters
     ----------
     views : sequence of View
     target : (3,) array_like
-        Middle of the photographed object.
+        Centre of the photographed object.
 
     Returns
     -------
@@ -149,9 +149,10 @@ def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
 def frustum_at(
     tips: FloatArray, corners: FloatArray, x: float, y: float, reach: float
 ) -> int | None:
-    """Return the camera under a pixel.
+    """Find the camera at a pixel.
 
-    The nearest apex within `reach` pixels, or else the smallest outline that contains the pixel.
+    This is the camera with the nearest apex within `reach` pixels or, if there is none, with the
+    smallest outline that contains the pixel.
 
     Parameters
     ----------

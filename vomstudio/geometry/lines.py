@@ -1,4 +1,4 @@
-"""Straight line through picked points, with the error of its direction; polylines."""
+"""Fits of straight lines with the errors of their directions, and polyline geometry."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.geometry.plane_limits import LARGEST, ROUNDINGS
 
 @dataclass(frozen=True, eq=False)
 class FittedLine:
-    """Fitted line. World frame.
+    """Line fitted in the World frame.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class FittedLine:
     length, rms : float
         Length along the line and RMS distance from it, m.
     confidence95_deg : float or None
-        Half-angle of the joint 95 % cone, degrees; None for two points.
+        Half-angle of the joint 95 % cone, degrees, or None for two points.
     """
 
     n: int
@@ -43,7 +43,7 @@ class FittedLine:
 
 
 def fit_line(points: npt.ArrayLike) -> FittedLine:
-    """Fit a line of least squares to points (n, 3). World frame, m.
+    """Fit a least-squares line to points (n, 3) in the World frame, m.
 
     Each point has errors in two directions across the line, so the residual variance has 2 n - 4
     degrees of freedom. With the sum of squares sxx along the line, the error of the direction is
@@ -135,11 +135,11 @@ class Approach:
     Attributes
     ----------
     place : (3,) ndarray
-        Point on the second one.
+        Nearest point on the second polyline.
     distance : float
-        Distance there.
+        Distance between the polylines.
     along : float
-        Length of the first one up to there.
+        Length of the first polyline up to its nearest point.
     """
 
     place: FloatArray
@@ -150,8 +150,8 @@ class Approach:
 def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
     """Find the nearest approach of two polylines.
 
-    Nearest points of all pairs of segments (Ericson 2005, Real-Time Collision Detection, section
-    5.1.9).
+    The nearest points of all pairs of segments are computed (Ericson 2005, Real-Time Collision
+    Detection, section 5.1.9).
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def ring_area(points: npt.ArrayLike) -> float:
     Returns
     -------
     float
-        In the square of the unit of the points.
+        Area in squared units of the points.
     """
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     local = xyz - xyz[0]

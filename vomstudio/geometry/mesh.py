@@ -30,17 +30,28 @@ class Material:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles of one model, in the model's own file frame.
+    """Triangle mesh of one model in its file frame.
 
+    Attributes
+    ----------
     vertices : (n, 3) float64
-    faces : (m, 3) int32, rows into `vertices`, grouped by material in the order of `materials`
-    materials : p materials; empty where the file has none
-    material_offsets : (p + 1,) int64; faces[o[i]:o[i + 1]] wear materials[i]
-    uv : (n, 2) float32, origin at the lower left of the image; NaN where a vertex has none; or None
+        Vertices.
+    faces : (m, 3) int32
+        Rows of `vertices`, grouped by material in the order of `materials`.
+    materials : tuple of Material
+        Materials (p); empty if the file has none.
+    material_offsets : (p + 1,) int64
+        ``faces[o[i]:o[i + 1]]`` have the material ``materials[i]``.
+    uv : (n, 2) float32 or None
+        Texture coordinates with the origin at the lower left of the image; NaN if missing.
     colors : (n, 3) uint8 or None
-    fields : other values per vertex, each (n,)
+        Colours of the vertices.
+    fields : mapping
+        Additional fields (n,) of the vertices, by name.
 
-    A vertex with two texture coordinates stands twice.
+    Notes
+    -----
+    A vertex with two texture coordinates is stored twice.
     """
 
     vertices: FloatArray
@@ -53,14 +64,14 @@ class Mesh:
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """Lowest and highest corner (2, 3), computed once."""
+        """Minimum and maximum corners (2, 3) of the bounding box, computed once."""
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.vertices[:, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @cached_property
     def undivided(self) -> Mesh:
-        """Mesh before subdivision, without colours; itself if it was not subdivided."""
+        """Mesh before subdivision, without colours, or the mesh itself if not subdivided."""
         from vomstudio.geometry.subdivision import find_undivided
 
         undivided_arrays = find_undivided(self.vertices, self.faces)

@@ -33,11 +33,12 @@ def fit_moments(
     n : int
         Number of distinct points.
     mean : (3,) array_like
-        World frame, m.
+        Mean of the points in the World frame, m.
     scatter : (3, 3) array_like
         Scatter about the mean, m2.
     n_effective : float, optional
-        Number of independent points for the confidence (see geometry/patches.py); default `n`.
+        Number of independent points for the confidence region (see geometry/patches.py); by default
+        `n`.
 
     Returns
     -------

@@ -1,12 +1,13 @@
-"""Moments of the points of a patch, sufficient to fit its plane without the model.
+"""Moments of the points of a patch, which suffice to fit its plane without the model.
 
-Points of a dense model are redundant: neighbours share the roughness of the rock. The means of
-equal cells of the patch show this. For independent points, they scatter according to their number
-of points; if roughness is longer than the spacing they scatter more, and this scatter tilts the
-plane. Simulated (60 x 50 points, Gaussian roughness): the 95 % region has a coverage of 98 % for
-white noise, 94 to 95 % for roughness whose correlation decreases to 1/e within a tenth of the
-patch, 88 % at a sixth, 50 % at a third. It is then indistinguishable from a tilt, so the verdict on
-a patch also uses the hyperbolic error.
+The points of a dense model are redundant, because neighbours share the roughness of the rock. The
+means of equal cells of the patch reveal this. If the points are independent, the scatter of the
+means follows from the number of points per cell. If the roughness is longer than the point spacing,
+the means scatter more, and this scatter tilts the plane. In simulations (60 x 50 points, Gaussian
+roughness), the 95 % region has a coverage of 98 % for white noise, 94 to 95 % for roughness whose
+correlation decreases to 1/e within a tenth of the patch, 88 % for a sixth, and 50 % for a third.
+Such long roughness is indistinguishable from a tilt, so the verdict on a patch also uses the
+hyperbolic error.
 """
 
 from __future__ import annotations
@@ -27,28 +28,29 @@ from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
 
 Triple = tuple[float, float, float]
 
-# Cells per side: 36 means have 33 degrees of freedom. Means of fewer points add no information.
+# Number of cells per side: 36 means have 33 degrees of freedom. Means over fewer points would add
+# no information.
 CELLS = 6
 POINTS_PER_CELL = 4
 TILT_SIGNIFICANCE, TILT_MARGIN, MIN_CELLS = 1e-4, 1.4, 9
 MAX_LEANING_POINTS = 40_000
 MAX_SORTED_POINTS = 4_000
-"""Cells of more points are assigned by bounds."""
+"""Maximum number of points that are sorted into cells; more points are assigned by bounds."""
 N_BOUND_POINTS = 5_000
-"""Approximate number of points from which the bounds are computed."""
+"""Approximate number of points used to compute the bounds."""
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Moments of n distinct points in any frame.
+    """Moments of n distinct points in an arbitrary frame.
 
     Attributes
     ----------
     mean : (3,) tuple
     scatter : (3, 3) tuple
-        Sum of (x - mean)(x - mean)', in the square of the unit.
+        Sum of (x - mean)(x - mean)', in squared length units.
     n_effective : float
-        Number of independent points with an equal error of the plane.
+        Number of independent points that would give the same error of the plane.
     """
 
     n: int
@@ -65,11 +67,12 @@ def moments(
     Parameters
     ----------
     points : (k, 3) array_like
-        Points at the same place count once, with the sum of their weights.
+        Points. Coincident points count once, with the sum of their weights.
     weights : (k,) array_like, optional
-        Positive relative weights: the area of each point, so that a finer mesh does not dominate.
+        Positive relative weights, such as the area of each point, which prevents the finer parts
+        of a mesh from dominating.
     distinct : bool
-        True if no points coincide.
+        Whether all points are known to be distinct.
 
     Returns
     -------
@@ -105,7 +108,7 @@ def moments(
 
 
 def _many_moments(places: FloatArray, weight: FloatArray) -> Moments:
-    """Compute the moments of many points with few passes."""
+    """Compute the moments of many points with few passes over the data."""
     n, centre, scatter = len(places), places[0].copy(), np.zeros((3, 3))
     if float(np.ptp(weight)) == 0.0:
         weight = np.ones(1)
@@ -126,7 +129,7 @@ def _many_moments(places: FloatArray, weight: FloatArray) -> Moments:
 def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     """Return the effective number of points from the scatter of the means of equal cells.
 
-    `u`, `v` and `r` (n,) are coordinates along the principal axes, the longest first.
+    `u`, `v` and `r` (n,) are coordinates along the principal axes, longest axis first.
     """
     n = len(u)
     cells_per_side = min(2 * CELLS, 2 * int(np.sqrt(n / POINTS_PER_CELL) / 2))
@@ -135,24 +138,24 @@ def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     white = float((r * r).mean()) * n / (n - 3.0)
     if white <= 0.0:
         return float(n)
-    # Richardson extrapolation: neighbours across a border between cells are missing in the scatter
-    # of means, more so for small cells, so sqrt(excess) increases with the width.
+    # Richardson extrapolation: the scatter of the means misses correlated neighbours on the other
+    # side of a cell border. Small cells miss more, so sqrt(excess) increases with the cell width.
     fine_root, coarse = (np.sqrt(x / white) for x in _excesses(u, v, r, cells_per_side))
     excess = max(float(2.0 * coarse - fine_root), 1.0) ** 2
     free = cells_per_side * cells_per_side / 4.0 - 3.0
     # q is 2 F / dof times the variance of one independent point over l3, as in plane_errors.
     q = float(joint_quantile(np.array([free]))[0]) * free * excess / n
-    # The scatter of means does not show steps, or a partial layer, where the pieces of the patch
-    # have another attitude in common than the whole.
+    # The scatter of the means does not reveal steps or a partial layer, in which the pieces of the
+    # patch share an attitude that differs from that of the whole.
     sample = slice(None, None, max(1, n // MAX_LEANING_POINTS))
     q = max(q, _leaning_variance(u[sample], v[sample], r[sample], cells_per_side // 2) / white)
     return float(min(3.0 - 2.0 * np.log(SIGNIFICANCE) / np.log1p(q), n))
 
 
 def _excesses(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> tuple[float, float]:
-    """Return the variance per independent point from the means of cells.
+    """Return the variance per independent point, estimated from the means of cells.
 
-    The first value is from side x side cells, the second from wider ones.
+    The first value is computed from side x side cells, the second from wider cells.
     """
     if len(u) > MAX_SORTED_POINTS:
         count, sums = _sums(u, v, u, v, r, side)
@@ -177,13 +180,11 @@ def _excess(count: GenericArray, sums: GenericArray) -> float:
 def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:
     """Return the variance that would tilt the plane to the median attitude of its cells.
 
-    There are side x side cells.
-
-    0 if these do not differ significantly from the plane.
+    The variance is 0 if the attitudes of the cells do not differ significantly from the plane.
     """
     from scipy.stats import f
 
-    # Round positions so that points of a lattice row are in one cell regardless of the tilt.
+    # Round positions so that the points of a lattice row fall into one cell regardless of the tilt.
     rows, columns = (np.round(x / max(1e-3 * float(x.std()), 1e-300)) for x in (u, v))
     aa, ab, bb, ah, bh = _products(rows, columns, u, v, r, side)
     area = aa * bb - ab * ab
@@ -193,7 +194,7 @@ def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) ->
     if cells < MIN_CELLS:
         return 0.0
     median_slopes = np.median(slopes, axis=1)
-    # Standard error of the median of normal deviates from their median deviation.
+    # Standard error of the median of normal deviates, estimated from their median deviation.
     deviation = np.median(np.abs(slopes - median_slopes[:, None]), axis=1)
     error = 1.2533 * 1.4826 * deviation / np.sqrt(cells)
     quantile = 2.0 * float(f.ppf(1.0 - TILT_SIGNIFICANCE, 2, cells - 2))
@@ -209,7 +210,7 @@ def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) ->
 def _products(
     rows: FloatArray, columns: FloatArray, u: FloatArray, v: FloatArray, r: FloatArray, side: int
 ) -> tuple[FloatArray, ...]:
-    """Return the sums of uu, uv, vv, ur and vr about the means of cells."""
+    """Return the sums of uu, uv, vv, ur and vr about the mean of each cell."""
     if len(u) > MAX_SORTED_POINTS:
         count, sums = _sums(rows, columns, u, v, r, side)
         a, b, h = (sums[:, :3] / np.maximum(count, 1)[:, None]).T
@@ -225,7 +226,7 @@ def _products(
 def _sums(
     rows: FloatArray, columns: FloatArray, u: FloatArray, v: FloatArray, r: FloatArray, side: int
 ) -> tuple[IntArray, FloatArray]:
-    """Return counts and sums of side x side cells of nearly equal count, see `cell_sums`."""
+    """Return the counts and sums of side x side cells of nearly equal count; see `cell_sums`."""
     sample = slice(None, None, max(1, len(u) // N_BOUND_POINTS))
     order = np.argsort(rows[sample])
     slabs = np.array_split(columns[sample][order], side)
@@ -244,7 +245,7 @@ def _sums(
 
 
 def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
-    """Assign points to side x side cells of equal count.
+    """Assign points to side x side cells with equal numbers of points.
 
     Parameters
     ----------
@@ -256,7 +257,7 @@ def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
     Returns
     -------
     (n,) ndarray of int
-        Cell of each point.
+        Index of the cell of each point.
     """
     n = len(u)
     slab = np.empty(n, np.int16)
@@ -274,7 +275,7 @@ def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
 
 
 def _equal_parts(place: IntArray, count: Any, parts: int) -> IntArray:
-    """Assign positions among `count` to parts of nearly equal size, the larger ones first."""
+    """Assign ranks below `count` to parts of nearly equal size, larger parts first."""
     size, n_larger = np.divmod(count, parts)
     first = n_larger * (size + 1)
     index_after = n_larger + (place - first) // np.maximum(size, 1)
@@ -282,7 +283,7 @@ def _equal_parts(place: IntArray, count: Any, parts: int) -> IntArray:
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
-    """Return the convex hull of the points of a patch along its normal.
+    """Return the convex hull of the points of a patch, projected along its normal.
 
     Parameters
     ----------
@@ -292,7 +293,7 @@ def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
     Returns
     -------
     tuple of Triple
-        Empty for fewer than 3 points.
+        Vertices of the hull; empty for fewer than 3 points.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -316,21 +317,21 @@ def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[FloatArray, FloatArra
     ----------
     mesh : Mesh
     faces : (m,) array_like of int
-        Rows of faces.
+        Rows of the faces.
 
     Returns
     -------
     points : (k, 3) ndarray
-        Vertices, file frame.
+        Vertices in the file frame.
     weights : (k,) ndarray
-        A third of the area of their faces.
+        A third of the area of the adjoining faces.
     """
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     ids, which = np.unique(corners, return_inverse=True)
     points = np.asarray(mesh.vertices[ids], dtype=np.float64)
     share = np.repeat(face_areas(mesh, faces) / 3.0, 3)
     weight = np.bincount(which.ravel(), share, minlength=len(ids))
-    # Vertices of faces without area belong to the patch, too.
+    # Vertices of faces with zero area also belong to the patch.
     return points, np.maximum(weight, 1e-12 * max(float(weight.sum()), 1e-300))
 
 
@@ -346,7 +347,7 @@ def face_areas(mesh: Mesh, faces: npt.ArrayLike) -> FloatArray:
     Returns
     -------
     (k,) ndarray
-        In the square of the file's unit.
+        Areas in squared units of the file.
     """
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     a, b, c = (np.asarray(mesh.vertices[corners[:, i]], dtype=np.float64) for i in range(3))
@@ -359,11 +360,12 @@ def triangle_areas(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     Parameters
     ----------
     a, b, c : (k, 3) ndarray
-        Vertices.
+        Vertices of the triangles.
 
     Returns
     -------
     (k,) ndarray
+        Areas in squared length units.
     """
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
@@ -371,7 +373,7 @@ def triangle_areas(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 def ids_to_runs(ids: npt.ArrayLike) -> tuple[tuple[int, int], ...]:
     """Compress sorted distinct ids to (first, count) runs.
 
-    Neighbours in space have few runs.
+    Faces or points that are neighbours in space usually form few runs.
 
     Parameters
     ----------

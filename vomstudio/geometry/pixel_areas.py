@@ -1,6 +1,6 @@
-"""Pixels inside drawn shapes, by their centres.
+"""Selection of pixels whose centres are inside drawn shapes.
 
-Coordinates are those of the picture's pixels; (0.5, 0.5) is the centre of the first one.
+Coordinates are in pixels of the image; (0.5, 0.5) is the centre of the first pixel.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class PixelArea:
 
     @property
     def window(self) -> tuple[slice, slice]:
-        """The box as an index of the picture."""
+        """Box as an index into the image."""
         high, wide = self.inside.shape
         return slice(self.top, self.top + high), slice(self.left, self.left + wide)
 
@@ -148,7 +148,7 @@ def changed_by(used: BoolArray, area: PixelArea, hides: bool) -> Change | None:
     Returns
     -------
     Change or None
-        None if no pixel changed.
+        Change, or None if no pixel changed.
     """
     region = used[area.window]
     changed = area.inside & (region if hides else ~region)

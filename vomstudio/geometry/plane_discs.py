@@ -12,11 +12,11 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.planes import FittedPlane
 
 NOTHING_KNOWN_DEG = 45.0
-"""A plane whose 95 % error is larger may as well stand across."""
+"""95 % error above which a plane could equally well be perpendicular to the fitted plane."""
 
 
 def known_well_enough(fit: FittedPlane) -> bool:
-    """Return whether the attitude of a fit is known well enough to draw it as a disc.
+    """Return whether the attitude of a fit is accurate enough to draw a disc.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def disc_of_fit(fit: FittedPlane | None) -> FloatArray | None:
     Returns
     -------
     (c, 3) ndarray or None
-        None without a plane, without an extent, or if the attitude is practically unknown.
+        Vertices, or None if there is no plane or no extent, or the attitude is practically unknown.
     """
     if fit is None or fit.extent is None or not known_well_enough(fit):
         return None

@@ -1,8 +1,8 @@
-"""Errors of a fitted plane's orientation: the two figures of the conventions.
+"""Two error measures of the orientation of a fitted plane (see the conventions).
 
 All functions are batched over m planes and use the normalised eigenvalues l1 >= l2 >= l3 of the
-points' covariance. Angles are half-angles of an ellipse of normals around the fitted one: the axis
-`max` is in the direction of e2 (the plane tilts about e1), `min` in the direction of e1.
+covariance of the points. Angles are the half-angles of an ellipse of normals around the fitted
+normal: the axis `max` points along e2 (the plane tilts about e1), and `min` points along e1.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ SIGNIFICANCE = 0.05
 
 
 def joint_quantile(dof: FloatArray) -> FloatArray:
-    """Return 2 F / dof with the 95 % quantile F of Fisher's distribution.
+    """Return 2 F / dof, where F is the 95 % quantile of Fisher's F distribution.
 
-    Its degrees of freedom are 2 and `dof`, for which it has the closed form P(F > f) = (1 + 2 f /
-    dof)^(-dof / 2).
+    The distribution has 2 and `dof` degrees of freedom, for which the closed form is
+    P(F > f) = (1 + 2 f / dof)^(-dof / 2).
 
     Parameters
     ----------
@@ -35,10 +35,10 @@ def joint_quantile(dof: FloatArray) -> FloatArray:
 
 
 def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Compute the largest and smallest angular error of Quinn & Ehlmann (2019).
+    """Compute the largest and the smallest angular error of Quinn & Ehlmann (2019).
 
-    If the hyperbola opens along the normal instead (h2 <= 0), the error is 90 degrees with the
-    flag. Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
+    If the hyperbola opens along the normal instead (h2 <= 0), the error is 90 degrees and
+    `overflow` is set. Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
 
     Parameters
     ----------
@@ -50,10 +50,10 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
     Returns
     -------
     largest, smallest : (m,) ndarray
-        Degrees.
+        Angular errors, degrees.
     overflow : (m,) ndarray of bool
     """
-    scaled = values * (n / (n - 1.0))[:, None]  # their covariance is divided by n - 1
+    scaled = values * (n / (n - 1.0))[:, None]  # the source divides the covariance by n - 1
     free = (n - 2.0).astype(np.float64)
     c = joint_quantile(free) * np.sqrt(free)
     l3 = scaled[:, 2]
@@ -73,11 +73,11 @@ def confidence_axes_rad(
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the semi-axes of the joint 95 % region of the normal.
 
-    A normal m is rejected if the residuals of its plane correlate with the in-plane coordinates:
-    the F test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, exact for white Gaussian noise,
-    either normal to the plane or isotropic, for every n >= 4 and every shape. Its boundary crosses
-    the principal directions at sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2 (Creasy 1956 for a line);
-    above 1 no tilt can be rejected, and t is 90 degrees.
+    A normal m is rejected if the residuals of its plane correlate with the in-plane coordinates.
+    The F test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q. It is exact for white Gaussian
+    noise, either normal to the plane or isotropic, for every n >= 4 and every shape. Its boundary
+    crosses the principal directions at sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2 (Creasy 1956, for a
+    line). If this exceeds 1, no tilt can be rejected, and t is 90 degrees.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def confidence_axes_rad(
     Returns
     -------
     largest, smallest : (m,) ndarray
-        Radians.
+        Semi-axes, radians.
     """
     axes = []
     l3 = values[:, 2]
@@ -97,7 +97,7 @@ def confidence_axes_rad(
         gap = values[:, i] - l3
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             s = 2.0 * np.sqrt(q * values[:, i] * l3) / gap
-        bounded = s < 1.0  # false for NaN too: l3 = l_i
+        bounded = s < 1.0  # also false for NaN, which results from l3 = l_i
         axes.append(np.where(bounded, 0.5 * np.arcsin(np.where(bounded, s, 0.0)), np.pi / 2))
     return np.maximum(axes[0], axes[1]), axes[1]
 
@@ -111,16 +111,27 @@ def quantiles(
     dof: FloatArray,
     ordered: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Compute q along e1 and e2, the effective number of points and long roughness, each (m,).
+    """Compute the quantiles q along e1 and e2, allowing for correlated residuals of traces.
 
     Parameters
     ----------
     u, v, r : (N,) ndarray
-        Coordinates along e1, e2, e3 of all points, group after group.
+        Coordinates of all points along e1, e2 and e3, group after group.
     starts, counts : (m,) ndarray of int
+        First point and number of points of each group.
     dof : (m,) ndarray
+        Degrees of freedom of each group.
     ordered : bool
-        True if points follow a trace.
+        Whether the points follow a trace.
+
+    Returns
+    -------
+    q1, q2 : (m,) ndarray
+        Quantiles along e1 and e2.
+    effective : (m,) ndarray
+        Effective number of points.
+    long : (m,) ndarray of bool
+        Whether the roughness is as long as the trace.
     """
     white = joint_quantile(dof)
     if not ordered:
@@ -133,13 +144,13 @@ def regression_axes_rad(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Compute the axes and semi-axes of the confidence region of a regression.
 
-    The ellipse of both slopes, exact for white noise along the coordinate, is projected to the
-    tangent plane to first order.
+    The ellipse of both slopes, which is exact for white noise along the coordinate, is projected
+    onto the tangent plane to first order.
 
     Parameters
     ----------
     leverage : (m, 3, 3) ndarray
-        Covariance of the normal's end per unit of q.
+        Covariance of the tip of the normal per unit of q.
     normal : (m, 3) ndarray
     q : (m,) ndarray
 
@@ -148,10 +159,10 @@ def regression_axes_rad(
     e1, e2 : (m, 3) ndarray
         Directions of the smallest and of the largest semi-axis.
     largest, smallest : (m,) ndarray
-        Radians.
+        Semi-axes, radians.
     """
     values, vectors = np.linalg.eigh(leverage)
-    # The normal itself is the direction of no variance.
+    # The variance along the normal itself is zero.
     tangent = np.sqrt(np.maximum(values[:, 1:], 0.0) * q[:, None])
     e2 = vectors[:, :, 2]
     return np.cross(e2, normal), e2, np.arctan(tangent[:, 1]), np.arctan(tangent[:, 0])
@@ -168,14 +179,15 @@ def split_rad(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compute the errors of dip and dip direction, and the rake of the largest tilt.
 
-    All are in radians.
+    All values are in radians.
 
-    The region is a cone of normals of elliptical section: in the tangent plane of the unit sphere
-    at the fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along
-    e1. The dip error is its half-width along the dip. That of the dip direction is the larger of
-    both azimuth differences at which a vertical plane touches it; for a small tilt a of the normal
-    across the dip this is a / sin(dip), or t / tan(dip) with the tilt t = a / cos(dip) of the
-    strike line. If the ellipse contains the vertical, every dip direction is possible: NaN.
+    The region is a cone of normals with an elliptical cross-section. In the tangent plane of the
+    unit sphere at the fitted normal, it is an ellipse with semi-axes tan(largest) along e2 and
+    tan(smallest) along e1. The dip error is the half-width of the cone along the dip. The error of
+    the dip direction is the larger of the two azimuth differences at which a vertical plane touches
+    the cone. For a small tilt a of the normal across the dip, this is a / sin(dip), or t / tan(dip)
+    with the tilt t = a / cos(dip) of the strike line. If the ellipse contains the vertical, every
+    dip direction is possible, and the error is NaN.
 
     Parameters
     ----------
@@ -183,15 +195,16 @@ def split_rad(
         Directions of the smallest and of the largest semi-axis.
     dip_direction_deg, dip_deg : (m,) ndarray
     flat : (m,) ndarray of bool
-        True for planes without a dip direction.
+        Whether the plane has no dip direction.
     largest, smallest : (m,) ndarray
         Semi-axes, radians.
 
     Returns
     -------
-    dip : (m,) ndarray
-    dip_direction : (m,) ndarray
+    dip, dip_direction : (m,) ndarray
+        Errors of the dip and of the dip direction.
     rake : (m,) ndarray
+        Rake of the direction of the largest tilt.
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
     t1 = np.minimum(np.tan(smallest), 1e8)
@@ -201,8 +214,9 @@ def split_rad(
     along, across, mixed = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2, a1 * b1 + a2 * b2
     dip_error = np.arctan(np.sqrt(along))
 
-    # Lines through the horizontal point of the tangent plane that touch the ellipse: their slope k
-    # is the tangent of the azimuth difference, k^2 open + 2 k cos mixed - across = 0.
+    # Consider the lines through the horizontal point of the tangent plane that touch the ellipse.
+    # Their slope k is the tangent of the azimuth difference:
+    # k^2 open + 2 k cos mixed - across = 0.
     dip = np.radians(dip_deg)
     cosine = np.cos(dip)
     open_ = np.sin(dip) ** 2 - cosine**2 * along
@@ -218,10 +232,10 @@ def split_rad(
 
 
 MAX_BOW_OVER_EXTENT = 0.001
-"""Own choice, from tests/benchmarks/bench_conditional.py: sagitta over length of a trace's bow that
-is allowed for if its points do not exclude it.
+"""Ratio of sagitta to length of the bow of a trace that is assumed possible unless the points of
+the trace exclude it. This is our own choice, from tests/benchmarks/bench_conditional.py.
 """
-# 97.5 % of Student's law against the inverse of its degrees of freedom.
+# 97.5 % quantile of Student's t distribution, tabulated over the inverse degrees of freedom.
 INVERSE_FREEDOM = np.array([0.0, 1 / 30, 1 / 8, 1 / 4, 1 / 3, 1 / 2, 1.0])
 STUDENT_QUANTILES = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
 
@@ -232,10 +246,10 @@ def bow_tilt_rad(
     counts: IntArray,
     values: FloatArray,
 ) -> FloatArray:
-    """Compute the 95 % tilt of each plane by a bow of its trace, radians.
+    """Compute the 95 % limit of the tilt of each plane caused by a bow of its trace.
 
-    A bow is a parabola along e1. If the trace itself bends like that, the fit mistakes the bow for
-    a tilt without residuals. The other points give an upper bound.
+    A bow is a parabola along e1. If the trace itself curves in this way, the fit mistakes the bow
+    for a tilt without residuals. The other points give an upper bound. Angles are in radians.
 
     Parameters
     ----------
@@ -244,7 +258,7 @@ def bow_tilt_rad(
     starts, counts : (m,) ndarray of int
         First point and number of points of each group.
     values : (m, 3) ndarray
-        Variances along the axes, in the square of the coordinates' unit.
+        Variances along the axes, in squared units of the coordinates.
     """
     u, v, r = along
     n = counts.astype(np.float64)
@@ -270,6 +284,6 @@ def bow_tilt_rad(
     bow_size = MAX_BOW_OVER_EXTENT * length
     is_determined = (counts > 4) & (bow_squares > 1e-6 * n)
     bow_size = np.where(is_determined, np.fmin(bow_size, max_bow), bow_size)
-    # Points exactly in a plane were computed.
+    # Points that lie exactly in a plane were computed, not measured.
     bow_size = np.where(values[:, 2] == 0.0, 0.0, bow_size)
     return np.asarray(np.arctan(bow_size * np.hypot(first, second)))

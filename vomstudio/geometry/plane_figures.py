@@ -24,7 +24,7 @@ Method = Literal["pca", "regression"]
 def figures(
     xyz: FloatArray, counts: IntArray, method: Method, axis: int, ordered: bool
 ) -> tuple[dict[str, AnyArray], list[Finding | None]]:
-    """Compute the figures of groups of at least 3 points.
+    """Compute the figures of groups with at least 3 points each.
 
     Parameters
     ----------
@@ -34,16 +34,16 @@ def figures(
         Number of points of each group.
     method : Method
     axis : int
-        Coordinate of a regression.
+        Index of the coordinate that a regression minimises.
     ordered : bool
         Whether the points of each group follow a trace.
 
     Returns
     -------
     figures : dict
-        Arrays under the names of `PlaneFits`.
+        Arrays, keyed by the attribute names of `PlaneFits`.
     reasons : list of Finding or None
-        Reason for a missing plane, per group.
+        Reason why the plane of each group is missing, or None.
     """
     m = len(counts)
     starts = np.cumsum(counts) - counts
@@ -120,7 +120,7 @@ def figures(
 
 @dataclass(frozen=True, eq=False)
 class _Scale:
-    """Scale of each group.
+    """Scale of the coordinates of each group.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class _Scale:
         Divisor of the coordinates.
     max_coordinate : (m,) ndarray
     rounding : (m,) ndarray
-        Rounding error in this unit.
+        Rounding error of the coordinates, in multiples of `unit`.
     """
 
     centroid: FloatArray
@@ -143,12 +143,13 @@ class _Scale:
 def _centred(
     xyz: FloatArray, starts: IntArray, counts: IntArray, n: FloatArray
 ) -> tuple[list[FloatArray], _Scale]:
-    """Return coordinates x, y, z relative to the centroid of each group, divided by its size."""
+    """Return x, y and z relative to the centroid of each group, divided by its size."""
 
     def spread(x: FloatArray) -> FloatArray:
         return np.repeat(x, counts)
 
-    # Off the first point first: that difference is exact or nearly so, the mean then small.
+    # Subtract the first point first: this difference is exact or nearly so, and the mean of the
+    # differences is small.
     first = xyz[starts]
     local = [xyz[:, i] - spread(first[:, i]) for i in range(3)]
     mean = [np.add.reduceat(x, starts) / n for x in local]
@@ -156,7 +157,7 @@ def _centred(
     centroid = first + np.stack(mean, axis=1)
     max_coordinate = np.maximum.reduceat(np.abs(xyz).max(axis=1), starts)
 
-    # A common length, so that squares of tiny and huge coordinates stay in range.
+    # Divide by a common length, so that squares of tiny and huge coordinates do not overflow.
     size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local]), starts)
     unit = np.where(size > 1.0 / LARGEST, size, 1.0)
     per_unit = spread(1.0 / unit)
@@ -166,7 +167,7 @@ def _centred(
 
 
 def _indices(parts: FloatArray) -> dict[str, FloatArray]:
-    """Return the indices of the normalised eigenvalues (3, m)."""
+    """Compute the shape indices from the normalised eigenvalues (3, m)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         l1, l2, l3 = parts
         collinearity = l1 / l2
@@ -197,10 +198,10 @@ def members(starts: IntArray, counts: IntArray) -> IntArray:
 def _sharpen(
     axes: FloatArray, local: list[FloatArray], starts: IntArray, counts: IntArray, n: FloatArray
 ) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Return axes, coordinates and variances without the rounding of the covariance.
+    """Return axes, coordinates and variances, free of the rounding errors of the covariance.
 
-    The covariance of a long straight trace contains its thickness only to 1e-8 of its length. In
-    the frame of its eigenvectors e2 and e3 are therefore separated once more.
+    The covariance resolves the thickness of a long straight trace only to 1e-8 of its length.
+    Therefore e2 and e3 are separated a second time, in the frame of the eigenvectors.
     """
     frame = axes
     u, v, r = _along(frame, local, counts)
@@ -230,7 +231,7 @@ def _along(
 
 
 def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
-    """Return the number of distinct points per group; repeated clicks are not independent."""
+    """Count the distinct points of each group; repeated clicks are not independent."""
     distinct = counts.copy()
     short = counts <= COUNT_REPEATS_UP_TO
     if not short.any():
@@ -245,16 +246,17 @@ def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
 
 MAX_SCATTER_RATIO = 3.0
 MAX_SINE = 0.5
-"""Own choice: a regression overestimates the angle between its axis and the plane by about a tenth
+"""Maximum sine of the angle between the axis and a plane that is treated as parallel to it. This is
+our own choice: a regression overestimates the angle between its axis and the plane by about a tenth
 if the points scatter by a third of that angle. Planes at more than 30 degrees to the axis are never
-parallel to it, regardless of scatter.
+treated as parallel, regardless of their scatter.
 """
 
 
 def _parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArray:
-    """Return whether the scatter of the points explains the angle between plane and axis.
+    """Return whether the scatter of the points explains the angle of the plane to the axis.
 
-    `sine` (m,) is that of the angle, `values` (m, 3) are the variances.
+    `sine` (m,) is the sine of the angle; `values` (m, 3) are the variances.
     """
     scatter = MAX_SCATTER_RATIO * np.sqrt(values[:, 2])
     return (np.abs(sine) < MAX_SINE) & (np.abs(sine) * np.sqrt(values[:, 1]) < scatter)
@@ -263,16 +265,16 @@ def _parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArray:
 def _regress(
     covariance: FloatArray, axis: int, rounding: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
-    """Fit regressions of one coordinate.
+    """Fit regressions that minimise the residuals of one coordinate.
 
-    Returns upward normals, residuals, whether parallel, and the covariance (m, 3, 3) of the
-    normal's end for residuals of variance n.
+    Returns the upward normals, the residuals, whether the plane is parallel to the axis, and the
+    covariance (m, 3, 3) of the tip of the normal for residuals of variance n.
     """
     a, b = (i for i in range(3) if i != axis)
     saa, sbb, sab = covariance[:, a, a], covariance[:, b, b], covariance[:, a, b]
     sac, sbc = covariance[:, a, axis], covariance[:, b, axis]
     determinant = saa * sbb - sab * sab
-    # The smaller spread of the two other coordinates: zero for a plane parallel to the axis.
+    # Smaller spread of the two other coordinates, which is zero for a plane parallel to the axis.
     spread = determinant / np.maximum(saa + sbb, np.finfo(np.float64).tiny)
     parallel = np.sqrt(np.maximum(spread, 0.0)) <= np.maximum(rounding, 1e-7)
     safe = np.where(parallel, 1.0, determinant)
@@ -282,7 +284,8 @@ def _regress(
     normal[:, a], normal[:, b], normal[:, axis] = -pa, -pb, 1.0
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     square = covariance[:, axis, axis] - pa * sac - pb * sbc
-    # (S^-1) of the slopes, carried over to the normal, of which slopes are the ratio.
+    # Inverse covariance (S^-1) of the slopes, propagated to the normal, whose component ratios are
+    # the slopes.
     inverse = np.zeros((len(pa), 3, 3))
     inverse[:, a, a], inverse[:, b, b] = sbb / safe, saa / safe
     inverse[:, a, b] = inverse[:, b, a] = -sab / safe
@@ -302,17 +305,17 @@ def _errors(
     ordered: bool,
     regression: FloatArray | None,
 ) -> dict[str, AnyArray]:
-    """Compute both angular errors and their split; NaN for fewer than 4 distinct points.
+    """Compute both angular errors and their components, NaN below 4 distinct points.
 
-    `along` are coordinates along the axes; `attitude` is normal, dip direction, dip and whether
-    horizontal.
+    `along` contains the coordinates along the axes. `attitude` contains the normal, the dip
+    direction, the dip and whether the plane is horizontal.
     """
     normal, dip_direction, dip, flat = attitude
     known = distinct > 3
     n = np.where(known, counts, 4)
     dof = np.where(known, distinct - 3.0, 1.0)
     q1, q2, effective, long = plane_errors.quantiles(*along, starts, counts, dof, ordered)
-    # Residuals of points exactly in a plane are rounding errors and not roughness.
+    # Residuals of points that lie exactly in a plane are rounding errors, not roughness.
     exact = values[:, 2] == 0.0
     effective, long = np.where(exact, dof + 3.0, effective), long & ~exact
     h_max, h_min, overflow = plane_errors.hyperbolic(n, values)

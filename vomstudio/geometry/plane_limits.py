@@ -5,11 +5,11 @@ from __future__ import annotations
 from vomstudio.core.findings import Finding
 
 MIN_POINTS = 3
-# Squares of these stay in range.
+# Maximum coordinate, whose square does not overflow.
 LARGEST = 1e150
 # Distances below this many roundings of the largest coordinate are rounding, not shape.
 ROUNDINGS = 4.0
-# Points repeated exactly are looked for in short traces only, where one of them matters.
+# Maximum number of points of a trace in which repeated points, which matter there, are searched.
 COUNT_REPEATS_UP_TO = 16
 
 
@@ -29,14 +29,14 @@ def too_few_points(n: int) -> Finding:
 
 
 def degenerate_points(n: int, *, coincident: bool) -> Finding:
-    """Report that all points are at one place, or else on one line.
+    """Report that all points coincide or are collinear.
 
     Parameters
     ----------
     n : int
         Number of points.
     coincident : bool
-        Whether they are at one place.
+        Whether the points coincide; otherwise they are collinear.
 
     Returns
     -------

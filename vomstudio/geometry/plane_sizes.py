@@ -1,11 +1,12 @@
-"""Required size of a plane for a given error.
+"""Plane size required for a given error.
 
-It is used by planner, survey check, report and verdict.
+It is used by the planner, the survey check, the report and the verdict.
 
-A plane is modelled as a disc with one independent point per square of the resolution and Gaussian
-noise across it; natural waviness of the rock is not included. The expected 95 % error is that of
-the verdict: the joint region of the fitted normal (F test, two slopes), at least the tilt by the
-resolution over the disc's shorter axis, and in quadrature the error of the registration.
+A plane is modelled as a disc with one independent point per resolution cell and with Gaussian noise
+across the disc; natural waviness of the rock is not included. The expected 95 % error is the error
+used for the verdict: the joint region of the fitted normal (F test, two slopes), but at least the
+tilt by the resolution over the shorter axis of the disc, combined in quadrature with the error of
+the registration.
 """
 
 from __future__ import annotations
@@ -16,18 +17,18 @@ from dataclasses import dataclass, field
 from vomstudio.core.results import OPTIONAL
 
 PIXELS_PER_RESOLUTION = 10.0
-"""A cloud from photos resolves about ten of their pixels (textbook 3.2.1)."""
+"""Resolution of a cloud from photos, about ten of their pixels (textbook 3.2.1)."""
 NOISE_PIXELS = 0.5
-"""Noise of a dense cloud across its surface, one sigma: on synthetic faces 95 % of the points are
+"""One-sigma noise of a dense cloud across its surface. On synthetic faces, 95 % of the points are
 within one pixel.
 """
 TEXTBOOK_RESOLUTIONS = 100.0
-"""Two orders of magnitude between a feature and the resolution (4.1.3), 1000 pixels."""
+"""Ratio between the size of a feature and the resolution (textbook 4.1.3), equal to 1000 pixels."""
 MIN_RESOLUTIONS = 10.0
-"""Errors of smaller planes are not reliable."""
+"""Minimum size of a plane with a reliable error, in resolutions."""
 POINT_OVER_RESOLUTION = 0.08
-"""Own choice, from tests/benchmarks/bench_verdicts.py: error of each point of a trace, one sigma,
-that its residuals may not show.
+"""One-sigma error of each point of a trace that its residuals may not reveal, in resolutions. This
+is our own choice, from tests/benchmarks/bench_verdicts.py.
 """
 TARGET_ERROR_DEG = 5.0
 """Maximum 95 % error of a plane with a good verdict."""
@@ -41,12 +42,12 @@ def resolution_tilt_deg(resolution: float, width: float) -> float:
     Parameters
     ----------
     resolution, width : float
-        In the same unit.
+        Resolution and length of the shorter axis, in the same unit.
 
     Returns
     -------
     float
-        Degrees.
+        Tilt, degrees.
     """
     return math.degrees(math.atan2(0.5 * resolution, width))
 
@@ -101,9 +102,9 @@ class PlaneError:
     size_m : float or None
         Diameter, m; None if the unit of the model is not the metre.
     error95_deg : float
-        Expected 95 % half-angle of its normal, degrees.
+        Expected 95 % half-angle of the normal, degrees.
     size : float or None
-        Diameter in the unit of the model if that is not the metre.
+        Diameter in the unit of the model if this unit is not the metre.
     """
 
     size_m: float | None
@@ -120,9 +121,9 @@ class PlaneSizes:
     resolution : float
         Resolution of the model.
     noise : float
-        Noise across its surface, one sigma.
+        One-sigma noise across the surface of the model.
     registration_deg : float
-        95 % half-angle of the model's rotation, degrees; 0 if unknown.
+        95 % half-angle of the rotation of the model, degrees; 0 if unknown.
     """
 
     resolution: float
@@ -156,7 +157,7 @@ class PlaneSizes:
         return MIN_RESOLUTIONS * self.resolution
 
     def error_deg(self, size: float) -> float | None:
-        """Return the expected 95 % half-angle of a plane of this diameter; None below `least`."""
+        """Return the expected 95 % half-angle for a diameter, or None below `least`."""
         if not size >= self.least * (1.0 - 1e-9):
             return None
         # One point per square of the resolution; the plane has three parameters.

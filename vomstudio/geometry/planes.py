@@ -1,9 +1,9 @@
-"""Planes through points by PCA or planar regression, for many groups at once.
+"""Fits of planes to many groups of points by PCA or planar regression.
 
-Everything is float64 in the World frame (x East, y North, z Up; metres). Points are centred first,
-so UTM coordinates lose no digits. Source of both methods and of the indices: Tavani, Corradetti,
-Mercuri & Seers, "Virtual outcrop models of geological structures", section 4.1, equations 19 to 21;
-M and K after Woodcock (1977) and Fernandez (2005). Errors are explained in plane_errors.py, their
+All values are float64 in the World frame (x East, y North, z Up; metres). Points are centred first,
+so UTM coordinates lose no digits. Both methods and the indices follow Tavani, Corradetti, Mercuri &
+Seers, "Virtual outcrop models of geological structures", section 4.1, equations 19 to 21; M and K
+follow Woodcock (1977) and Fernandez (2005). The errors are explained in plane_errors.py, and their
 coverage in docs/plane_errors.md.
 """
 
@@ -28,7 +28,7 @@ _AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class FittedPlane:
-    """One fitted plane; figures are None if undefined. Fields are as in PlaneFits."""
+    """One fitted plane with the fields of `PlaneFits`; undefined figures are None."""
 
     n: int
     centroid: FloatArray
@@ -65,7 +65,7 @@ class FittedPlane:
 
 @dataclass(frozen=True, eq=False)
 class PlaneFits:
-    """Fits of m planes; NaN if undefined, infinite if an index is.
+    """Fits of m planes; undefined figures are NaN, and an index may be infinite.
 
     Attributes
     ----------
@@ -74,48 +74,49 @@ class PlaneFits:
     centroid : (m, 3) ndarray
         Centroid of the points, m.
     normal : (m, 3) ndarray
-        Unit vectors, z >= 0; a horizontal one points to an azimuth in [90, 270).
+        Unit normals with z >= 0; a horizontal normal points to an azimuth in [90, 270).
     eigenvalues : (m, 3) ndarray
-        Of the covariance (divisor n), divided by their sum, descending (eq. 19).
+        Eigenvalues of the covariance (divisor n), divided by their sum, descending (eq. 19).
     axes : (m, 3, 3) ndarray
-        Their unit vectors e1, e2, e3 as rows; e3 points up and is the normal of "pca".
+        Unit eigenvectors e1, e2, e3 as rows; e3 points up and is the normal for "pca".
     trace : (m,) ndarray
-        Sum of the eigenvalues before the division, m2.
+        Sum of the eigenvalues before normalisation, m2.
     rms : (m,) ndarray
-        Root mean square distance of the points from the plane, divisor n, m.
+        Root mean square distance of the points from the plane (divisor n), m.
     residual : (m,) ndarray
-        The same along the minimised coordinate: rms for "pca", m.
+        Root mean square residual along the minimised coordinate, m; equal to `rms` for "pca".
     extent : (m,) ndarray
-        Length of the points along e1, m.
+        Extent of the points along e1, m.
     max_coordinate : (m,) ndarray
-        Largest absolute coordinate, which determines the rounding, m.
+        Largest absolute coordinate, which determines the rounding error, m.
     coplanarity, collinearity : (m,) ndarray
-        1 / l3 (eq. 20), l1 / l2 (eq. 21).
+        1 / l3 (eq. 20) and l1 / l2 (eq. 21).
     M, K : (m,) ndarray
-        ln(l1 / l3), ln(l1 / l2) / ln(l2 / l3).
+        ln(l1 / l3) and ln(l1 / l2) / ln(l2 / l3).
     max_angular_error_deg, min_angular_error_deg : (m,) ndarray
         Hyperbolic error (Quinn & Ehlmann 2019), degrees.
     hyperbolic_overflow : (m,) ndarray of bool
-        Whether that error has no bound below 90 degrees.
+        Whether the hyperbolic error has no bound below 90 degrees.
     max_confidence95_deg, min_confidence95_deg : (m,) ndarray
         Semi-axes of the joint 95 % region of the normal, as angles between normals, degrees.
     error_rake_deg : (m,) ndarray
         Rake [0, 180) from the right-hand-rule strike of the in-plane direction of the largest tilt.
     dip_error_deg, dip_direction_error_deg : (m,) ndarray
-        The same region along and across the dip, degrees; the second is undefined if the region
-        contains the horizontal plane.
+        Extent of the same region in dip and in dip direction, degrees; the error of the dip
+        direction is undefined if the region contains the horizontal plane.
     n_effective : (m,) ndarray
-        Number of independent points with the same region.
+        Number of independent points that would give the same region.
     long_roughness : (m,) ndarray of bool
-        Whether residuals wander on the scale of the trace, so that the wider of both errors
+        Whether the residuals drift on the scale of the trace, so that the larger of the two errors
         applies.
     bow_tilt_deg : (m,) ndarray
-        95 % tilt by a bow of the trace that its points do not show, degrees.
+        95 % limit of the tilt caused by a bow of the trace that its points do not reveal, degrees.
     dip_direction_deg, dip_deg : (m,) ndarray
+        Dip direction and dip, degrees.
     undefined : (m,) ndarray of bool
-        Whether the plane is horizontal, with dip direction 0 by convention.
+        Whether the plane is horizontal; its dip direction is then 0 by convention.
     error : tuple of Finding or None
-        Reason for a missing plane (its figures are NaN).
+        Reason why a plane could not be fitted (its figures are then NaN), or None.
     """
 
     n: IntArray
@@ -157,7 +158,7 @@ class PlaneFits:
         return self.rows(range(i, i + 1))[0] if i >= 0 else self[i + len(self)]
 
     def rows(self, selected: range | None = None) -> list[FittedPlane]:
-        """Return all or some fits as a list, ten times faster than one by one."""
+        """Return all or the selected fits as a list, ten times faster than by indexing."""
         rows = range(len(self)) if selected is None else selected
         if len(rows) and not 0 <= min(rows) <= max(rows) < len(self):
             raise IndexError(rows)
@@ -167,7 +168,7 @@ class PlaneFits:
 
 
 def _to_python(column: Any, part: slice, count: int) -> list[Any]:
-    """Return plain Python values of one figure, None for NaN and infinity.
+    """Convert a figure to plain Python values, with None for NaN and infinity.
 
     Vectors remain arrays.
     """
@@ -194,9 +195,9 @@ def fit_plane(
     Parameters
     ----------
     points : (n, 3) array_like
-        World frame, m.
+        Points in the World frame, m.
     method, axis, ordered
-        As in `fit_planes`.
+        See `fit_planes`.
 
     Returns
     -------
@@ -229,18 +230,19 @@ def fit_planes(
     Parameters
     ----------
     points : (N, 3) array_like
-        World frame, m.
+        Points in the World frame, m.
     offsets : (m + 1,) array_like of int
         Plane i is fitted to ``points[offsets[i]:offsets[i + 1]]``.
     method : {"pca", "regression"}
-        Minimise distances from the plane, or those along `axis`.
+        "pca" minimises the distances from the plane, "regression" the residuals along `axis`.
     axis : {"auto", "x", "y", "z"}
-        "auto" is the axis nearest to the normal of the plane by "pca": regressions along others
-        attribute scatter to coordinates that they assume exact, and make steep planes too gentle. A
-        named axis is an error for planes parallel to it within their scatter.
+        Axis of a regression. "auto" selects the axis nearest to the normal that "pca" gives. A
+        regression along another axis attributes scatter to coordinates that it assumes to be exact,
+        and underestimates the dip of steep planes. If an axis is named, planes that are parallel to
+        it within their scatter are reported as errors.
     ordered : bool
-        True if points follow a trace: the correlation of neighbouring residuals is estimated and
-        widens the confidence. False for independent points.
+        Whether the points follow a trace. If True, the correlation of neighbouring residuals is
+        estimated and widens the confidence region. If False, the points are independent.
 
     Returns
     -------
@@ -300,7 +302,7 @@ def _axis_index(axis: Axis) -> int:
 
 
 def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, ordered: bool) -> PlaneFits:
-    """Fit regressions along the axis nearest to the normal of each plane by inertia."""
+    """Fit regressions along the axis nearest to the PCA normal of each plane."""
     pca_fits = fit_planes(xyz, cuts, ordered=ordered)
     nearest = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
     counts = np.diff(cuts)
@@ -336,10 +338,11 @@ def _blank(counts: IntArray, method: str, ordered: bool) -> dict[str, AnyArray]:
 def _valid_groups(
     xyz: FloatArray, cuts: IntArray, counts: IntArray
 ) -> tuple[list[Finding | None], BoolArray]:
-    """Return the reason against each group that cannot be fitted, and a mask of the others."""
+    """Return the reason why each group cannot be fitted, and a mask of the valid groups."""
     has_points = counts >= 3
     finite = np.ones(len(counts), bool)
-    # One maximum suffices for valid points, the usual case; NaN is not below the limit.
+    # One maximum suffices in the usual case, in which all points are valid. A comparison with NaN
+    # is false.
     if len(xyz) and not np.abs(xyz).max() < LARGEST:
         bad_counts = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < LARGEST).all(axis=1))])
         finite = bad_counts[cuts[1:]] == bad_counts[cuts[:-1]]

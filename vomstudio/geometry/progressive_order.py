@@ -1,9 +1,10 @@
-"""Progressive order of a cloud's points: every beginning is a picture of the whole.
+"""Progressive order of points, in which any leading part samples the whole cloud.
 
-Space is divided into cubes, eight in each, down to MAX_LEVEL. One point of every cube of a level
-belongs to that level or a coarser one; the remaining points form one more level. So each level is
-an even sample, twice as dense along a line as the one above. Within a level, neighbours in space
-are neighbours in the order (G. M. Morton's Z-shaped curve, 1966), which is cut into nodes.
+Space is divided recursively into eight cubes each, down to MAX_LEVEL. One point of every cube of a
+level belongs to that level or a coarser one; the remaining points form an additional level. Each
+level is therefore an even sample, with twice the linear density of the level above. Within a level,
+neighbours in space are neighbours in the order (G. M. Morton's Z-shaped curve, 1966), and the order
+is cut into nodes.
 """
 
 from __future__ import annotations
@@ -20,26 +21,26 @@ POINTS_PER_NODE = 50_000
 MAX_LEVEL = 13
 BLOCK_SIZE = 1 << 15
 N_UNSHUFFLED_LEVELS = 5
-"""The cubes of the first levels contain points of every level."""
+"""Number of coarsest levels whose cubes are not shuffled; they contain points of every level."""
 _MAX_THREADS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class ProgressiveOrder:
-    """Rows of a cloud, node after node, the coarse nodes first.
+    """Rows of the points of a cloud, node by node, coarse nodes first.
 
     Attributes
     ----------
     rows : (n,) ndarray of int
         Rows of the points with finite coordinates.
     starts : (k + 1,) ndarray of int
-        Start of each node in `rows`, and the end.
+        Start of each node in `rows`, and the end of the last node.
     bounds : (k, 2, 3) ndarray
-        Boxes of the nodes' points.
+        Bounding boxes of the points of the nodes.
     spacing : (k,) ndarray
-        Approximate distance of neighbours with a node and those above.
+        Approximate distance between neighbouring points of the node and its ancestors together.
     parents : (k,) ndarray of int
-        Row of the parent node, -1 for none; it precedes its children.
+        Row of the parent node, -1 if there is none; a parent precedes its children.
     """
 
     rows: IntegerArray
@@ -52,7 +53,7 @@ class ProgressiveOrder:
         return len(self.spacing)
 
     def is_sound(self, points: int) -> bool:
-        """Return whether it can be the arrangement of a cloud with this number of points."""
+        """Return whether this is a valid arrangement of a cloud with the given number of points."""
         k = len(self)
         return bool(
             self.starts.shape == (k + 1,)
@@ -71,13 +72,13 @@ class ProgressiveOrder:
 def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> ProgressiveOrder:
     """Arrange points in progressive order.
 
-    It takes about 0.08 s for a million points on two processors, and 20 bytes of memory for each.
+    This takes about 0.08 s for a million points on two processors, and 20 bytes per point.
 
     Parameters
     ----------
     points : (n, 3) ndarray
     check : callable, optional
-        Called now and then; may raise to stop.
+        Called from time to time; may raise an exception to stop the computation.
 
     Returns
     -------
@@ -133,7 +134,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
 
 
 def _depth(row_bits: int) -> int:
-    """Return the number of levels for which a curve position and a row fit into 64 bits."""
+    """Return the number of levels for which the curve position and the row fit into 64 bits."""
     return min(MAX_LEVEL, (64 - row_bits) // 3)
 
 
@@ -141,7 +142,7 @@ _Each = Callable[[Callable[[slice], None], int], None]
 
 
 def _bounds(points: FloatArray, each: _Each) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper bounds; not finite if a point is not finite."""
+    """Return the lower and upper bounds, which are not finite if any point is not finite."""
     lows, highs = [np.full(3, np.inf)], [np.full(3, -np.inf)]
 
     def reduce_block(part: slice) -> None:
@@ -156,7 +157,7 @@ def _bounds(points: FloatArray, each: _Each) -> tuple[FloatArray, FloatArray]:
 def _keys(
     points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, each: _Each
 ) -> UInt64Array:
-    """Return curve position and row in one number; sorting these is faster than argsort."""
+    """Pack curve positions and rows into integers, which sort faster than argsort."""
     keys = np.empty(len(points), np.uint64)
     tables = [_table(axis, depth) for axis in range(3)]
     cells = 2**depth
@@ -175,7 +176,7 @@ def _keys(
 
 
 def _table(axis: int, depth: int) -> UInt64Array:
-    """Return the bits of each cell of an axis in the curve position."""
+    """Return the bits that each cell along an axis contributes to the curve position."""
     cells = np.arange(2**depth, dtype=np.uint64)
     bits = np.zeros(2**depth, np.uint64)
     for bit in range(depth):
@@ -184,9 +185,9 @@ def _table(axis: int, depth: int) -> UInt64Array:
 
 
 def _shuffle(code: UInt64Array, depth: int) -> None:
-    """Permute the eight cubes in every cube pseudorandomly.
+    """Permute the eight subcubes of every cube pseudorandomly.
 
-    Otherwise the points of a level would be in the same corner of their cubes, which shows as a
+    Otherwise, all points of a level would be in the same corner of their cubes and form a visible
     grid.
     """
     # The golden ratio spreads consecutive numbers (D. E. Knuth, The art of computer programming 3,
@@ -215,7 +216,7 @@ def _levels(
             shared[first : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
 
     each(compare, count)
-    # Number of cubes with a point, from the outermost one down.
+    # Number of cubes that contain a point, from the outermost level inwards.
     filled = np.cumsum(np.bincount(shared, minlength=depth + 1))[:depth]
     filled = np.concatenate([[1], filled])
     top = depth + 1
@@ -223,7 +224,7 @@ def _levels(
         top = max(1, int(np.searchsorted(filled, POINTS_PER_NODE, side="right")) - 1)
     levels = np.maximum(shared, top - 1) - np.uint8(top - 1)
     cumulated = np.cumsum(np.bincount(levels, minlength=1))
-    # On a surface, the distance is proportional to the root of the number of points per cube.
+    # On a surface, the spacing scales with the square root of the number of points per cube.
     coarser = np.maximum(np.searchsorted(filled, cumulated / 2.0, side="right") - 1, 0)
     return levels, side / 2.0**coarser * np.sqrt(filled[coarser] / np.maximum(cumulated, 1))
 
@@ -231,7 +232,7 @@ def _levels(
 def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, IntArray, IntArray]:
     """Cut levels into nodes along the same sections of the curve as their parents.
 
-    Returns start, level and parent of each node.
+    Returns the start, the level and the parent of each node.
     """
     starts: list[int] = []
     level_of: list[int] = []

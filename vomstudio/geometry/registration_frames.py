@@ -1,4 +1,4 @@
-"""Changes of registrations with World's axes or the coordinates of a model's file."""
+"""Changes of registrations when the World axes or the file coordinates of a model change."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from vomstudio.geometry.registrations import Registration, RegistrationPoint
 
 
 def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) -> Registration:
-    """Return a registration after a similarity of World.
+    """Return a registration after a similarity of the World frame.
 
     Parameters
     ----------
     registration : Registration
     by : (4, 4) float
-        From World to the new World.
+        Similarity from the World frame to the new World frame.
     frame : Frame
-        What is known of the new World.
+        Description of the new World frame.
 
     Returns
     -------
     Registration
-        Turns and shifts are counted about and along the new axes; lengths grow with `by`.
+        Registration whose rotations and translations refer to the new axes, and whose lengths are
+        scaled by `by`.
     """
     rows = transform.matrix(np.asarray(by, np.float64))
     scale = transform.scale_of(rows)
@@ -78,7 +79,7 @@ def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) ->
 
 
 def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registration:
-    """Return a registration after a similarity of the coordinates in the model's file.
+    """Return a registration after a similarity of the file coordinates of the model.
 
     The place of the model in World, and its errors, stay as they are. A file whose coordinates
     become those of World has the identity as its matrix.
@@ -87,7 +88,7 @@ def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registra
     ----------
     registration : Registration
     by : (4, 4) float
-        From the old coordinates of the file to the new ones.
+        Similarity from the old to the new file coordinates.
     """
     rows = transform.matrix(np.asarray(by, np.float64))
     matrix_before = transform.matrix(registration.matrix)
@@ -124,7 +125,7 @@ def is_same_registration(first: Registration, second: Registration) -> bool:
 
 
 def _rotated_sigma(sigma: Point, rotation: FloatArray) -> Point:
-    """Return one-sigma errors along rotated axes, of errors that are independent."""
+    """Return independent one-sigma errors along rotated axes."""
     variances = np.einsum("ij,j->i", rotation**2, np.square(sigma))
     return _point(np.sqrt(variances))
 

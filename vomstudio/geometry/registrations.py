@@ -1,4 +1,4 @@
-"""Registrations: the measured placement of models in World."""
+"""Registrations, which are measured placements of models in the World frame."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class ReadNorth:
     Attributes
     ----------
     turned_deg : float
-        Correction from this north to that of the map, degrees.
+        Correction from this north to grid north, degrees.
     declination_deg : float or None
-        Declination used, degrees; None if not needed.
+        Declination used, degrees, or None if it is not needed.
     stated : bool
-        True if it is not from a model of the Earth's field.
+        Whether the declination was stated instead of computed from a model of the Earth's field.
     day : str
-        As in `Compass`.
+        See `Compass`.
     doubt_deg : float
-        Common standard deviation, degrees.
+        Standard deviation common to all azimuths, degrees.
     """
 
     north: NorthKind
@@ -43,20 +43,20 @@ class ReadNorth:
 
 @dataclass(frozen=True)
 class RegistrationPoint:
-    """Point by which a model was placed, or a check point.
+    """Control point used to place a model, or check point.
 
     Attributes
     ----------
     model : Point
-        In the file's frame.
+        Point in the file frame.
     world : Point
-        Given coordinates.
+        Given coordinates in the World frame.
     residual : Point
-        Fitted minus given, World frame, m.
+        Residual (fitted minus given) in the World frame, m.
     sigma_m : Point or None
         Stated errors (east, north, up), m.
     check : bool
-        True for a check point, which is not used.
+        Whether this is a check point, which is not used in the fit.
     """
 
     label: str
@@ -69,7 +69,7 @@ class RegistrationPoint:
 
 @dataclass(frozen=True)
 class ObservationGroup:
-    """Observations of one kind that a registration was computed from.
+    """Observations of one kind from which a registration was computed.
 
     Parameters
     ----------
@@ -91,25 +91,25 @@ class ObservationGroup:
 
 @dataclass(frozen=True)
 class Registration:
-    """Similarity from a model's file to World, measured and not declared.
+    """Measured (not declared) similarity from the file frame of a model to the World frame.
 
     Attributes
     ----------
     method : str
-        "gps", "control" or "local": placed by camera positions, by control points marked in photos,
-        or by nothing but the photos. "attitudes": by the attitudes of its cameras. "points": by
-        points picked on it. "lines": only by known lines and planes. "reference": fitted to another
-        model.
+        How the model was placed. "gps": by camera positions. "control": by control points marked in
+        photos. "local": by the photos alone. "attitudes": by the attitudes of its cameras.
+        "points": by points picked on the model. "lines": by known lines and planes alone.
+        "reference": by fitting it to another model.
     frame : Frame
-        Frame of World.
+        World frame.
     matrix : Matrix
-        4x4 from the file to World.
+        4x4 matrix from the file frame to the World frame.
     reconstruction_id : str
-        Id of its reconstruction, "" for none.
+        Id of the reconstruction, or "" if there is none.
     rotation_error_deg : (float, float, float) or None
-        About up, east and north, one sigma, degrees.
+        One-sigma errors about up, east and north, degrees.
     scale_error : float or None
-        Relative, one sigma.
+        Relative one-sigma error of the scale.
     rms_control_m, rms_check_m : float or None
         RMS residual of the points, m.
     control : tuple of RegistrationPoint
@@ -118,13 +118,13 @@ class Registration:
         `centre` in World;
         None if only the three errors are known.
     reach_m, normal : float, Point or None
-        Distance from the middle of the model to its edge, and normal of its mean plane, World frame
-        (`geology.bowing.model_shape`); None if only its points are known.
+        Distance from the centre of the model to its edge, and normal of its mean plane in the World
+        frame (`geology.bowing.model_shape`); None if only points of the model are known.
     lens_bowing95_deg, lens_stretch95 : float or None
-        Possible effects of lens errors of a model made here, 95 %: difference of dips between
-        edges, degrees, and relative scale of depths.
+        95 % limits of the effects of lens errors on a model reconstructed by this program:
+        difference of dips between opposite edges, degrees, and relative scale of depths.
     read_north : ReadNorth or None
-        North reference of the azimuths used; None without azimuths.
+        North reference of the azimuths used, or None if there are none.
     observations : tuple of ObservationGroup
         Inputs of the adjustment by kind, empty if unknown.
     click_sigma_m : float or None
@@ -153,7 +153,7 @@ class Registration:
     click_sigma_m: float | None = None
 
     def to_world(self) -> Matrix:
-        """Return the 4x4 similarity from the file to World."""
+        """Return the 4x4 similarity from the file frame to the World frame."""
         return self.matrix
 
     def rotation_covariance(self) -> FloatArray | None:
@@ -171,7 +171,7 @@ class Registration:
         return np.diag([east**2, north**2, up**2])
 
     def shape_covariance(self) -> FloatArray | None:
-        """Return the covariance (4, 4) of rotations, radians, and relative scale, or None."""
+        """Return the covariance (4, 4) of rotations (radians) and relative scale, or None."""
         import numpy as np
 
         if self.covariance is not None:
@@ -186,8 +186,8 @@ class Registration:
     def placing_error_m(self, bounds: FloatArray) -> float | None:
         """Return the RMS positioning error of the model along any direction, one sigma, m.
 
-        Over the corners of its box in World (2, 3), or else of check or control points; None if
-        unknown.
+        The error is averaged over the corners of the bounding box (2, 3) in the World frame, or
+        otherwise over check or control points. Returns None if it is unknown.
         """
         import numpy as np
 

@@ -1,20 +1,22 @@
 """Correlation of the residuals of a trace, and its effect on the error of the plane.
 
 Neighbouring points of a trace share the roughness of the surface, so the effective number of points
-is lower. The cosine spectrum of the residuals is compared with a small family of roughness models:
-none, exponential and Gaussian correlation of several lengths, and exponential with some white
-picking noise. The variance that the fit itself removes is allowed for: each cosine counts with the
-share that remains. Every model gives the possible tilt of the plane and the degrees of freedom of
-its own scale. The mixture of these distributions, weighted by the likelihood of each model, gives
-the 95 % limit, so that uncertainty of the length increases the width and not the error rate.
+is lower than the actual number. The cosine spectrum of the residuals is compared with a small
+family of roughness models: no correlation, exponential or Gaussian correlation with several
+lengths, and exponential correlation combined with white picking noise. The variance that the fit
+itself removes is taken into account: each cosine is weighted by the share that remains. Every model
+predicts the possible tilt of the plane and the degrees of freedom of its own scale. The mixture of
+these distributions, weighted by the likelihood of each model, gives the 95 % limit. An uncertain
+correlation length therefore widens the region instead of increasing the error rate.
 
-Lengths are measured along the trace in points, as if these were evenly spaced. Otherwise the tilt
-of each model is also computed for the actual positions along the trace, and the wider of the two is
-used; the likelihood of models still refers to points.
+Correlation lengths are measured along the trace in numbers of points, as if the points were evenly
+spaced. If they are not, the tilt of each model is also computed for the actual positions along the
+trace, and the larger of the two tilts is used. The likelihood of the models still assumes even
+spacing.
 
-The calibration constants below come from simulation (tests/benchmarks/bench_coverage.py,
-docs/plane_errors.md): white noise has almost no penalty, and lengths up to a tenth of the trace
-keep their coverage from 30 points on.
+The calibration constants below come from simulations (tests/benchmarks/bench_coverage.py,
+docs/plane_errors.md): white noise incurs almost no penalty, and for correlation lengths up to a
+tenth of the trace the nominal coverage is reached with 30 points or more.
 """
 
 from __future__ import annotations
@@ -25,38 +27,38 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
-# Correlation lengths as fractions of the trace. The residuals do not distinguish the long ones from
-# the plane itself; they are included for recognition, with a small weight.
+# Correlation lengths as fractions of the trace length. The residuals cannot distinguish the long
+# ones from the plane itself. They are included, with a small weight, so that they are recognised.
 SHORT = tuple(0.1 * 0.5 ** (i / 2) for i in range(-1, 8))
 LONG = (0.25, 0.5)
 LONGER_THAN_A_TENTH = 0.12
 MIXED_WHITE = (0.25, 0.5)  # shares of picking noise in the variance
 MIN_POINTS = 12  # fewer points do not determine a correlation
-MAX_PIECES = 256  # longer traces are compared by the means of this many pieces
+MAX_PIECES = 256  # longer traces are divided into this many pieces, whose means are compared
 MAX_UNEVENNESS = (
     0.25  # standard deviation of the spacing over its mean, from which it makes a difference
 )
-MAX_SUBDIVISION = 16  # places within a piece that are enough to know the correlation of means
-# Higher frequencies distinguish white noise from roughness but not lengths, whose estimate they
-# would make overconfident.
+MAX_SUBDIVISION = 16  # positions within a piece that suffice for the correlation of its mean
+# Higher frequencies distinguish white noise from roughness but do not distinguish the correlation
+# lengths. They would make the estimate of the length overconfident.
 N_FREQUENCIES = 127
 # White variance added to data and models: frequencies without power must not decide between models,
-# and no surface is as smooth as a Gaussian correlation.
+# and no surface is as smooth as a Gaussian correlation implies.
 NOISE_FLOOR = 0.05
 
-# Calibration: prior weights, those of lengths at a tenth of the trace, which grow with a power of
-# the length. Pairs are for exponential and Gaussian correlation.
+# Calibrated prior weights for a correlation length of a tenth of the trace; they increase with a
+# power of the length. Pairs refer to exponential and Gaussian correlation.
 KIND_WEIGHT = (1.0, 0.38)
 KIND_SLOPE = (0.33, 0.0)
-LONG_WEIGHT = (0.75, 0.035)  # of each long length
-MIXED_WEIGHT = (0.37, 0.036)  # for each white share
+LONG_WEIGHT = (0.75, 0.035)  # weight of each long length
+MIXED_WEIGHT = (0.37, 0.036)  # weight for each share of white noise
 MIXED_SLOPE = 0.48
-# White noise has the weight (points / n)^power, or the minimum.
+# The weight of white noise is (WHITE_POINTS / n)^WHITE_POWER, but at least MIN_WHITE_WEIGHT.
 WHITE_POINTS, WHITE_POWER, MIN_WHITE_WEIGHT = 43.0, 2.0, 0.083
-# Power of the models' weights. A plain mixture is too wide if the right model is obvious and too
-# narrow if a wide one has medium weight; a sharper choice compensates for both.
+# Exponent applied to the weights of the models. A plain mixture is too wide if the right model is
+# obvious, and too narrow if a wide model has a medium weight. Sharper weights compensate for both.
 SHARPNESS = 2.0
-# The degrees of freedom of the variance of correlated noise are an estimate themselves.
+# The degrees of freedom of the variance of correlated noise are themselves estimated.
 FREEDOM_FACTOR = 0.74
 
 LOG_LEVEL = np.log(0.05)
@@ -64,7 +66,7 @@ MIN_FLOAT = float(np.finfo(np.float64).tiny)
 
 
 def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
-    """Return length, white share, smoothness and weight of every model except the white one."""
+    """Return the length, white share, smoothness and weight of all models but the white one."""
     rows: list[tuple[float, float, bool, float]] = []
     for smooth in (False, True):
         rows += [
@@ -83,13 +85,13 @@ IS_LONG = np.concatenate([[False], LENGTH > LONGER_THAN_A_TENTH])
 
 
 def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray]:
-    """Return correlations (models, n) of the means of n pieces, and their white shares.
+    """Return the correlations (models, n) of the means of n pieces, and their white shares.
 
     The correlations exclude white noise; the white model is the first. Averaging reduces white
     noise and smooths rough noise.
     """
     n_fine = min(points_per_piece, MAX_SUBDIVISION)
-    # Pairs of positions within two pieces, by the difference of their lags.
+    # Pairs of positions within two pieces, indexed by the difference of their lags.
     shift = np.arange(1 - n_fine, n_fine)
     share = (1.0 - np.abs(shift) / n_fine) / n_fine
     lag = np.abs(np.arange(n)[:, None] + shift / n_fine) * (
@@ -104,24 +106,26 @@ def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray
 
 
 class _Library:
-    """Expectations of the models for a trace of n even pieces; the first model is white.
+    """Expectations of the models for a trace of n equal pieces; the first is white noise.
 
     Attributes
     ----------
     log, inverse : (models, N_FREQUENCIES) ndarray
-        Of the expected squared coefficients, from 1 on, of the orthonormal cosine transform
-        (DCT-II), scaled to the remaining share, with the noise floor.
+        Logarithm and inverse of the expected squared coefficients of the orthonormal cosine
+        transform (DCT-II), from coefficient 1 on, scaled to the share of the variance that remains
+        after the fit and including the noise floor.
     square : (models, n - 1) ndarray
-        Those coefficients for noise of variance 1, squared.
+        Expected squared coefficients of the same transform for noise of variance 1.
     toeplitz : (models, n + 1) ndarray
-        Weights that turn the power spectrum of a series padded to 2 n, as of rfft, into the
-        quadratic form series' R series of the correlation matrix R, without `white`.
+        Weights that convert the power spectrum (rfft) of a series padded to 2 n into the quadratic
+        form series' R series, where R is the correlation matrix without `white`.
     white : (models,) ndarray
-        White noise in it, which adds this share of the series' square.
+        Share of white noise; it adds this share of the squared norm of the series to the quadratic
+        form.
     mean : (models,) ndarray
-        That form for the constant series of norm 1.
+        Quadratic form of the constant series of norm 1.
     half_step : (n - 1,) ndarray
-        Turns the spectrum of such a series into its cosine transform.
+        Factors that convert the spectrum of a padded series into its cosine transform.
     log_weight : (models,) ndarray
         Logarithms of the prior weights.
     """
@@ -148,7 +152,7 @@ class _Library:
         doubled = np.full(n + 1, 2.0)
         doubled[[0, n]] = 1.0
         self.toeplitz = ((1.0 - self.white)[:, None] + 2.0 * transform.real) * doubled / (2 * n)
-        # Correlation below 1/e at the next point is equivalent to white noise.
+        # A correlation below 1/e at the next point is equivalent to white noise.
         decay_length = np.where(SMOOTH, np.sqrt(2.0), 1.0) * LENGTH
         is_resolved = decay_length * (n * points_per_piece - 1.0) > points_per_piece
         white = max((WHITE_POINTS / n) ** WHITE_POWER, MIN_WHITE_WEIGHT)
@@ -168,12 +172,12 @@ def inflate(
     dof: FloatArray,
     white: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Compute quantiles with correlation, see `plane_errors.quantiles`.
+    """Compute the quantiles for correlated residuals; see `plane_errors.quantiles`.
 
     Parameters
     ----------
     u, v, r : (n,) ndarray
-        Coordinates in each plane, and residuals.
+        Coordinates along e1 and e2 of each plane, and residuals.
     starts, counts : (m,) ndarray of int
         First point and number of points of each group.
     dof : (m,) ndarray
@@ -186,7 +190,7 @@ def inflate(
     q1, q2 : (m,) ndarray
         Quantiles along e1 and e2.
     effective : (m,) ndarray
-        Effective number of points.
+        Effective number of points of each group.
     long : (m,) ndarray of bool
         Whether the roughness is as long as the trace.
     """
@@ -197,7 +201,7 @@ def inflate(
     order = np.argsort(counts, kind="stable")
     sizes, first = np.unique(counts[order], return_index=True)
     for n, rows in zip(sizes.tolist(), np.split(order, first[1:]), strict=True):
-        # A trace of few distinct points, or exactly in its plane, cannot be compared.
+        # A trace with few distinct points, or exactly in its plane, cannot be compared with models.
         rows = rows[(dof[rows] > 1.0)]
         if n < MIN_POINTS or not len(rows):
             continue
@@ -226,7 +230,7 @@ def inflate(
 
 
 def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) -> FloatArray:
-    """Return the position of each point along its trace, 0 to 1."""
+    """Return the position of each point along its trace, from 0 to 1."""
     step = np.hypot(np.diff(u, prepend=0.0), np.diff(v, prepend=0.0))
     step[starts] = 0.0
     place = np.cumsum(step)
@@ -239,12 +243,13 @@ def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) ->
 def _inflation_at_places(
     series: FloatArray, place: FloatArray, dof: FloatArray, models: _Library
 ) -> FloatArray:
-    """Return the inflation (2, k, models) at the actual positions of points.
+    """Return the inflation (2, k, models) for the actual positions of the points.
 
-    It is that of `_compare_models`.
+    The inflation is defined as in `_compare_models`.
 
     `series` is (2, k, n), `place` (k, n) from 0 to 1. Points are binned into as many pieces of
-    equal length as the models have; the noise of a piece acts on the sum of their coordinates.
+    equal length as the models have; the noise of a piece acts on the sum of the coordinates of its
+    points.
     """
     _, k, n = series.shape
     m = models.toeplitz.shape[1] - 1
@@ -260,9 +265,9 @@ def _inflation_at_places(
 
 
 def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return means over MAX_PIECES pieces of long series (3, k, n).
+    """Average long series (3, k, n) over MAX_PIECES pieces.
 
-    The second value is the remaining share of the variance.
+    Returns the means and the share of the variance that remains.
 
     Tilts of the plane vary slowly along the trace, and only the slow part of the noise tilts it.
     """
@@ -288,9 +293,9 @@ def _compare_models(
     Returns
     -------
     inflation : (2, k, models) ndarray
-        Variance along e1 and e2 relative to white noise.
+        Variance along e1 and e2 relative to that of white noise.
     freedom, weight : (k, models) ndarray
-        Its degrees of freedom and the weights of the models.
+        Degrees of freedom of the inflated variance, and weights of the models.
     long : (k,) ndarray of bool
         Whether long roughness is likely.
     """
@@ -300,8 +305,8 @@ def _compare_models(
     # The orthonormal DCT-II is the real part of this spectrum, shifted by half a step.
     squares = (spectrum[..., 1:n] * models.half_step).real ** 2 * (2.0 / n / sums)
     remaining_share = np.maximum(1.0 - squares[0] - squares[1], 0.0)
-    # Loading of noise of variance 1 on each coordinate, its remaining variance after the fit, and
-    # the degrees of freedom of the latter.
+    # Loading of noise of variance 1 on each coordinate, the variance that remains after the fit,
+    # and the degrees of freedom of this variance.
     power = (spectrum[:2].real ** 2 + spectrum[:2].imag ** 2) / sums[:2]
     loading = power @ models.toeplitz.T + models.white
     remaining = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
@@ -311,7 +316,7 @@ def _compare_models(
     freedom[:, 0] = n - 3.0
     share = dof / (n - 3.0)
     inflation = np.maximum(loading * (dof[:, None] / remaining), 1.0)
-    # Whittle's likelihood, the scale profiled.
+    # Whittle likelihood with the scale profiled out.
     used_share = remaining_share[:, :N_FREQUENCIES]
     misfit = (
         squares[2, :, :N_FREQUENCIES] * (n - 3.0) + NOISE_FLOOR * used_share
@@ -335,16 +340,16 @@ def _mixture_quantile(
 ) -> FloatArray:
     """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k).
 
-    F_j is Fisher's with 2 and freedom_j degrees of freedom.
+    F_j follows Fisher's F distribution with 2 and freedom_j degrees of freedom.
 
-    Newton's method for the logarithm of the tail against x = log(1 + q), within bounds and
-    separately for each element, so that results do not depend on the other elements.
+    Newton's method is applied to the logarithm of the tail as a function of x = log(1 + q), within
+    bounds and separately for each element, so that no result depends on the other elements.
     """
     _, k, models = g.shape
     half = np.broadcast_to(0.5 * freedom, g.shape).reshape(-1, models)
     weight = np.broadcast_to(weight, g.shape).reshape(-1, models)
     rate = (dof[:, None] / (g * freedom)).reshape(-1, models)
-    # Hundredths of a degree of freedom do not determine the plane.
+    # A hundredth of a degree of freedom does not determine the plane.
     single_quantiles = np.log1p(np.expm1(np.minimum(-LOG_LEVEL / half, 500.0)) / rate)
     low, high = single_quantiles.min(axis=-1), single_quantiles.max(axis=-1)
     x = np.clip((weight * single_quantiles).sum(axis=-1), low, high)
@@ -359,8 +364,8 @@ def _mixture_quantile(
         excess = np.log(value) - LOG_LEVEL
         low, high = np.where(excess > 0.0, x, low), np.where(excess > 0.0, high, x)
         step = x + excess / slope
-        # Convergence is quadratic, so a short step is the last. Rounding may put it on a bound,
-        # where bisection would only reach the tolerance.
+        # Convergence is quadratic, so a short step is the last one. Rounding may place the step on
+        # a bound, where bisection would only reach the tolerance.
         has_converged = np.abs(step - x) <= 1e-7 * x
         is_inside = (step > low) & (step < high)
         step = np.where(is_inside | has_converged, step, 0.5 * (low + high))

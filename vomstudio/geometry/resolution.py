@@ -1,8 +1,9 @@
 """Effective resolution of points on a surface: the larger of mean spacing and noise.
 
-The mean spacing is one over the root of the density, the noise that about local planes. Vertices
-added by subdivision do not count. The gap to the nearest neighbour is not a resolution: it is half
-the mean spacing of random points (Clark and Evans 1954) and does not include noise.
+The mean spacing is the inverse square root of the density, and the noise is the scatter about local
+planes. Vertices added by subdivision are excluded. The distance to the nearest neighbour is not a
+resolution: for random points it is half the mean spacing (Clark and Evans 1954), and it does not
+include noise.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ MIN_INNER_SHARE = 0.2
 def resolving_points(data: Mesh | PointCloud) -> FloatArray:
     """Return the points that determine the resolution.
 
-    All points of a cloud; for a mesh the vertices that are not interpolated from others.
+    These are all points of a cloud, or the vertices of a mesh that are not interpolated.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ class Tree(Protocol):
 
 
 class FewPoints:
-    """Tree of few points without importing scipy, which takes longer than the search."""
+    """Search tree for few points that avoids the slow import of SciPy."""
 
     def __init__(self, points: FloatArray) -> None:
         self._points, self.n = points, len(points)
@@ -63,7 +64,7 @@ class FewPoints:
 
 
 def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) -> float | None:
-    """Return the median resolution around places of a surface.
+    """Return the median resolution around positions on a surface.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) 
 
 
 def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | None:
-    """Return the median resolution of places by their nearest points.
+    """Return the median resolution at positions from their nearest points.
 
     The smallest neighbourhoods that are pieces of a sheet are used: a quarter of the points within
     a radius are within half of it, also at ledges and corners, whose relief is not noise. Noise

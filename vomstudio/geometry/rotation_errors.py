@@ -1,9 +1,10 @@
-"""Errors of measurements caused by errors of a model's rotation and scale.
+"""Errors of measurements caused by errors in the rotation and scale of a model.
 
-A small rotation w moves a unit vector u by w x u, so its covariance C gives the vector the
-covariance [u]x C [u]x', in the plane perpendicular to it. That of a normal is that of its plane.
-With a relative change s of the scale, a difference d of two places moves by w x d + s d: its length
-by s only, its component along a fixed direction (such as up) by w . (d x u) + s d . u.
+A small rotation w moves a unit vector u by w x u. A rotation with the covariance C therefore gives
+the vector the covariance [u]x C [u]x' in the plane perpendicular to it. The covariance of a normal
+is that of its plane. With a relative change s of the scale, the difference d of two points changes
+by w x d + s d: its relative length changes by s only, and its component along a fixed direction u
+(such as up) changes by w . (d x u) + s d . u.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def cross_matrix(directions: FloatArray) -> FloatArray:
 
 
 def direction_covariance(rotation: FloatArray, directions: FloatArray) -> FloatArray:
-    """Return the covariances of unit vectors by that of the rotation.
+    """Return the covariances of unit vectors caused by the covariance of the rotation.
 
     Parameters
     ----------

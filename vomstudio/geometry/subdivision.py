@@ -1,10 +1,10 @@
 """Detection of subdivided meshes, whose additional faces contain no information.
 
-Linear subdivision (at the middles of edges, at centroids, by bisection) leaves each face as a flat
-patch whose outline has the corners of that face; the vertices on its sides and inside are
-interpolated. A patch counts as divided only if it is a triangle, or has as many faces per triangle
-of its outline as those. All vertices of other patches count, and their spacing is the resolution
-there.
+Linear subdivision (at the midpoints of edges, at centroids, or by bisection) turns each face into a
+flat patch whose outline has the corners of that face; the vertices on its sides and inside are
+interpolated. A patch is considered divided only if it is a triangle, or has as many faces per
+triangle of its outline as the divided triangles. All vertices of other patches are used, and their
+spacing is the resolution there.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def find_undivided(
 
     Returns
     -------
-    Vertices (k, 3), each place once, and faces; None if the mesh was not subdivided. Divided faces
-    that lie in one plane with their neighbours leave their vertices, but no face.
+    Distinct vertices (k, 3) and faces, or None if the mesh was not subdivided. Divided faces that
+    are coplanar with their neighbours contribute their vertices, but no faces.
     """
     if len(faces) < 8 or not len(vertices):
         return None

@@ -17,14 +17,15 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 
-# Numbers of points that suffice for spacing and face and are fast enough for each click.
+# Numbers of points that suffice to determine the spacing and the face, and that are processed fast
+# enough on every click.
 N_SAMPLES = 24
 MAX_COARSE_VERTICES = 200_000
 MAX_FACE_POINTS = 20_000
-# The face of the outcrop is larger than the trace and not the ledge along which it runs.
+# The face of the outcrop is larger than the trace; it is not the ledge along which the trace runs.
 FACE_EXTENT_RATIO = 3.0
-# Face of the rock that contains a line: number of vertices near each of its points, and maximum
-# angle to its plane (15 degrees).
+# Rock face that contains a line: number of vertices near each point of the line, and maximum angle
+# to the plane of the face (15 degrees).
 N_NEIGHBOURS = 12
 MIN_FACE_COSINE = float(np.cos(np.radians(15.0)))
 MIN_NORMAL_POINTS = 64
@@ -37,23 +38,24 @@ class Surface(Protocol):
     def resolution_near(self, points: FloatArray) -> float | None:
         """Return the effective resolution of the model around points (k, 3), m.
 
-        The larger of the mean spacing of its vertices or points and of their noise, see
+        It is the larger of the mean spacing and the noise of the vertices or points; see
         `geometry.resolution`.
         """
 
     def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
         """Return the unit normal (3,) of the outcrop face around the line through points (k, 3).
 
-        The scale is several times its extent. For a line in one face of the rock that is not wider
-        than points wander, it is the normal of that face.
+        The normal refers to a scale of several times the extent of the line. If the line lies in a
+        single rock face and is straight within the scatter of its points, the normal of that face
+        is returned.
         """
 
 
 class VertexSurface:
     """Surface defined by the vertices of a mesh or a cloud.
 
-    `build` creates the search tree and may run in any thread; before it is done, a plain search
-    gives the same results.
+    `build` creates the search tree and may run in any thread. Until it has finished, an exhaustive
+    search gives the same results.
     """
 
     def __init__(
@@ -61,10 +63,10 @@ class VertexSurface:
         vertices: FloatArray,
         undivided: FloatArray | Callable[[], FloatArray] | None = None,
     ) -> None:
-        """Store vertices (n, 3) float64 without a copy.
+        """Store the vertices (n, 3) float64 without copying them.
 
-        `undivided` are the vertices for the resolution, see `geometry.subdivision`, or a function
-        that returns them; None for all vertices.
+        `undivided` contains the vertices that determine the resolution (see
+        `geometry.subdivision`), or is a function that returns them. If None, all vertices are used.
         """
         self._vertices = vertices
         self._undivided = undivided
@@ -95,7 +97,7 @@ class VertexSurface:
 
     @cached_property
     def _resolving(self) -> VertexSurface:
-        """Surface of the vertices for the resolution."""
+        """Surface of the vertices that determine the resolution."""
         vertices = self._undivided() if callable(self._undivided) else self._undivided
         return self if vertices is None or vertices is self._vertices else VertexSurface(vertices)
 
@@ -105,7 +107,7 @@ class VertexSurface:
         places = [self._nearest(point, 1)[0] for point in _sample(points, N_SAMPLES)]
 
         def neighbours(count: int) -> FloatArray | None:
-            # One call for all, because a single 3 x 3 matrix takes as long.
+            # Use one call for all matrices, because a single 3 x 3 matrix takes as long.
             neighbourhoods = [self._nearest(place, count) for place in places]
             return np.stack(neighbourhoods) if neighbourhoods else None
 
@@ -126,7 +128,7 @@ class VertexSurface:
         return _fit_face(line, near[:: max(1, len(near) // MAX_FACE_POINTS)], radius)
 
     def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Return vertices (k, 3) in a box, sufficient for the attitude of the surface."""
+        """Return vertices (k, 3) in a box that suffice to determine the attitude of the surface."""
         inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
         return np.asarray(self._coarse[inside])
 
@@ -146,7 +148,7 @@ class VertexSurface:
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
         """Return the unit normal of the vertices in a ball.
 
-        None if there are too few, or without a tree.
+        Returns None if there are too few vertices or the tree has not been built.
         """
         if self._tree is None or self._coarse_tree is None:
             return None

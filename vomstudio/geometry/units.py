@@ -19,9 +19,9 @@ class Axes:
     Attributes
     ----------
     metric : bool
-        True if the unit is the metre, False for the model's own unit of unknown length.
+        Whether the unit is the metre; if False, it is the unit of the model, of unknown length.
     north : bool
-        True if y is North and z Up, False if no direction is known.
+        Whether y is North and z is Up; if False, no direction is known.
     """
 
     metric: bool = True
@@ -49,7 +49,7 @@ class Axes:
 
     @property
     def wkt(self) -> str:
-        """Engineering CRS for a frame without a place on Earth.
+        """Engineering CRS for a frame without a position on Earth.
 
         GIS programs would read a file without a CRS as East and North.
         """
@@ -66,7 +66,7 @@ WORLD = Axes()
 UNPLACED = Axes(metric=False, north=False)
 
 MAX_ROUNDING_M = 1e-7
-"""Shorter lengths are rounding errors."""
+"""Maximum length that is considered a rounding error."""
 
 
 def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
@@ -125,7 +125,8 @@ def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) 
     digits : int, optional
         Number of significant digits.
     metric : bool, optional
-        False for a model of unknown scale, whose lengths are in units of its file.
+        Whether lengths are in metres; False for a model of unknown scale, whose lengths are in
+        units of its file.
 
     Returns
     -------

@@ -17,7 +17,7 @@ def wrap360(angle_deg: float) -> float: ...
 @overload
 def wrap360(angle_deg: FloatArray) -> FloatArray: ...
 def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
-    """Return the same azimuth in [0, 360), never -0.0, never 360.0.
+    """Wrap an azimuth to [0, 360), never returning -0.0 or 360.0.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
 def upward(normals: FloatArray) -> FloatArray:
     """Flip normals upward; a horizontal normal points to an azimuth in [90, 270).
 
-    That is the half in which a vertical plane's right-hand-rule strike lies in [0, 180).
+    In this half, the right-hand-rule strike of a vertical plane is in [0, 180).
 
     Parameters
     ----------
@@ -60,13 +60,14 @@ def upward(normals: FloatArray) -> FloatArray:
 def dip_of_normals(
     normals: FloatArray, floor: FloatArray | float = MIN_TILT
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return dip direction and dip of upward normals.
+    """Return the dip direction and dip of upward normals.
 
     Parameters
     ----------
     normals : (m, 3) ndarray
     floor : ndarray or float, optional
-        Planes whose normal is inclined by less are horizontal: dip direction 0, undefined.
+        Sine of the tilt below which a plane is horizontal; its dip direction is then 0 and
+        undefined.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""View frames of pictures by parallel rays: right, down and depth.
+"""View frames (right, down and depth) of orthographic images.
 
 d is the view direction, right = d x U, down = d x right; U is World up, or North within 0.1 degree
 of vertical views. Image columns run along right, rows along down, and depth increases along d. All
@@ -24,9 +24,9 @@ ROUNDING_DEG = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ViewFrame:
-    """Three unit vectors (3,) in World, of which `right` and `down` span the picture.
+    """Three unit vectors (3,) in the World frame; `right` and `down` span the image.
 
-    `direction` points into the picture.
+    `direction` points into the image.
     """
 
     right: FloatArray
@@ -51,12 +51,12 @@ class ViewFrame:
 
     @property
     def axes(self) -> FloatArray:
-        """(3, 3), columns right, down, direction."""
+        """Matrix (3, 3) with the columns right, down and direction."""
         return np.stack([self.right, self.down, self.direction], axis=1)
 
     @property
     def is_vertical(self) -> bool:
-        """Straight down or up: every pixel has one place on the map, whatever its depth."""
+        """Whether the view is vertical, so that each pixel has one map position at any depth."""
         return bool(np.hypot(self.direction[0], self.direction[1]) < 1e-12)
 
     def to_view(self, points: npt.ArrayLike, reference: npt.ArrayLike) -> FloatArray:

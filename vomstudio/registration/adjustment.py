@@ -1,13 +1,14 @@
-"""Estimate a similarity from all observations by least squares, with its covariance.
+"""Least-squares estimation of a similarity and its covariance from all observations.
 
-Weighted least squares over the seven parameters of `observations`, from several starts
-(Gauss-Newton). Errors that are not stated are estimated for each group of rows together with the
+The seven parameters of `observations` are estimated by weighted least squares (Gauss-Newton) from
+several starts. Errors that are not stated are estimated for each group of rows together with the
 similarity (iterated variance components; Foerstner 1979, Z. f. Vermessungswesen 104, 149). Errors
 estimated from few rows are widened by Student's t with Satterthwaite's degrees of freedom.
-The error of a group that contradicts the others is that of the group alone, if the joint estimate
-exceeds it by more than chance. Parameters that no observation determines keep their values in the
-file of the model, tilts before turns about the vertical.
-The covariance is that of linear least squares: valid for rotation errors up to some 20 degrees.
+If a group contradicts the others, and the joint estimate of its error exceeds the estimate from the
+group alone by more than chance, the latter is used. Parameters that no observation determines keep
+their values from the model file; tilts are kept in preference to rotations about the vertical.
+The covariance follows from linear least squares and is valid for rotation errors up to about 20
+degrees.
 """
 
 from __future__ import annotations
@@ -48,20 +49,21 @@ _RANDOM_STARTS = 400
 _MAX_FOLLOWED_STARTS = 6
 _MAX_ITERATIONS = 60
 _STEP_TOLERANCE = 1e-11
-# Starts are only compared with each other; the selected one is iterated to the end.
+# Starts are only compared with each other; only the selected start is iterated to convergence.
 _START_STEP_TOLERANCE = 1e-6
 _SIGNIFICANCE = 0.99
-# Redundancy below which a group shows nothing of its error.
+# Redundancy below which a group does not reveal its error.
 _MIN_REDUNDANCY_ALONE = 1.5
-# Default error of rows without a stated error or redundancy: share of the model's size, radians.
+# Default error of rows without a stated error or redundancy, as a share of the model size or in
+# radians.
 _DEFAULT_ERROR_SHARE = 0.01
 _DEFAULT_ERROR_RAD = np.radians(3.0)
-# Results whose cost exceeds the minimum by less fit equally well by chance.
+# Difference of costs up to which two results are equally good fits, given chance.
 EQUAL_FIT_COST = 9.0
 # Residual, in multiples of its error, from which Cauchy's function reduces its weight.
 _CAUCHY_SCALE = 3.0
 _MIN_START_DISTANCE_RAD = 0.3
-# Rotations that differ by more, rad, are distinct solutions.
+# Rotation difference, rad, above which solutions are distinct.
 _DISTINCT_ROTATION_RAD = 0.2
 
 
@@ -72,35 +74,35 @@ class Adjustment:
     Attributes
     ----------
     fit : Similarity
-        Model to World.
+        Similarity from the model to the World frame.
     centre : (3,) array
-        World, centre of the rotation and of the change of scale.
+        Centre of the rotation and of the change of scale, in the World frame.
     covariance : (7, 7) array
-        Of a turn about east, north, up (rad), a relative change of scale and a shift (metres), one
-        sigma of a normal distribution with the same 95 % as Student's; zero for what is
-        undetermined, see `free`.
+        Covariance of a rotation about east, north and up (rad), a relative change of scale and a
+        translation (metres), as one sigma of a normal distribution with the same 95 % limit as
+        Student's t; zero for undetermined parameters, see `free`.
     plain : (7, 7) array
-        The same without Student's widening.
+        The same covariance without widening by Student's t.
     free : (7, k) array
-        Undetermined directions of the seven parameters, orthonormal in units of the model's size.
+        Undetermined directions of the seven parameters, orthonormal in units of the model size.
     rows, sigma, error
-        All observations, the errors by which they entered the fit, and those that their residuals
-        show, one sigma.
+        All observations, the one-sigma errors with which they entered the fit, and the one-sigma
+        errors estimated from their residuals.
     begins : (kinds + 1,) tuple of int
-        First row of each kind.
+        First row of each kind, and the end of the last kind.
     assumed : tuple of str
-        Groups whose error could not be estimated and is a default.
+        Groups whose error could not be estimated and was set to a default.
     misfit_factor : float
         Ratio of the residuals to the stated errors; 1 if they agree.
     ambiguous : bool
-        Whether a distinct rotation fits as well.
+        Whether a distinct rotation fits equally well.
     redundancy_of : mapping
         Redundancy of each group whose error is not stated.
     drift : mapping
-        Correlation of the errors of neighbours in a table, by group ("points", "cameras"); without
-        the groups whose errors are independent.
+        Correlation of the errors of adjacent table rows, by group ("points", "cameras"). Groups
+        with independent errors are omitted.
     common, common_covariance : (k,) and (k, k) array
-        Errors that rows share, in the order of `rows.shared_names`.
+        Common errors of the rows and their covariance, in the order of `rows.shared_names`.
     """
 
     fit: Similarity
@@ -125,13 +127,13 @@ class Adjustment:
 
     @property
     def rotation(self) -> FloatArray:
-        """Return the covariance (3, 3) of the rotation about east, north, up, rad²."""
+        """Return the covariance (3, 3) of the rotation about east, north and up, rad²."""
         return self.covariance[:3, :3]
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """Arguments of `adjust`, and the variances of its groups by `_variances_alone`."""
+    """Arguments of `adjust`, and the variances of the groups from `_variances_alone`."""
 
     kinds: Sequence[Observed]
     centre: FloatArray
@@ -139,21 +141,21 @@ class _Problem:
     alone: Mapping[str, tuple[float, float]]
 
     def at(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
-        """Return the rows at a fit, the first row of each kind, and the centre (3,)."""
+        """Return the rows for a similarity, the first row of each kind, and the centre (3,)."""
         place = fit(self.centre)[0]
         return (*all_rows(self.kinds, fit, place), place)
 
 
 def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjustment:
-    """Estimate the similarity from the model to World.
+    """Estimate the similarity from the model to the World frame.
 
     Parameters
     ----------
     kinds : sequence of Observed
     centre : (1, 3) array
-        Model; centre of the rotation if nothing determines the position.
+        Centre of the rotation in the model frame, used if no observation determines the position.
     size : float
-        Typical distance of the model from its centre, in its unit.
+        Typical distance of the model from its centre, in the unit of the model.
 
     Raises
     ------
@@ -171,12 +173,13 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
     ]
     min_cost = min(cost for _, cost in solutions)
     equal_fits = [fit for fit, cost in solutions if cost <= min_cost + EQUAL_FIT_COST]
-    # Among equal fits prefer the one that tilts the model least, then the one that turns it least.
+    # Among equal fits, prefer the one that tilts the model least, then the one that rotates it
+    # least.
     equal_fits.sort(
         key=lambda fit: (round(_tilt_angle(fit.rotation), 3), _rotation_angle(fit.rotation))
     )
     result = _evaluate(problem, equal_fits[0])
-    # An undetermined rotation has equal fits by definition.
+    # If the rotation is undetermined, several fits are equal by definition.
     is_rotation_determined = not result.free.shape[1] or np.abs(result.free[:3]).max() < 1e-6
     has_distinct_fit = any(
         _rotation_angle(equal_fits[0].rotation.T @ fit.rotation) > _DISTINCT_ROTATION_RAD
@@ -192,8 +195,8 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
 def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustment:
     """Add the error of a fixed scale to the covariance of a fit.
 
-    The fit is unchanged. The covariance of its seven parameters grows by their response to the
-    error of the scale, which no observation determines.
+    The fit itself is unchanged. The covariance of the seven parameters increases by their response
+    to the error of the scale, which no observation determines.
     """
     change, error = np.zeros(len(result.rows.misses)), 0.0
     kinds = [kind for kind in kinds if len(kind.labels)]
@@ -215,13 +218,13 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
 def _variances_alone(
     kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> dict[str, tuple[float, float]]:
-    """Estimate the variance of each group without a stated error from its kind alone.
+    """Estimate the variance of each group without a stated error, using its kind alone.
 
-    Returns the variance and its redundancy by group, for points and attitudes, if there are other
-    kinds.
+    Returns the variance and its redundancy by group for points and attitudes, provided that there
+    are other kinds.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
-    # A fixed scale belongs to each of them.
+    # A fixed scale applies to each kind.
     fixed_scale = [kind for kind in kinds if isinstance(kind, KeptScale)]
     kinds = [kind for kind in kinds if not isinstance(kind, KeptScale)]
     variances: dict[str, tuple[float, float]] = {}
@@ -249,7 +252,7 @@ def _shift(kind: Observed, offset: FloatArray) -> Observed:
 
 
 def _offset(kinds: Sequence[Observed]) -> FloatArray:
-    """Return a World place (3,) near the points, which keeps the digits of coordinates."""
+    """Return a World position (3,) near the points, as an origin that preserves digits."""
     points = [kind.world for kind in kinds if isinstance(kind, Points)]
     points += [kind.about[None] for kind in kinds if isinstance(kind, Combined)]
     return np.round(np.concatenate(points).mean(axis=0)) if points else np.zeros(3)
@@ -299,9 +302,9 @@ def _starts(problem: _Problem) -> list[Similarity]:
 
 
 def _supported_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[Similarity]:
-    """Return robust solutions from starts: those that most observations support.
+    """Return the robust solutions from several starts, which most observations support.
 
-    By squares alone one strike that was read as dip direction can turn a model upside down.
+    With plain least squares, a single strike misread as dip direction can turn a model upside down.
     """
     if len(starts) < 2:
         return list(starts)
@@ -311,7 +314,7 @@ def _supported_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[
 
 
 def _starts_of_kind(kind: Observed) -> list[FloatArray]:
-    """Return the mean rotation by camera attitudes, or the rotations by pairs of directions."""
+    """Return the mean rotation from camera attitudes, or rotations from pairs of directions."""
     if isinstance(kind, Directions):
         return rotations_by_pairs(kind.model, kind.world, axial=kind.axial)
     model, world = getattr(kind, "model", None), getattr(kind, "world", None)
@@ -344,7 +347,7 @@ def _first_scale(kinds: Sequence[Observed], model: FloatArray, world: FloatArray
 def _initial_errors(
     rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]
 ) -> FloatArray:
-    """Return the initial errors (m,) of rows: the stated one or a default.
+    """Return the initial errors (m,) of rows, which are the stated errors or defaults.
 
     A default does not exceed the largest error that the group alone allows.
     """
@@ -358,7 +361,7 @@ def _initial_errors(
 
 
 def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
-    """Return the sum of squares by initial errors; robust : of Cauchy's function of them."""
+    """Return the sum of squares by initial errors, or of Cauchy's function if robust."""
     rows, _, _ = problem.at(fit)
     squares = (rows.misses / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
     return float(
@@ -368,7 +371,7 @@ def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
 
 # --- one start --------------------------------------------------------------------------------
 def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) -> FloatArray:
-    """Return the change (7,) that reduces the squares most, minimal in free directions."""
+    """Return the minimum-norm parameter change (7,) that minimises the squares."""
     moves, misses, units = weighted_system(rows, sigma, size)
     inverse, null = invert_determined(moves.T @ moves)
     step = -inverse @ (moves.T @ misses)
@@ -385,9 +388,9 @@ def apply_step(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similar
     ----------
     fit : Similarity
     step : (7,) array
-        Turn about the World axes (rad), relative change of scale, shift.
+        Rotation about the World axes (rad), relative change of scale, and translation.
     centre : (3,) array
-        World.
+        Centre of the rotation and of the change of scale, in the World frame.
     """
     from scipy.spatial.transform import Rotation
 
@@ -419,7 +422,7 @@ def _iterate(
 
 
 def _preference(rows: Rows) -> FloatArray:
-    """Return the cost of undetermined changes: tilts cost more than turns about the vertical."""
+    """Return the cost of undetermined changes; tilts cost more than rotations about vertical."""
     dear = np.ones(7 + rows.shared.shape[1])
     dear[:2] = 1e3
     return dear
@@ -495,9 +498,9 @@ def weighted_rows(result: Adjustment) -> tuple[FloatArray, FloatArray]:
     Returns
     -------
     rows : (m, 7 + k) array
-        Derivatives divided by the errors, with those by shared errors.
+        Derivatives divided by the errors, including the derivatives by common errors.
     covariance : (7 + k, 7 + k) array
-        Without Student's widening; zero for what is undetermined.
+        Covariance without widening by Student's t; zero for undetermined parameters.
     """
     moves, _, _ = weighted_system(result.rows, result.sigma, result.size)
     inverse, _ = invert_determined(moves.T @ moves)

@@ -1,8 +1,8 @@
-"""Check whether the attitudes of cameras agree, and find the cause if they do not.
+"""Checks of whether the attitudes of cameras agree, and of the cause if they do not.
 
-Every photo determines the rotation of the model by itself, from its attitudes in World and in the
-model. If conventions differ, or a photo was rotated, these rotations scatter, and one change of the
-angles makes them agree.
+Every photo determines the rotation of the model on its own, from its attitudes in the World frame
+and in the model. If conventions differ or a photo was rotated, these rotations scatter, and a
+single change of the angles makes them agree.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vomstudio.core.words import tr
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.registration.selection import selected
 
-# Rotations that scatter by less agree: good instruments, whatever the convention.
+# Scatter of rotations that agree: the instruments are good, whatever the convention.
 _MAX_SCATTER_DEG = 5.0
 _MAX_SCATTER_CHANGED_DEG = 10.0
 _MAX_SCATTER_RATIO = 0.3
@@ -26,7 +26,7 @@ _MIN_PHOTOS = 4
 # A photo is an outlier beyond this angle and this multiple of the scatter.
 _OUTLIER_DEG = 15.0
 _OUTLIER_FACTOR = 5.0
-# Of more photos a subset is compared.
+# Maximum number of photos that are compared; of more photos, a subset is used.
 _MAX_COMPARED = 600
 # Vertical component of a rotation axis above which the vertical is unchanged.
 _MIN_VERTICAL_COMPONENT = 0.95
@@ -35,23 +35,23 @@ _MIN_VERTICAL_COMPONENT = 0.95
 def find_outliers(
     labels: Sequence[str], angles: FloatArray, model: FloatArray, messages: list[Finding]
 ) -> tuple[BoolArray, BoolArray]:
-    """Find the photos whose attitudes do not agree with most others.
+    """Find the photos whose attitudes do not agree with those of most other photos.
 
     Parameters
     ----------
     labels : sequence of str
     angles : (n, 3) array
-        Yaw, pitch, roll in World, degrees.
+        Yaw, pitch and roll in the World frame, degrees.
     model : (n, 3, 3) array
         Rotations from the cameras to the model.
     messages : list of Finding
-        Messages about suspicious angles are appended.
+        List to which messages about suspicious angles are appended.
 
     Returns
     -------
     outliers : (n,) array of bool
     tilted : (n,) array of bool
-        Those whose vertical does not agree either.
+        Outliers whose vertical does not agree either.
     """
     no_photos = np.zeros(len(labels), bool)
     if len(labels) < _MIN_PHOTOS:
@@ -95,19 +95,19 @@ def find_vertical_outliers(
     considered: BoolArray,
     messages: list[Finding],
 ) -> BoolArray:
-    """Find the photos whose verticals do not agree with most others.
+    """Find the photos whose verticals do not agree with those of most other photos.
 
     Parameters
     ----------
     labels : sequence of str
     down : (n, 3) array
-        Direction of gravity, in the frame of each camera.
+        Direction of gravity in the frame of each camera.
     model : (n, 3, 3) array
         Rotations from the cameras to the model.
     considered : (n,) array of bool
         Photos to check.
     messages : list of Finding
-        Messages about excluded photos are appended.
+        List to which messages about excluded photos are appended.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def find_vertical_outliers(
         return np.zeros(len(labels), bool)
     turned = [down]
     for _ in range(3):
-        # By a quarter turn of the photo, clockwise.
+        # Rotate the photo clockwise by a quarter turn.
         right, below, ahead = turned[-1].T
         turned.append(np.column_stack([-below, right, ahead]))
     each = [np.einsum("nij,nj->ni", model, one) for one in turned]
@@ -146,7 +146,7 @@ def find_vertical_outliers(
     return out
 
 
-# --- what angles may mean ---------------------------------------------------------------------
+# --- angle conventions ------------------------------------------------------------------------
 def _add_degrees(column: int, degrees: float) -> Callable[[FloatArray], FloatArray]:
     return lambda angles: angles + degrees * np.eye(3)[column]
 
@@ -193,7 +193,7 @@ def _describe_outliers(
     limit: float,
     messages: list[Finding],
 ) -> list[bool]:
-    """Return whether the vertical of each excluded photo is excluded too.
+    """Return whether the vertical of each excluded photo is also excluded.
 
     Appends one message for photos with the same error.
     """
@@ -211,7 +211,7 @@ def _describe_outliers(
         least, sentence = min(fits)
         between = camera_rotations(one)[0] @ back[row] @ usual.T
         turn = np.degrees(Rotation.from_matrix(between).as_rotvec())
-        # Where a camera looks down, a photo that was turned seems to have another yaw.
+        # If a camera looks down, a rotated photo appears to have another yaw.
         quarter = least < limit / 2
         flat = not quarter and abs(turn[2]) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(turn)
         tilted.append(not flat)
@@ -238,7 +238,7 @@ def _outlier_limit_deg(off: FloatArray) -> float:
 
 
 def _majority_direction(directions: FloatArray) -> tuple[FloatArray, float]:
-    """Return the direction near most of (n, 3), and their median angle to it, degrees."""
+    """Return the direction close to most directions (n, 3), and their median angle to it."""
     subset = directions[:: max(1, -(-len(directions) // _MAX_COMPARED))]
     angles = np.degrees(np.arccos(np.clip(subset @ subset.T, -1.0, 1.0)))
     middle = subset[int(np.argmin(np.median(angles, axis=1)))]
@@ -254,7 +254,7 @@ def _angles_to(directions: FloatArray, reference: FloatArray) -> FloatArray:
 
 
 def _majority_rotation(turns: FloatArray) -> tuple[FloatArray, float]:
-    """Return the rotation near most of (n, 3, 3), and their median angle to it, degrees."""
+    """Return the rotation close to most rotations (n, 3, 3), and their median angle to it."""
     some = turns[:: max(1, -(-len(turns) // _MAX_COMPARED))]
     flat = some.reshape(-1, 9)
     angles = np.degrees(np.arccos(np.clip((flat @ flat.T - 1.0) / 2.0, -1.0, 1.0)))

@@ -1,4 +1,4 @@
-"""Observations from camera attitudes, complete or with vertical and north apart."""
+"""Observations from camera attitudes, complete or separated into vertical and north."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from vomstudio.registration.observations import Attitudes, Azimuths, Observed, V
 from vomstudio.registration.similarity import Similarity
 
 NORTH_DOUBT_DEG = 10.0
-"""Default error of compass north, one sigma: steel, rocks, the phone itself."""
+"""Default one-sigma error of compass north, due to steel, rocks and the phone itself."""
 MOUNT_DOUBT_DEG = 1.0
-"""Default misalignment of a gimbal or an accelerometer with its camera, about each axis, one sigma.
+"""Default one-sigma misalignment of a gimbal or accelerometer with its camera, about each axis.
 
-It is common to all photos, which show it only if they look in several directions. (A drone that
+It is common to all photos, which reveal it only if they look in several directions. (A drone that
 recorded -89.9 degrees looked 1.5 degrees off the vertical.)"""
 _OUTLIER_FACTOR = 6.0
-"""Verticals farther off than this multiple of the median are outliers."""
+"""Multiple of the median deviation beyond which verticals are outliers."""
 # Steeper views have no meaningful azimuth.
 _MAX_STEEPNESS_DEG = 60.0
 
@@ -43,7 +43,8 @@ class AttitudeEvidence:
     ----------
     kinds : tuple of Observed
     angles, model : (n, 3) and (n, 3, 3) array
-        Photos with a complete attitude: in World (degrees), and rotations to the model.
+        Attitudes of the photos with a complete attitude: angles in the World frame (degrees), and
+        rotations to the model.
     """
 
     kinds: tuple[Observed, ...]
@@ -63,14 +64,14 @@ def match_attitudes(
     Parameters
     ----------
     table : AttitudeTable
-        Yaws from grid north.
+        Attitudes, with yaws relative to grid north.
     rows : sequence of int
         Rows of `views` in the table.
     views : sequence of View
     north_doubt_deg : float
-        Common one-sigma offset of all yaws.
+        One-sigma error common to all yaws.
     messages : list of Finding
-        Messages about excluded attitudes are appended.
+        List to which messages about excluded attitudes are appended.
 
     Returns
     -------
@@ -102,7 +103,7 @@ def match_attitudes(
     mount = float(np.radians(MOUNT_DOUBT_DEG)) if unstated else 0.0
     kinds: list[Observed] = [
         _attitudes(labels, whole & ~bad, angles, model, sigma, shared, mount),
-        # The vertical is right even if the compass is wrong.
+        # The vertical is correct even if the compass is wrong.
         _verticals(labels, tilt & (~whole | bad) & ~tilted, down, model, sigma, mount),
         _norths(labels, yaw & ~whole & ~bad & (phone | ~tilt), angles, model, sigma, shared),
     ]
@@ -112,9 +113,10 @@ def match_attitudes(
 
 @dataclass(frozen=True)
 class AttitudeMiss:
-    """Difference of a photo's attitude, placed minus stated, degrees.
+    """Difference between the placed and the stated attitude of a photo, degrees.
 
-    The angles are about the axes of `error_axes`; None if the photo does not state them.
+    The angles are placed minus stated, about the axes of `error_axes`. They are None if the photo
+    does not state them.
     """
 
     photo: str
@@ -126,9 +128,9 @@ class AttitudeMiss:
 def attitude_differences(
     table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: FloatArray
 ) -> list[AttitudeMiss]:
-    """Return the differences between the attitudes of the placed model and those of a table.
+    """Compare the attitudes of the placed model with the attitudes of a table.
 
-    Rows that take no part in the fit are included.
+    Rows that are not used in the fit are included.
 
     Parameters
     ----------
@@ -136,7 +138,7 @@ def attitude_differences(
     rows : sequence of int
     views : sequence of View
     rotation : (3, 3) array
-        Model to World.
+        Rotation from the model to the World frame.
     """
     if not rows:
         return []
@@ -171,12 +173,12 @@ def bowing_by_tilts(
     views : sequence of View
     placed : Similarity
     extent : (m, 3) array or None
-        Points of the model, in its frame.
+        Points of the model in the model frame.
 
     Returns
     -------
     Bowing or None
-        None if the verticals do not determine it.
+        Bowing, or None if the verticals do not determine it.
     """
     if not rows:
         return None
@@ -200,10 +202,11 @@ def _turns(
     Returns
     -------
     turns : (n, 3) array
-        Rotation vectors, World, rad.
+        Rotation vectors in the World frame, rad.
     yaw : (n,) array
-        Degrees.
+        Yaws, degrees.
     has_vertical : (n,) array of bool
+        Whether the photo states its vertical.
     """
     from scipy.spatial.transform import Rotation
 

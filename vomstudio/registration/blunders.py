@@ -1,9 +1,9 @@
-"""Find observations whose residuals are too large to be chance.
+"""Detection of observations whose residuals are too large to be due to chance.
 
 Each observation is left out in turn, and its residual from the fit of the others is compared with
-their error (the deletion residual; Baarda 1968; Cook & Weisberg 1982, Residuals and Influence in
-Regression, 2.2.2). The worst one is removed while one is significant, since one mistake hides
-another.
+their error (deletion residual; Baarda 1968; Cook & Weisberg 1982, Residuals and Influence in
+Regression, 2.2.2). The worst observation is removed repeatedly as long as it is significant,
+because one mistake may hide another.
 """
 
 from __future__ import annotations
@@ -35,17 +35,19 @@ from vomstudio.registration.observations import (
 )
 from vomstudio.registration.similarity import Similarity, fit_robustly, fit_similarity
 
-# Share of the model's size, or rad: smaller residuals are rounding.
+# Share of the model size, or rad, below which residuals are rounding errors.
 _ROUNDING = 1e-9
 # Significance of the test of a complete set of observations.
 _SIGNIFICANCE = 0.001
-# Points from which a robust fit is tried. Of six points four agree better than all of them by this
-# factor of the variance by chance in less than one set in two thousand (15 subsets, redundancy 5).
+# Numbers of points from which a robust fit is tried, and minimum ratio of variances. Four of six
+# points agree better than all six by this ratio by chance in less than one of two thousand sets (15
+# subsets, redundancy 5).
 _MIN_POINTS_ROBUST, _MIN_POINTS_SUBSET, _MIN_VARIANCE_RATIO = 7, 6, 100.0
-# Directions that are left out one by one: fewer cannot show an error, more show it by residuals.
+# Numbers of directions that are left out one by one: fewer directions cannot reveal an error, and
+# more directions reveal it in their residuals.
 _MIN_DIRECTIONS, _MAX_DIRECTIONS = 4, 12
-# Default error of a reading, and its weight as a number of residuals in the pooled variance: four
-# planes alone could not show that one of them is wrong.
+# Default error of a reading, and its weight in the pooled variance as a number of residuals. Four
+# planes alone could not reveal that one of them is wrong.
 _DEFAULT_ERROR_RAD, _DEFAULT_ERROR_WEIGHT = np.radians(3.0), 4.0
 _AZIMUTH_LIMITS_DEG = (10.0, 20.0)
 _DIRECTIONS = Directions | Azimuths | LevelLines | PlumbLines | PhotoUpright | Verticals
@@ -60,13 +62,13 @@ class Blunder:
     Attributes
     ----------
     label : str
-        Of the point or direction.
+        Label of the point or direction.
     photo : str or None
-        Photo of the mark; None without photos.
+        Photo of the mark, or None if the observation is not a mark in a photo.
     error_m : float or None
-        Distance from the place by the others.
+        Distance from the position given by the other observations, metres.
     error_deg : float or None
-        Angle to the direction by the others.
+        Angle to the direction given by the other observations, degrees.
     """
 
     label: str
@@ -75,14 +77,14 @@ class Blunder:
     error_deg: float | None = None
 
     def text(self) -> str:
-        """Return the label, with the error if it is known."""
+        """Return the label, followed by the error if it is known."""
         if self.error_m is not None:
             return f"{self.label} ({self.error_m:.3g} m)"
         return self.label if self.error_deg is None else f"{self.label} ({self.error_deg:.2g}°)"
 
 
 Single = tuple[int, int]
-"""Index of the kind, and row in it."""
+"""Index of a kind of observations, and row within this kind."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ class _TestResult:
     Attributes
     ----------
     chance : float
-        p-value of its residual.
+        p-value of the residual.
     strength : float
         F ratio.
     of : int
@@ -113,17 +115,18 @@ class LeaveOneOut:
     Attributes
     ----------
     error_deg : float
-        Angle of the direction to its placement by the others.
+        Angle between the direction and its prediction from the other directions.
     turned_deg : float
-        Rotation of the model relative to the placement with all.
+        Rotation of the model relative to the placement by all directions.
     others_deg : float
-        RMS residual of the others.
+        RMS residual of the other directions.
     weakest_95_deg : float or None
-        Error about the weakest axis; None if not known.
+        95 % error about the weakest axis, or None if unknown.
     suspect : bool
-        Whether the error is too large to be chance.
+        Whether the error is too large to be due to chance.
     azimuth_off_deg : float or None
-        Correction of a suspect azimuth that makes it agree, None if neither 90 nor 180 degrees do.
+        Correction that makes a suspect azimuth agree with the others, or None if neither 90 nor 180
+        degrees does.
     """
 
     label: str
@@ -138,11 +141,11 @@ class LeaveOneOut:
 def find_blunders(
     kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float
 ) -> list[Blunder]:
-    """Find observations that are inconsistent with the others, the worst first.
+    """Find observations that are inconsistent with the others, worst first.
 
-    At most a third of all is returned, since of more it is not clear which are right. One mistake
-    makes others look wrong: every blunder is tested again without all of them, and cleared if it
-    fits.
+    At most a third of the observations is returned, because with more blunders it is unclear which
+    observations are correct. One mistake makes other observations look wrong. Every blunder is
+    therefore tested again without the other blunders, and cleared if it fits.
 
     Parameters
     ----------
@@ -172,10 +175,11 @@ def _explain_misfit(
     centre: FloatArray,
     size: float,
 ) -> bool:
-    """Return whether the observations without the blunders agree with the stated accuracies.
+    """Return whether observations without the blunders agree with their stated accuracies.
 
-    Without two or more of the worst they may agree by chance, so the blunders must be significant
-    as the worst of all such subsets, whatever the accuracies.
+    If two or more of the worst observations are removed, the others may agree by chance. Therefore,
+    the blunders must be significant as the worst of all subsets of this size, regardless of the
+    stated accuracies.
     """
     from scipy.stats import f
 
@@ -205,7 +209,7 @@ def _find_blunders(
     *,
     trust_stated: bool,
 ) -> list[Blunder] | None:
-    """Return the blunders, None if there are more than a third.
+    """Return the blunders, or None if more than a third of the observations are blunders.
 
     trust_stated : compare residuals with the stated errors, not with each other
     """
@@ -220,7 +224,7 @@ def _find_blunders(
         named[worst.single] = worst.blunder
         fit_of_all = _adjust_without(kinds, excluded, centre, size)
     else:
-        # More than a third look wrong, so the cause is another.
+        # More than a third of the observations look wrong, so there must be another cause.
         if (
             total // 3
             and _worst(_test_all(kinds, excluded, fit_of_all, trust_stated=trust_stated))
@@ -228,7 +232,7 @@ def _find_blunders(
         ):
             return None
     if not named and (hidden := _hidden_outliers(kinds)):
-        # Mistakes that hide each other: test each against those that agree.
+        # The mistakes hide each other, so test each of them against the consistent observations.
         excluded = hidden
         named = {one: Blunder(kinds[one[0]].labels[one[1]], None, None) for one in hidden}
         _clear_consistent(kinds, excluded, named, centre, size, trust_stated=trust_stated)
@@ -239,7 +243,7 @@ def _find_blunders(
 
 
 def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
-    """Return the points that a robust fit excludes; empty if they are more than a third."""
+    """Return the points that a robust fit excludes, or none if they are more than a third."""
     total = sum(len(kind.labels) for kind in kinds)
     outliers: list[Single] = []
     for index, kind in enumerate(kinds):
@@ -255,7 +259,7 @@ def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
 
 
 def _far_better(points: Points, fit: Similarity, agree: BoolArray) -> bool:
-    """Return whether the agreeing points fit far better than all points."""
+    """Return whether the consistent points fit far better than all points."""
 
     def variance(which: BoolArray, by: Similarity) -> float:
         misses = by(points.model[which]) - points.world[which]
@@ -275,7 +279,7 @@ def _clear_consistent(
     *,
     trust_stated: bool,
 ) -> None:
-    """Remove the observations that fit the others from both, and update the other errors."""
+    """Remove consistent observations from `excluded` and `named`, and update other errors."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*excluded]:
         others_excluded = [other for other in excluded if other != single]
@@ -300,7 +304,7 @@ def _adjust_without(
 def _remaining(
     kinds: Sequence[Observed], out: Sequence[Single]
 ) -> list[tuple[int, Observed, list[int]]]:
-    """Return index, observations and row numbers of each kind that has any remaining."""
+    """Return the index, observations and remaining rows of each kind that is not empty."""
     excluded = set(out)
     remaining = []
     for index, kind in enumerate(kinds):
@@ -318,7 +322,7 @@ def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
     ----------
     kind : Observed
     keep : (n,) sequence of bool
-        True for the single observations to keep.
+        Mask of the observations to keep.
 
     Returns
     -------
@@ -338,7 +342,8 @@ def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
 def _worst(judged: Sequence[_TestResult]) -> _TestResult | None:
     """Return the least likely significant observation, if any.
 
-    The p-values of gross mistakes underflow to 0; among these the strongest counts.
+    The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is
+    returned.
     """
     wrong = [one for one in judged if one.chance < _SIGNIFICANCE / one.of]
     return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
@@ -369,7 +374,7 @@ def _test_all(
             which = slice(first + number * width, first + (number + 1) * width)
             residual_weight = np.eye(width) - moves[which] @ covariance @ moves[which].T
             if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or free - width < 1:
-                # The others do not determine it.
+                # The other observations do not determine it.
                 continue
             deleted = np.linalg.solve(residual_weight, misses[which])
             if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(fit_of_all.size, 1.0):
@@ -382,7 +387,7 @@ def _test_all(
     squared, widths, known = (np.array(column) for column in zip(*statistics, strict=True))
     others = np.where(known, 1.0, np.maximum((squares - squared) / (free - widths), 1e-300))
     strength = squared / widths / others
-    # One call for all: a call of SciPy costs as much as the rest of a point.
+    # Use one call for all observations: a SciPy call takes as long as the other steps per point.
     chance = np.where(
         known, chi2.sf(squared, widths), f.sf(strength, widths, np.maximum(free - widths, 1))
     )
@@ -404,12 +409,12 @@ def _describe(kind: Observed, label: str, error: FloatArray) -> Blunder:
 def exclude_labels(
     kinds: Sequence[Observed], check: Points | None, labels: Sequence[str]
 ) -> tuple[list[Observed], Points | None]:
-    """Remove the observations and check points of some labels.
+    """Remove the observations and check points with the given labels.
 
     Raises
     ------
     UsageError
-        For an unknown label.
+        If a label is unknown.
     """
     known_labels = [label for kind in kinds for label in kind.labels]
     known_labels += [] if check is None else list(check.labels)
@@ -434,17 +439,17 @@ def exclude_labels(
 def leave_one_out(
     kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float
 ) -> list[LeaveOneOut]:
-    """Leave out each of a few directions in turn, the most suspicious first.
+    """Leave out each of a few directions in turn; the most suspicious direction comes first.
 
-    Applies to placements by few directions alone. One wrong direction of a few attracts the
-    placement and hides in the residuals; without stated accuracies it also inflates their error.
-    Each one is compared with the agreement of the others, pooled with the default error of a
-    compass.
+    This applies to placements by a few directions alone. A wrong direction attracts the placement
+    and is hidden in the residuals; if no accuracies are stated, it also inflates the estimated
+    error. Each direction is compared with the scatter of the others, pooled with the default error
+    of a compass.
 
     Returns
     -------
     list of LeaveOneOut
-        Empty if the directions agree or if there are more of them.
+        Results for the directions; empty if they agree, or if there are too many directions.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
     alone = all(isinstance(k, _DIRECTIONS) for k in kinds)
@@ -455,7 +460,7 @@ def leave_one_out(
     if fit_of_all.redundancy < 3.0 or whole <= _MIN_MISFIT**2 * fit_of_all.redundancy:
         return []
     if fit_of_all.ambiguous:
-        # Among equal fits the one that tilts least was selected, not the best one.
+        # Among equal fits, the one with the smallest tilt was selected, not the best fit.
         whole -= EQUAL_FIT_COST
     return _leave_each_out(kinds, fit_of_all, centre, size, whole)
 
@@ -499,7 +504,7 @@ def _leave_each_out(
             fit_of_others.fit.rotation @ fit_of_all.fit.rotation.T
         ).magnitude()
         worst = 1.96 * float(np.degrees(np.sqrt(np.linalg.eigvalsh(fit_of_others.rotation)[-1])))
-        # The few others determine it poorly.
+        # The few other directions determine it poorly.
         limit = float(np.clip(max(3.0 * others, 2.0 * worst), *_AZIMUTH_LIMITS_DEG))
         fits = azimuth_that_fits(placed, kind.world[single[1]], limit)
         results.append(

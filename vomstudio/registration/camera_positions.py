@@ -1,4 +1,4 @@
-"""Camera positions in the CRS of a model: conversion, checks and outliers."""
+"""Conversion, checks and outliers of camera positions in the CRS of a model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from vomstudio.registration.observations import Points
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
 
-_MIN_DISTANCE_M = 0.01  # photos are not taken nearer to each other
+_MIN_DISTANCE_M = 0.01  # minimum plausible distance between photos
 ToGrid = Callable[[float, float], tuple[float, float] | None]
 
 
@@ -37,15 +37,15 @@ def positions_in_metres(
 ) -> tuple[Positions, str | None, tuple[float, float] | None]:
     """Convert camera positions to metres in the CRS of the model.
 
-    Positions without a height, or with another height reference than most, are excluded.
+    Positions without a height, or with a height reference other than that of most, are excluded.
 
     Parameters
     ----------
     positions : Positions
     crs : str or None
-        "EPSG:n" or WKT of the model, None to use that of the file.
+        "EPSG:n" or WKT of the model. If None, the CRS of the file is used.
     messages : list of Finding
-        Messages about assumptions and excluded positions are appended.
+        List to which messages about assumptions and excluded positions are appended.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def positions_in_metres(
     crs : str or None
         CRS of the model.
     place : (float, float) or None
-        Longitude and latitude among the positions if known.
+        Longitude and latitude of a point among the positions, or None if unknown.
 
     Raises
     ------
@@ -83,10 +83,10 @@ def positions_in_metres(
 def _source(
     positions: Positions, crs: str | None
 ) -> tuple[Positions, str | None, tuple[ToGrid, ToGrid | None] | None]:
-    """Return positions and CRS with the conversions to that CRS.
+    """Return the positions, the CRS, and the conversions to that CRS.
 
-    The first conversion is from longitude and latitude to the CRS of the model, the second from the
-    file's x and y to longitude and latitude (None if they are that already).
+    The first conversion is from longitude and latitude to the CRS of the model. The second is from
+    x and y of the file to longitude and latitude, or None if the file contains these.
     """
     from pyproj import CRS, Transformer
     from pyproj.exceptions import CRSError
@@ -144,7 +144,7 @@ def _unknown_crs_error(positions: Positions) -> InputError:
 
 
 def _to_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
-    """Return longitude and latitude (n, 2). Raises InputError for invalid ones."""
+    """Return longitude and latitude (n, 2). Raises InputError if they are invalid."""
     degrees = positions.places[:, :2].copy()
     for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
         place = (x, y) if back is None else back(x, y)
@@ -161,7 +161,7 @@ def _to_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
 
 
 def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None) -> None:
-    """Raise InputError if positions lie in the area of the CRS only with exchanged degrees."""
+    """Raise InputError if positions are in the area of the CRS only with swapped degrees."""
     from pyproj import CRS
 
     area = CRS.from_user_input(crs).area_of_use if crs is not None else None
@@ -240,7 +240,7 @@ def _reference_name(word: str) -> str:
 
 
 def _heights_finding(positions: Positions, longitude: float, latitude: float) -> Finding:
-    """Report what the heights are above, as far as the photos state it."""
+    """Report the reference of the heights, as far as the photos state it."""
     from vomstudio.io.gis.heights import geoid_height_m
 
     geoid_m = geoid_height_m(longitude, latitude)
@@ -264,7 +264,7 @@ def require_apart(world: FloatArray) -> None:
     Raises
     ------
     GeometryError
-        If they are.
+        If the positions are in degrees or all equal.
     """
     if degrees := degree_findings(world, apart_m=_MIN_DISTANCE_M):
         raise GeometryError(degrees[0])
@@ -281,24 +281,24 @@ def select_consistent_cameras(
     alone: bool,
     crs: str | None = None,
 ) -> tuple[Points, list[Finding], list[Finding]]:
-    """Select the camera positions that are consistent with most others.
+    """Select the camera positions that are consistent with most other positions.
 
     Parameters
     ----------
     labels : sequence of str
     model, world, sigma : (n, 3) array
     alone : bool
-        Whether nothing else determines the position of the model.
+        Whether no other observations determine the position of the model.
     crs : str, optional
-        CRS of World.
+        CRS of the World frame.
 
     Returns
     -------
     cameras : Points
     suspicions : list of Finding
-        About suspicious positions.
+        Findings about suspicious positions.
     exclusions : list of Finding
-        About excluded positions.
+        Findings about excluded positions.
 
     Raises
     ------
@@ -350,7 +350,7 @@ def _check_all(
 def _inliers(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
     known = sigma[np.isfinite(sigma)]
     floor = 3 * float(known.max()) if len(known) else 0.0
-    # Positions on a line are consistent with any turn about it.
+    # Positions on a line are consistent with any rotation about it.
     with suppress(GeometryError):
         return fit_robustly(model, world, floor=floor)[1]
     return np.ones(len(model), bool)

@@ -1,4 +1,4 @@
-"""A similarity estimated by other means, as one observation with its covariance."""
+"""Similarity estimated by other means, as a single observation with its covariance."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from vomstudio.registration.similarity import Similarity, jacobian
 
 @dataclass(frozen=True, eq=False)
 class Combined:
-    """Similarity as an observation, such as the fit of a model to another one.
+    """Similarity as an observation, such as the fit of a model to another model.
 
     Attributes
     ----------
     start : Similarity
-        Model to World.
+        Similarity from the model to the World frame.
     about : (3,) array
-        World, centre of its errors of rotation and scale.
+        Centre of the errors of rotation and scale, in the World frame.
     whitening : (m, 7) array
-        Its products with a turn about east, north and up (rad), a relative change of scale and a
-        shift (m), all about `about`, are independent with the variance 1. m < 7 if directions are
-        undetermined.
+        Matrix whose products with a rotation about east, north and up (rad), a relative change of
+        scale and a translation (m), all about `about`, are independent with variance 1. m < 7 if
+        directions are undetermined.
     size : float
         RMS distance of the fitted points from `about`, metres.
     scale_error : float
-        Relative error of a fixed scale, one sigma; 0 if fitted.
+        Relative one-sigma error of a fixed scale; 0 if the scale was fitted.
     scale_response : (7,) array or None
-        Change of the fit per relative error of the fixed scale; its fourth component is 1. None if
-        the scale was fitted.
+        Change of the fit per relative error of the fixed scale, with a fourth component of 1; None
+        if the scale was fitted.
     """
 
     labels: Sequence[str]
@@ -66,7 +66,7 @@ class Combined:
         )
 
     def size_of(self, error: FloatArray) -> tuple[float, float]:
-        """Return the size of rows (m,) in metres at `about` and in degrees."""
+        """Return the size of errors (m,) in metres at `about` and in degrees."""
         numbers = np.linalg.pinv(self.whitening) @ error
         return float(np.linalg.norm(numbers[4:])), float(np.degrees(np.linalg.norm(numbers[:3])))
 
@@ -79,12 +79,12 @@ def difference(fit: Similarity, other: Similarity, about: FloatArray) -> FloatAr
     fit, other : Similarity
         The change transforms the result of `other` into that of `fit`.
     about : (3,) ndarray
-        Place of World that the change refers to.
+        Centre of the change in the World frame.
 
     Returns
     -------
     (7,) ndarray
-        Turn, relative change of scale, and shift.
+        Rotation, relative change of scale, and translation.
     """
     from scipy.spatial.transform import Rotation
 

@@ -1,7 +1,7 @@
-"""Check outlying compass planes for azimuths of the strike or of the opposite direction.
+"""Check of outlying compass planes for azimuths of the strike or opposite direction.
 
 The rotation of most planes is estimated by least median of squares over pairs of planes (Rousseeuw
-1984). The others are compared with it as they are and with other readings of their azimuth.
+1984). The other planes are compared with it, both as stated and with alternative azimuths.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ _MIN_READINGS = 3
 _MAX_PAIRS = 100
 _OUTLIER_DEG = 15.0
 _OUTLIER_FACTOR = 5.0
-# Planes with closer normals do not determine a rotation.
+# Minimum sine between two normals that determine a rotation.
 _MIN_SINE = np.sin(np.radians(15.0))
 _MISREADINGS_DEG = (90.0, -90.0, 180.0)
 
 
 def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray) -> list[Finding]:
-    """Find planes that agree with the others if their azimuth is read in another way.
+    """Find planes that agree with the others if their azimuth is reinterpreted.
 
     Parameters
     ----------
     labels : sequence of str
     model, world : (n, 3) ndarray
-        Unit normals; a normal and its opposite are the same.
+        Unit normals; a normal and its opposite are equivalent.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray
     usual = float(np.median(off))
     limit = max(_OUTLIER_DEG, _OUTLIER_FACTOR * usual)
     if usual > _OUTLIER_DEG / 3:
-        # Too few planes agree to judge the rest.
+        # Too few planes agree to assess the others.
         return []
     named: dict[float, list[str]] = {}
     for row in map(int, np.flatnonzero(off > limit)):
@@ -92,17 +92,17 @@ def azimuth_that_fits(placed: FloatArray, world: FloatArray, limit_deg: float) -
     Parameters
     ----------
     placed : (3,) ndarray
-        Direction by the registration.
+        Direction predicted by the registration.
     world : (3,) ndarray
-        Direction that was read.
+        Measured direction.
     limit_deg : float
         Maximum difference after the correction.
 
     Returns
     -------
     float or None
-        Degrees. None if neither a strike read as dip direction nor the opposite direction explains
-        it.
+        Correction, degrees, or None if neither a strike misread as dip direction nor the opposite
+        direction explains the difference.
     """
     fits = [
         (float(_angles_between(placed[None], _turn_azimuth(world, turn))[0]), turn)
@@ -115,7 +115,7 @@ def azimuth_that_fits(placed: FloatArray, world: FloatArray, limit_deg: float) -
 def _turn_azimuth(normal: FloatArray, azimuth_deg: float) -> FloatArray:
     """Return the normal (1, 3) of a plane whose azimuth is increased."""
     c, s = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
-    # Azimuths run clockwise.
+    # Azimuths increase clockwise.
     return np.array([[c * normal[0] + s * normal[1], c * normal[1] - s * normal[0], normal[2]]])
 
 
@@ -166,7 +166,7 @@ def rotations_by_pairs(
 
 
 def _frame(a: FloatArray, b: FloatArray) -> FloatArray | None:
-    """Return axes (3, 3) by two directions, symmetric in both; None if nearly parallel."""
+    """Return axes (3, 3) symmetric in two directions, or None if these are nearly parallel."""
     across = np.cross(a, b)
     length = float(np.linalg.norm(across))
     if length < _MIN_SINE:

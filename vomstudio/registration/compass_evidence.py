@@ -26,16 +26,16 @@ _READING_DEG = 3.0
 
 
 class Segment(NamedTuple):
-    """Two places on the model with the azimuth from first to second, or their distance.
+    """Two points on the model, with the azimuth from first to second or their distance.
 
     Attributes
     ----------
     value : float
-        Degrees or metres.
+        Azimuth, degrees, or distance, metres.
     sigma : float or None
-        Error of the value, one sigma; None for the default.
+        One-sigma error of the value. If None, the default is used.
     label : str
-        "" for its number.
+        Label of the segment. If "", the segment is identified by its number.
     """
 
     first: tuple[float, float, float]
@@ -48,13 +48,13 @@ class Segment(NamedTuple):
 def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Finding]:
     """Return findings about readings that look wrong.
 
-    Angles in radians, labels that occur twice, and strikes read as dip directions.
+    These are angles in radians, duplicate labels, and strikes misread as dip directions.
 
     Parameters
     ----------
     table : CompassTable
     kinds : sequence of Observed
-        Observations of the table, without excluded ones.
+        Observations of the table, without the excluded observations.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def compass_alone(kinds: Sequence[Observed]) -> bool:
     read = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
     others = any(
         isinstance(kind, Attitudes | Combined)
-        # One point alone does not determine a direction.
+        # A single point does not determine a direction.
         or (isinstance(kind, Points) and len(kind.labels) > 1)
         for kind in kinds
     )
@@ -94,18 +94,18 @@ def compass_alone(kinds: Sequence[Observed]) -> bool:
 def compass_directions(
     table: CompassTable, turn_deg: float, north_doubt_deg: float = 0.0
 ) -> list[Directions]:
-    """Return the planes and the lines of a table as observations.
+    """Convert the planes and lines of a table to observations.
 
     Parameters
     ----------
     table : CompassTable
     turn_deg : float
-        Added to all azimuths.
+        Angle added to all azimuths.
     north_doubt_deg : float
-        Common error of all azimuths, one sigma.
+        One-sigma error common to all azimuths.
     """
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
-    # Azimuths run clockwise.
+    # Azimuths increase clockwise.
     world = table.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     kinds: list[Directions] = []
     for planes in (True, False):
@@ -121,7 +121,7 @@ def compass_directions(
 
 
 def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azimuths:
-    """Return lines with a known azimuth as observations.
+    """Convert lines with known azimuths to observations.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> 
     Raises
     ------
     UsageError
-        If one place is above the other.
+        If one point is vertically above the other.
     """
     vectors = np.array([np.subtract(b, a) for a, b, *_ in segments], np.float64)
     length = np.linalg.norm(vectors, axis=1)

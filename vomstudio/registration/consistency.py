@@ -1,9 +1,10 @@
-"""Check the consistency of control points with camera positions, and of north and scale.
+"""Consistency checks of control points with camera positions, and of north and scale.
 
-Points and cameras each determine rotation and scale; these are compared with their errors. They
-differ if one is in another system, or if the lens is wrong: a focal length with an error of 5 %
-moves the cameras by 5 % of their distance, and leaves a scene that fits its points. The common
-error of all azimuths of a compass is estimated together with the placement, without a prior.
+Control points and cameras each determine a rotation and a scale, whose differences are compared
+with their errors. They differ if one of the two is in another coordinate system, or if the lens
+parameters are wrong: an error of 5 % in the focal length moves the cameras by 5 % of their
+distance, while the scene still fits its points. The error common to all compass azimuths is
+estimated together with the placement, without a prior.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ from vomstudio.registration.similarity import nearly_on_a_line
 _MIN_OBSERVATIONS = 4
 # Significance of contradictions.
 _SIGNIFICANCE = 0.001
-# Prior of an unknown angle, largest error of a determined one, smallest one that is reported.
+# Prior of an unknown angle, maximum error of a determined angle, and minimum reported angle.
 _FREE_NORTH_SIGMA_RAD = np.radians(60.0)
 _MAX_NORTH_ERROR_DEG = 20.0
 _MIN_NORTH_TURN_DEG = 0.5
-# Difference to a quarter turn within which a yaw is that of another side of the camera.
+# Tolerance from a quarter turn within which a yaw refers to another side of the camera.
 _QUARTER_TOLERANCE_DEG = 10.0
 _STEP_DEG = 10.0
 _NORTH_KINDS = Points | Attitudes | Combined | Directions | Azimuths
@@ -49,14 +50,14 @@ _MAX_LOG_SCALE = 0.4
 
 @dataclass(frozen=True)
 class ScaleContradiction:
-    """Significant difference of a fixed scale to that by all other observations.
+    """Significant difference between a fixed scale and the scale from all other observations.
 
     Attributes
     ----------
     times : float
-        Ratio of the other scale to the fixed one.
+        Ratio of the scale from the other observations to the fixed scale.
     error : float
-        Relative error of `times`, one sigma.
+        Relative one-sigma error of `times`.
     """
 
     times: float
@@ -64,7 +65,7 @@ class ScaleContradiction:
 
     @property
     def finding(self) -> Finding:
-        """The contradiction as a finding."""
+        """Finding that describes the contradiction."""
         return Finding(
             "registration.scale-contradicted", times=self.times, error95_percent=196.0 * self.error
         )
@@ -73,20 +74,21 @@ class ScaleContradiction:
 def check_fixed_scale(
     kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> tuple[ScaleContradiction | None, list[Observed]]:
-    """Compare a fixed scale with that by the other observations.
+    """Compare a fixed scale with the scale from the other observations.
 
     Parameters
     ----------
     kinds : sequence of Observed
     centre, size
-        As of `adjust`.
+        See `adjust`.
 
     Returns
     -------
     ScaleContradiction or None
     kinds : list of Observed
-        In case of a contradiction the points are scaled about their mean to the fixed scale: the
-        best rotation does not depend on the scale, whereas misfits of a wrong one would bias it.
+        Observations. In case of a contradiction, the points are scaled about their mean to the
+        fixed scale. The best rotation does not depend on the scale, whereas misfits due to a wrong
+        scale would bias it.
     """
     from scipy.stats import norm
 
@@ -163,18 +165,18 @@ def _rotation_scale_covariance(result: Adjustment) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class NorthTurn:
-    """Common error of all azimuths from one north, degrees.
+    """Error common to all azimuths that refer to the same north, degrees.
 
     Attributes
     ----------
     name : str
-        Of the north.
+        Name of the north.
     turn_deg : float
-        Azimuths are too large by this.
+        Angle by which the azimuths are too large.
     error95_deg : float
-        95 % error.
+        95 % error of `turn_deg`.
     planes : bool
-        Whether planes and lines refer to it, and not azimuths alone.
+        Whether planes and lines refer to this north, and not only azimuths.
     """
 
     name: str
@@ -184,7 +186,7 @@ class NorthTurn:
 
     @property
     def finding(self) -> Finding:
-        """The turn as a finding."""
+        """Finding that describes the north error."""
         near = min((90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(self.turn_deg - quarter))
         values: dict[str, object] = {
             "kind": self.name,
@@ -200,16 +202,16 @@ class NorthTurn:
 def estimate_norths(
     kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> tuple[list[NorthTurn], list[Observed]]:
-    """Estimate the common errors of compass azimuths and of yaws.
+    """Estimate the common error of compass azimuths and the common error of yaws.
 
-    A north is corrected if other observations determine it and its error is significant.
+    A north is corrected if other observations determine its error and the error is significant.
 
     Returns
     -------
     norths : list of NorthTurn
     kinds : list of Observed
-        With corrected azimuths and without a prior of these norths, as the model is best placed and
-        single readings are judged.
+        Observations with corrected azimuths and without priors of the corrected norths. These give
+        the best placement and are used to assess single readings.
     """
     norths, corrected = [], list(kinds)
     for name in (COMPASS, YAW):
@@ -240,7 +242,7 @@ def _estimate_north(
         except GeometryError:
             return None
         index = result.rows.shared_names.index(name)
-        # Rows turn the model counterclockwise, readings increase clockwise.
+        # Rows rotate the model counterclockwise, whereas readings increase clockwise.
         step = -float(np.degrees(result.common[index]))
         turned += step
         error = float(np.degrees(np.sqrt(result.common_covariance[index, index])))
@@ -263,7 +265,7 @@ def _first_turn(
     size: float,
     name: str,
 ) -> float:
-    """Return a first estimate of the error of a north, degrees, from the other observations.
+    """Return an initial estimate of a north error, degrees, from the other observations.
 
     Small steps from a distant start would converge to a wrong solution.
     """

@@ -1,6 +1,6 @@
 """Checks of control points for typical mistakes.
 
-These are swapped columns or labels, degrees, feet, another zone, or a model in another frame.
+The mistakes are swapped columns or labels, degrees, feet, a wrong zone or a wrong model frame.
 
 Each check reports a finding with a proposal; no coordinates are changed.
 """
@@ -41,22 +41,22 @@ _UNITS = (
     (1.0 / _FOOT_M, to_translate("feet")),
     (0.001, to_translate("kilometres")),
 )
-# Another reading of the numbers is proposed if it fits better by this factor.
+# Maximum ratio of residuals for which another interpretation of the numbers is proposed.
 _MAX_RESIDUAL_RATIO = 0.3
 _MIN_STEEPNESS = 5.0
 _MIN_RESIDUAL_SHARE = 0.01
 _MIN_POINTS = 5
 # Multiple of the median distance from the centre beyond which a point is misplaced.
 _OUTLIER_FACTOR = 30.0
-# With more points, swapped labels are not searched.
+# Maximum number of points among which swapped labels are searched.
 _MAX_POINTS = 60
 _MAX_SWAPPED_RATIO = 0.1
-# Relative difference between a scale and a unit factor, if the scale is known as well as that.
+# Maximum relative difference between a scale and a unit factor, if the scale is that accurate.
 _SCALE_TOLERANCE = 0.005
-# Coordinates of a neighbouring zone are off by less.
+# Maximum offset of coordinates that belong to a neighbouring zone.
 _MAX_ZONE_OFFSET_DEG = 15.0
 _MAX_KM = 20_000.0
-# A registration rotates a model that is already in its CRS by less.
+# Maximum rotation of a model that is already in its CRS by a registration.
 _MAX_TURN_DEG = 20.0
 # Multiple of the extent of the model beyond which control points do not belong to it.
 _MAX_OFFSET_FACTOR = 10.0
@@ -69,16 +69,16 @@ def point_findings(
     model: FloatArray | None = None,
     crs: str | None = None,
 ) -> list[Finding]:
-    """Check control points for coordinates of another meaning than assumed.
+    """Check whether the coordinates of control points were misinterpreted.
 
     Parameters
     ----------
     control : Points
-        Points that take part in the fit.
+        Points used in the fit.
     labels, world, model : sequence of str, (n, 3) array
-        All points, check points included; `model` is that of `control` by default.
+        All points, including check points; `model` is taken from `control` by default.
     crs : str, optional
-        CRS of World.
+        CRS of the World frame.
     """
     alike: list[Finding] = [
         *similar_label_findings(labels),
@@ -94,7 +94,8 @@ def point_findings(
     if level := constant_height_findings(control.model, control.world):
         return [*alike, *level]
     if fits_as_mirror(control.model, control.world):
-        # Reported after the fit; other readings of a mirror image may fit by chance.
+        # Mirror images are reported after the fit, because other interpretations of a mirror image
+        # may fit by chance.
         return alike
     those = (control.labels, control.model, control.world)
     readings: Sequence[Finding] = mixed_row_findings(*those) or misreading_findings(
@@ -104,9 +105,9 @@ def point_findings(
     return [*alike, *readings]
 
 
-# --- single ones ------------------------------------------------------------------------------
+# --- single points ----------------------------------------------------------------------------
 def far_from_others(world: FloatArray) -> BoolArray:
-    """Find the points that are far from most others.
+    """Find the points that are far from most other points.
 
     Parameters
     ----------
@@ -126,20 +127,20 @@ def far_from_others(world: FloatArray) -> BoolArray:
 def find_misplaced_points(
     labels: Sequence[str], model: FloatArray, world: FloatArray, crs: str | None
 ) -> tuple[list[Finding], BoolArray]:
-    """Find points that are in another place than the correct ones.
+    """Find points that are misplaced relative to the correct points.
 
     Parameters
     ----------
     labels : sequence of str
     model, world : (n, 3) ndarray
     crs : str or None
-        CRS of World, whose area of use decides which points are correct.
+        CRS of the World frame, whose area of use determines which points are correct.
 
     Returns
     -------
     findings : list of Finding
     misplaced : (n,) ndarray of bool
-        All False if it is not clear which are correct.
+        Mask of the misplaced points; all False if it is unclear which points are correct.
     """
     degrees = degrees_among_metres(model, world)
     if degrees.any():
@@ -164,7 +165,7 @@ def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray)
     labels : sequence of str
     world : (n, 3) ndarray
     far : (n,) ndarray of bool
-        True for points far from the others.
+        Mask of the points that are far from the others.
 
     Returns
     -------
@@ -179,7 +180,7 @@ def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray)
     lost: list[int] = []
     scaled: dict[str, list[int]] = {}
     for row in np.flatnonzero(far):
-        # Near the origin of local coordinates, divided values always come close.
+        # Near the origin of local coordinates, divided values are always close to the others.
         mapped = np.linalg.norm(middle) > near
         units = [
             unit
@@ -216,7 +217,7 @@ def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray)
 def swapped_label_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> list[Finding]:
-    """Return a finding about two points that fit the others if their labels are swapped.
+    """Return a finding if two points fit the others after their labels are swapped.
 
     Parameters
     ----------
@@ -258,7 +259,7 @@ def swapped_label_findings(
     ]
 
 
-# --- all of them ------------------------------------------------------------------------------
+# --- all points -------------------------------------------------------------------------------
 def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]:
     """Return a finding if x and y look like degrees.
 
@@ -323,7 +324,7 @@ def misreading_findings(
         if _is_steep(world)
     ]
     if mirrors:
-        # All mirror images fit equally well: residuals do not show which one it is.
+        # All mirror images fit equally well, so the residuals do not show which one is present.
         readings.append((world[:, [1, 0, 2]], Finding("control.swapped-columns", labels=())))
     better = [
         (miss, finding)
@@ -334,14 +335,14 @@ def misreading_findings(
 
 
 def other_unit(axes: str, unit: str, factor: float) -> Finding:
-    """Return the finding about coordinates that seem to be in another unit.
+    """Return the finding for coordinates that seem to be in another unit.
 
     Parameters
     ----------
     axes : str
-        Which coordinates, in words.
+        Description of the coordinates.
     unit : str
-        The unit, in words.
+        Name of the unit.
     factor : float
         Metres per unit.
     """
@@ -351,7 +352,8 @@ def other_unit(axes: str, unit: str, factor: float) -> Finding:
 def _is_steep(world: FloatArray) -> bool:
     """Return whether points (n, 3) extend much farther vertically than horizontally.
 
-    Only such heights are tried in other units: smaller ones always fit flat ground better.
+    Only the heights of such points are tried in other units, because smaller heights always fit
+    flat ground better.
     """
     return float(np.ptp(world[:, 2])) > _MIN_STEEPNESS * float(
         np.linalg.norm(np.ptp(world[:, :2], axis=0))
@@ -359,14 +361,14 @@ def _is_steep(world: FloatArray) -> bool:
 
 
 def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Finding]:
-    """Return a finding if the scale of a registration is the factor of a unit, such as feet.
+    """Return a finding if the scale of a registration equals a unit factor, such as feet.
 
     Parameters
     ----------
     scale : float
         Metres per unit of the model.
     scale_error_95 : float or None
-        Relative.
+        Relative 95 % error of the scale.
 
     Returns
     -------
@@ -384,7 +386,7 @@ def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Find
 
 
 def check_area(world: FloatArray, crs: str | None, *, converted: bool = False) -> list[Finding]:
-    """Check that a projected CRS is metric where control points or cameras are.
+    """Check that a projected CRS is metric at the control points or cameras.
 
     Parameters
     ----------
@@ -393,19 +395,20 @@ def check_area(world: FloatArray, crs: str | None, *, converted: bool = False) -
     crs : str or None
         Projected CRS in metres.
     converted : bool
-        Whether they were converted from longitude and latitude, so that their unit is right.
+        Whether the coordinates were converted from longitude and latitude, so that their unit is
+        correct.
 
     Returns
     -------
     list of Finding
-        ``frame.outside-area`` for a place outside the area of use; ``control.other-unit`` if it
-        would be inside in feet or kilometres.
+        ``frame.outside-area`` if the coordinates are outside the area of use;
+        ``control.other-unit`` if they would be inside it in feet or kilometres.
 
     Raises
     ------
     InputError
-        With ``control.other-unit`` or as `vomstudio.io.gate.metric.check_metric` if the CRS is not
-        metric there.
+        If the CRS is not metric there, with ``control.other-unit`` or the code of
+        `vomstudio.io.gate.metric.check_metric`.
     """
     if crs is None or not len(world):
         return []
@@ -421,7 +424,7 @@ def check_area(world: FloatArray, crs: str | None, *, converted: bool = False) -
 
 
 def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
-    """Return the unit in which a place outside the area of a CRS would lie inside it."""
+    """Return a finding about the unit in which a position would be in the area of use."""
     beyond = degrees_beyond(crs)
     if beyond is None or (distance_deg := beyond(x, y)[0]) <= BEYOND_DEG:
         return None
@@ -437,17 +440,17 @@ def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
     return None
 
 
-# --- the model --------------------------------------------------------------------------------
+# --- model ------------------------------------------------------------------------------------
 def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
     """Check that points on the model (n, 3) are near it.
 
-    Otherwise their table is in another frame, such as with an offset subtracted.
+    If they are not, their table is in another frame, for example with an offset subtracted.
 
     Parameters
     ----------
     model : (n, 3) float
     extent : (m, 3) float or None
-        Points all over the model.
+        Points distributed over the model.
 
     Raises
     ------
@@ -475,14 +478,14 @@ def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
 
 
 def relocation_findings(extent: FloatArray, placed: FloatArray, crs: str) -> list[Finding]:
-    """Return a finding if a registration moves or rotates a georeferenced model by a lot.
+    """Return a finding if a registration moves or rotates a georeferenced model considerably.
 
     Parameters
     ----------
     extent, placed : (n, 3) ndarray
-        Points of the model before and after.
+        Points of the model before and after the registration.
     crs : str
-        CRS of both.
+        CRS of both sets of points.
 
     Returns
     -------
@@ -505,7 +508,7 @@ def relocation_findings(extent: FloatArray, placed: FloatArray, crs: str) -> lis
 
 
 def _turn_deg(before: FloatArray, after: FloatArray) -> float:
-    """Return the rotation between two sets of points (n, 3), 0 if it is undetermined."""
+    """Return the rotation between two sets of points (n, 3), or 0 if it is undetermined."""
     try:
         fit = fit_similarity(before - before.mean(axis=0), after - after.mean(axis=0))
     except GeometryError:
@@ -514,18 +517,18 @@ def _turn_deg(before: FloatArray, after: FloatArray) -> float:
 
 
 def view_direction_findings(forward: FloatArray) -> list[Finding]:
-    """Return a finding if most cameras look up at the sky after the registration.
+    """Return a finding if most cameras look at the sky after the registration.
 
     Parameters
     ----------
     forward : (n, 3) ndarray
-        View directions, unit vectors in World.
+        Unit vectors of the view directions in the World frame.
 
     Returns
     -------
     list of Finding
     """
-    # Photos of cave roofs and overhangs look up too, but rarely nearly all of them.
+    # Photos of cave roofs and overhangs also look up, but rarely nearly all photos of a set.
     if len(forward) < 3 or float(np.median(forward[:, 2])) < 0.7:
         return []
     return [Finding("cameras.look-up", count=len(forward))]
@@ -550,7 +553,7 @@ def position_noise_findings(world: FloatArray, placed: FloatArray) -> list[Findi
     return [Finding("cameras.noise", error_m=miss, extent_m=apart)]
 
 
-# --- in common --------------------------------------------------------------------------------
+# --- common functions -------------------------------------------------------------------------
 def _reach(points: FloatArray) -> float:
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
 

@@ -81,7 +81,7 @@ from vomstudio.registration.similarity import Similarity
 from vomstudio.registration.warnings import bowing_findings
 
 Marked = tuple[str, str, float, float]
-# Errors up to this cover 93 % of simulated placements by cameras along a line.
+# Maximum rotation error; covers 93 % of simulated placements by cameras along a line.
 _MAX_TURN_ERROR_DEG = 40.0
 
 
@@ -92,63 +92,63 @@ class Evidence:
     Attributes
     ----------
     views : mapping
-        Cameras of the model, in its frame.
+        Cameras of the model, in the frame of the model.
     centres : mapping
-        Their positions, also of cameras without more data.
+        Positions of the cameras, including cameras for which only the position is known.
     """
 
     views: Mapping[str, View] = field(default_factory=dict)
     centres: Mapping[str, FloatArray] = field(default_factory=dict)
     pairs: Pairs | None = None
     click_sigma_m: float | None = None
-    """Error of each coordinate of a click on the model, metres; None to derive it from
+    """Error of each coordinate of a click on the model, metres. If None, it is derived from
     `resolution`."""
     resolution: float | None = None
-    """Effective resolution of the model, in its unit; None if not known."""
+    """Effective resolution of the model in its unit, or None if unknown."""
     mark_scatter_px: float | None = None
-    """Error of a mark in one direction; None without marks."""
+    """Error of a mark in one direction, or None if there are no marks."""
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
-    """In metres."""
+    """Measured camera positions, metres."""
     attitudes: AttitudeTable | None = None
-    """Yaws from the north of the map."""
+    """Measured camera attitudes; yaws are relative to grid north."""
     north_doubt_deg: float = NORTH_DOUBT_DEG
-    """Common error of a compass for all photos, one sigma."""
+    """One-sigma compass error common to all photos."""
     level: LevelTable | None = None
-    """In photos."""
+    """Level lines in photos."""
     level_lines: Sequence[KnownDirection] = ()
-    """On the model."""
+    """Level lines on the model."""
     plumb_lines: Sequence[KnownDirection] = ()
-    """On the model."""
+    """Plumb lines on the model."""
     photo_up: FloatArray | None = None
-    """(3,) up direction when the photos were taken, in the frame of the model; None if unknown."""
+    """Up direction (3,) derived from the photos, in the frame of the model; None if unknown."""
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
-    """Added to all azimuths of `compass`."""
+    """Correction that is added to all azimuths of `compass`."""
     compass_doubt_deg: float = 0.0
-    """Common error of all azimuths of `compass` and `azimuths`, one sigma."""
+    """One-sigma error common to all azimuths of `compass` and `azimuths`."""
     compass_doubt_stated: bool = False
-    """Whether the user stated it; else it is a default."""
+    """Whether `compass_doubt_deg` was stated by the user; otherwise it is a default."""
     lengths: Sequence[Segment] = ()
-    """Two ends on the model, and the metres between them."""
+    """Pairs of end points on the model, and the distance between them in metres."""
     azimuths: Sequence[Segment] = ()
-    """From one point on the model to another, and the azimuth of that line, degrees."""
+    """Lines between two points on the model, and their azimuths in degrees."""
     marks: Sequence[Marked] = ()
-    """Of control points in photos: label, photo, x, y."""
+    """Marks of control points in photos: label, photo, x, y."""
     reference: Combined | None = None
-    """The model as it was fitted to another one."""
+    """Result of fitting the model to a reference model."""
     without: Sequence[str] = ()
-    """Labels to leave out."""
+    """Labels of excluded observations."""
     scale: float | None = None
     """Metres per unit of the model, if the scale is fixed."""
     scale_error: float | None = None
-    """Relative error of the fixed scale, one sigma; None if not known."""
+    """Relative one-sigma error of the fixed scale, or None if unknown."""
     robust: bool = False
-    """Whether to leave out outliers."""
+    """Whether to exclude outliers."""
     crs: str | None = None
-    """CRS of World, if known."""
+    """CRS of the World frame, if known."""
     up: FloatArray | None = None
-    """(3,) up direction in the frame of the model, if known."""
+    """Up direction (3,) in the frame of the model, if known."""
 
     @property
     def empty(self) -> bool:
@@ -160,7 +160,7 @@ class Evidence:
 
     @property
     def too_few_alone(self) -> bool:
-        """Whether there are only points, and too few to place a model."""
+        """Whether there are only points, and too few of them to place a model."""
         others = (self.positions, self.attitudes, self.level, self.compass)
         if self.pairs is None or any(one is not None for one in others):
             return False
@@ -176,7 +176,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     ----------
     evidence : Evidence
     extent : (n, 3) array, optional
-        Points all over the model.
+        Points distributed over the model.
 
     Raises
     ------
@@ -234,7 +234,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
             kinds, check, extent, up=evidence.up, doubted=bool(suspicions)
         )
     except GeometryError as error:
-        # Suspicious values are the cause, the degenerate geometry follows from them.
+        # Report the suspicious values: they are the cause of the degenerate geometry.
         if suspicions:
             raise GeometryError(suspicions[0]) from error
         error.message = " ".join([*map(str, messages), error.message])
@@ -259,7 +259,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
 
 
 def _add_pixel_residuals(placed: Placed, evidence: Evidence) -> Placed:
-    """Add the RMS residual of each control point in photos, in pixels."""
+    """Add the RMS residual of each control point in the photos, pixels."""
     if not evidence.marks or evidence.pairs is None:
         return placed
     places = transform.apply(transform.invert(placed.matrix), evidence.pairs.world)
@@ -309,14 +309,14 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
 
 
 def _click_errors(evidence: Evidence) -> tuple[float, float]:
-    """Return the error of a click in metres as given, and else in the unit of the model."""
+    """Return the error of a click in metres if given, otherwise in the unit of the model."""
     if evidence.click_sigma_m is not None:
         return evidence.click_sigma_m, 0.0
     return 0.0, 0.5 * (evidence.resolution or 0.0)
 
 
 def _add_control_errors(placed: Placed, evidence: Evidence) -> Placed:
-    """Add the errors of clicks and marks that were used, and findings on them."""
+    """Add the errors of clicks and marks that were used, and findings about them."""
     placed = replace(placed, mark_scatter_px=evidence.mark_scatter_px)
     findings = mark_scatter_findings(evidence.mark_scatter_px or 0.0)
     pairs = evidence.pairs
@@ -360,7 +360,7 @@ def _match_photos(
     field_: str,
     messages: list[Finding],
 ) -> tuple[list[int], list[str]]:
-    """Return the rows of photos that are cameras of the model, and the names of these cameras."""
+    """Return the rows of photos that match cameras of the model, and the camera names."""
     rows, names = [], []
     unknown = []
     find = _camera_finder(evidence, known, field_)
@@ -384,7 +384,7 @@ def _match_photos(
 
 
 def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Finding]) -> Points:
-    """Return the camera positions that fit.
+    """Return the camera positions that are consistent with the model.
 
     Messages are appended to `messages`, and findings to `suspicions`.
     """
@@ -412,7 +412,7 @@ def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Findi
 def _camera_findings(
     evidence: Evidence, kinds: Sequence[Observed], placed: Placed
 ) -> list[Finding]:
-    """Return findings about view directions and position residuals after the registration."""
+    """Return findings about view directions and position residuals after registration."""
     findings: list[Finding] = []
     if placed.known.vertical and evidence.views:
         rotation = np.array(placed.matrix)[:3, :3] / placed.scale
@@ -425,7 +425,7 @@ def _camera_findings(
 
 
 def _is_only_kind(kinds: Sequence[Observed]) -> bool:
-    """Return whether only one kind of observation determines rotation and shift (not lengths)."""
+    """Return whether a single kind of observation (lengths aside) determines the placement."""
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
@@ -448,7 +448,7 @@ def marked_places(
     evidence : Evidence
     marks : sequence of (label, photo, x, y)
     messages : list of Finding, optional
-        Messages about excluded marks and points are appended.
+        List to which messages about excluded marks and points are appended.
 
     Returns
     -------
@@ -507,7 +507,7 @@ def marked_places(
         triangulated[label] = place, place_covariance(right, place, mark_px)
     if contradictory:
         collected.append(marks_disagree(contradictory))
-    # Points that are marked once are reported where labels are compared.
+    # Points that are marked only once are reported when the labels are compared.
     few = [
         k
         for k in mark_counts
@@ -539,7 +539,7 @@ def _bowing_by_tilts(
 
 
 def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
-    """Return the difference of each photo attitude to that of the placed model.
+    """Compare each photo attitude with the attitude in the placed model.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Lengths that were measured on a model, and a fixed scale, as observations."""
+"""Lengths measured on a model, and a fixed scale, as observations."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from vomstudio.registration.observations import KeptScale, Lengths, Observed, Po
 from vomstudio.registration.similarity import fit_similarity
 
 _DEFAULT_ERROR = 0.005
-"""Default relative error of a tape length whose ends are picked on a model, one sigma."""
+"""Default relative one-sigma error of a taped length whose ends are picked on a model."""
 _SIGNIFICANCE = 0.001
 _MAX_NAMED = 8
-# Units per metre, and the relative tolerance of a length in them.
+# Number of units per metre and name of each unit; relative tolerance of a length in these units.
 _UNITS = ((1 / 0.3048, "feet"), (100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches"))
 _UNIT_TOLERANCE = 0.01
 FIXED_SCALE_ERROR = 1e-4
-"""Relative error of a fixed scale, one sigma, besides its stated error."""
-# The same in the fit, which does not change the scale.
+"""Relative one-sigma error of a fixed scale, in addition to its stated error."""
+# Relative error used in the fit, which does not change the scale.
 _FIT_SCALE_ERROR = 1e-9
 
 
@@ -37,9 +37,9 @@ def lengths_of(
     click_m: float = 0.0,
     click: float = 0.0,
 ) -> list[Lengths]:
-    """Return scale bars and measured lengths as observations.
+    """Convert scale bars and measured lengths to observations.
 
-    Scale bars with check points are left out.
+    Scale bars with check points are omitted.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def lengths_of(
     segments : sequence of Segment
     pairs : Pairs or None
     click_m, click : float
-        Error of each coordinate of a click on the model, in metres and in its unit, which are
-        added. They do not apply to default errors, which contain them.
+        Errors of each coordinate of a click on the model, in metres and in the unit of the model,
+        which are added to stated errors. Default errors already include them.
 
     Raises
     ------
     UsageError
-        For a bar between missing points, and for two ends at one place.
+        If a point of a scale bar is missing, or both ends of a length coincide.
     """
     labels, first, second, length, sigma = [], [], [], [], []
     places = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
@@ -120,7 +120,7 @@ def fixed_scale(
     extent: FloatArray | None,
     scale_error: float | None = None,
 ) -> list[KeptScale]:
-    """Return a fixed scale as a length across the model.
+    """Convert a fixed scale to a length across the model.
 
     The fit does not change it; its error is added to the covariance of the fit.
 
@@ -130,9 +130,9 @@ def fixed_scale(
         Metres per unit of the model.
     kinds : sequence of Observed
     extent : (n, 3) array or None
-        Points of the model, None to use the points among `kinds`.
+        Points of the model. If None, the points among `kinds` are used.
     scale_error : float, optional
-        Relative error of the scale, one sigma.
+        Relative one-sigma error of the scale.
     """
     places = [] if extent is None or not len(extent) else [extent]
     places = places or [kind.model for kind in kinds if isinstance(kind, Points)]
@@ -142,7 +142,7 @@ def fixed_scale(
         middle = every.mean(axis=0)
         size = float(np.linalg.norm(np.ptp(every, axis=0))) or 1.0
     end = middle + [size, 0.0, 0.0]
-    # The scale is uniform, so any length does.
+    # The scale is uniform, so any length can be used.
     length = np.array([scale * size])
     label = tr("the scale that is kept")
     error = float(np.hypot(FIXED_SCALE_ERROR, scale_error or 0.0))
@@ -164,11 +164,11 @@ def length_findings(
     Parameters
     ----------
     bars, segments : sequence of ScaleBar
-        Scale bars, and lengths given as two places.
+        Scale bars, and lengths given by two points.
     pairs : Pairs or None
         Control points.
     apart : collection of str, optional
-        Labels of points and lengths that are excluded or reported otherwise.
+        Labels of points and lengths that are excluded or reported elsewhere.
 
     Returns
     -------
@@ -229,7 +229,7 @@ def length_findings(
 def _points_alone(
     model: FloatArray, world: FloatArray, stated: FloatArray
 ) -> tuple[float, float, float, Callable[[int], float]] | None:
-    """Return scale and errors by the points alone; None if they do not determine the scale.
+    """Estimate the scale from the points alone, or return None if they do not determine it.
 
     Returns
     -------
@@ -238,9 +238,9 @@ def _points_alone(
     error : float
         Relative error of the scale, one sigma.
     sigma : float
-        Of a coordinate, metres.
+        One-sigma error of a coordinate, metres.
     times : callable
-        Significance limit, in sigmas, for a number of lengths.
+        Returns the significance limit, in sigmas, for a number of lengths.
     """
     from scipy.stats import norm, t
 
@@ -263,7 +263,7 @@ def _points_alone(
 
 
 def _unit(ratio: float, error: float) -> str | None:
-    """Return the unit of a length that is too long by a ratio."""
+    """Return the unit that explains a length that is too long by the given ratio."""
     for times, unit in _UNITS:
         if abs(ratio / times - 1.0) < max(_UNIT_TOLERANCE, min(error, 0.1)):
             return unit

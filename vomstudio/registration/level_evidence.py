@@ -1,8 +1,8 @@
-"""Level and plumb lines as observations, and checks of lines that are marked in photos.
+"""Level and plumb lines as observations, and checks of lines marked in photos.
 
-A horizon or the axis of a levelled photo shows the level in a photo. A level line on the outcrop
-that runs away from the camera does not: perspective tilts it, as the eaves of a roof seen from
-below.
+A horizon or the axis of a levelled photo shows the horizontal direction in the photo. A level line
+on the outcrop that runs away from the camera does not, because perspective tilts it like the eaves
+of a roof seen from below.
 """
 
 from __future__ import annotations
@@ -26,36 +26,36 @@ from vomstudio.registration.observations import (
     PlumbLines,
 )
 
-# Distance of model points from the end of a line, as a share of the photo's long side.
+# Distance of model points from the end of a line, as a share of the long side of the photo.
 _END_TOLERANCE = 0.02
 _MAX_AWAY_DEG = 2.0
 # Tolerance beyond the edge of a photo, as a share of its size.
 _EDGE_TOLERANCE = 0.1
-# Tolerances of parallel lines: perpendicular to one direction, and turning with the photos.
+# Tolerances for lines that are perpendicular to one direction, and that rotate with the photos.
 _LEVEL_TOLERANCE_DEG, _TURNED_DEG = 5.0, 10.0
 _DEFAULT_LEVEL_ERROR_DEG = 0.5
-"""Default error of a water line, a spirit-levelled staff or a built edge, one sigma."""
+"""Default one-sigma error of a water line, a spirit-levelled staff or a built edge."""
 _DEFAULT_PLUMB_ERROR_DEG = 0.5
-"""Default error of a plumb line, a hanging rope or a built edge, one sigma."""
+"""Default one-sigma error of a plumb line, a hanging rope or a built edge."""
 MIN_APART_DEG = 15.0
-"""Level lines nearer to each other count as one."""
+"""Angle below which level lines count as one."""
 UPRIGHT_SIGMA_DEG = 15.0
-"""Error of the vertical by the upper edges of photos, one sigma. Cameras are held level within some
-degrees, but most look up at a cliff."""
-# Lines do not show which end of the vertical is up; above this tip it is uncertain.
+"""One-sigma error of the vertical derived from the upper edges of photos. Cameras are held level to
+within some degrees, but most of them look up at a cliff."""
+# Lines do not show which end of the vertical is up; above this tilt, the end is uncertain.
 _MAX_TIP_DEG = 60.0
 
 
 @dataclass(frozen=True)
 class KnownDirection:
-    """Two places on the model whose line is level or vertical.
+    """Two points on the model that are connected by a level or vertical line.
 
     Attributes
     ----------
     sigma_deg : float or None
-        Error, one sigma; None for the default of level or plumb lines.
+        One-sigma error. If None, the default of level or plumb lines is used.
     label : str
-        "" for its number.
+        Label of the line. If "", the line is identified by its number.
     """
 
     first: tuple[float, float, float]
@@ -65,7 +65,7 @@ class KnownDirection:
 
 
 def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
-    """Return level lines as observations.
+    """Convert level lines to observations.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
 
 
 def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
-    """Return plumb lines as observations.
+    """Convert plumb lines to observations.
 
     Parameters
     ----------
@@ -133,12 +133,12 @@ def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
 
 
 def photo_upright_of(up: FloatArray) -> PhotoUpright:
-    """Return the prior of the vertical from how photos were held.
+    """Return the prior of the vertical from the orientation of the camera in the photos.
 
     Parameters
     ----------
     up : (3,) ndarray
-        Mean vertical of the photos, model frame.
+        Mean up direction of the photos in the model frame.
 
     Returns
     -------
@@ -149,7 +149,7 @@ def photo_upright_of(up: FloatArray) -> PhotoUpright:
 
 
 def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[Finding]:
-    """Return findings about what known lines leave undetermined of the vertical.
+    """Return findings if known lines do not fully determine the vertical.
 
     Parameters
     ----------
@@ -186,20 +186,20 @@ def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[F
 
 
 def away_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
-    """Return the angle of a line on the model to the plane of the photo.
+    """Return the angle between a line on the model and the image plane of the photo.
 
     Parameters
     ----------
     view : View
     ends : (2, 2) array
-        Pixels.
+        End points of the line, pixels.
     extent : (n, 3) array
-        Points all over the model.
+        Points distributed over the model.
 
     Returns
     -------
     float or None
-        Degrees; None if the model is not at both ends.
+        Angle, degrees, or None if the model does not cover both ends.
     """
     pixels = view.project(extent)
     depth = (extent - view.centre) @ view.rotation[2]
@@ -228,22 +228,22 @@ def level_line_findings(
 ) -> list[Finding]:
     """Return findings about lines that are not level in their photos.
 
-    These run up and down their photos, or lie on the model and run away from the camera. Lines
-    along a row or a column of pixels are axes of photos.
+    Such lines run up and down their photos, or lie on the model and run away from the camera. Lines
+    along a row or a column of pixels are axes of the photos.
 
     Parameters
     ----------
     photos : sequence of str
     views : sequence of View
     ends : (n, 2, 2) array
-        Pixels.
+        End points of the lines, pixels.
     extent : (n, 3) array or None
-        Points all over the model.
+        Points distributed over the model.
 
     Raises
     ------
     InputError
-        For a line that ends outside its photo.
+        If a line ends outside its photo.
     """
     _require_inside(photos, views, ends)
     findings = _upright_line_findings(photos, views, ends)
@@ -291,8 +291,8 @@ def _upright_line_findings(
 ) -> list[Finding]:
     """Return findings about lines that run up and down their photos.
 
-    Level lines do so in photos held in portrait that were not rotated. These turn on the model as
-    the photos do, while upright lines are parallel.
+    Level lines do so in portrait photos that were not rotated. On the model, their directions
+    rotate with the photos, whereas vertical lines are parallel.
     """
     steps = np.asarray(ends[:, 1] - ends[:, 0])
     upright = np.abs(steps[:, 1]) > np.abs(steps[:, 0])

@@ -1,11 +1,11 @@
-"""Profile likelihood of the turn about the weakest axis, beyond linear least squares.
+"""Profile likelihood of the rotation about the weakest axis, beyond linear least squares.
 
-Points nearly on a line, such as cameras along a flight, determine the turn about it by their
-distances from it. If its error may be ten degrees or more, the squared residuals no longer grow as
-the square of the turn, and heights with larger errors have another weight: the linear error is too
-small. The model is therefore turned about that axis to both sides, with all other parameters
-adjusted at every step, until the squares exceed the 95 % limit (Venzon & Moolgavkar 1988, Applied
-Statistics 37, 87-94).
+Points that lie nearly on a line, such as cameras along a flight line, determine the rotation about
+the line by their distances from it. If the error may reach ten degrees or more, the squared
+residuals no longer increase with the square of the rotation, and heights with larger errors have a
+different weight, so the linear error is too small. The model is therefore rotated about this axis
+in both directions, with all other parameters adjusted at every step, until the squares exceed the
+95 % limit (Venzon & Moolgavkar 1988, Applied Statistics 37, 87-94).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from vomstudio.registration.observations import Observed, all_rows
 from vomstudio.registration.similarity import Similarity
 
 _Z95 = 1.959963984540054
-# 95 % error up to which the linear one is accurate.
+# 95 % error up to which the linear error is accurate.
 _MAX_LINEAR_RAD = np.radians(5.0)
 _STEP_RAD = np.radians(10.0)
 _MAX_STEPS = 18
@@ -31,16 +31,16 @@ _ITERATIONS = 3
 def widen_by_likelihood(
     kinds: Sequence[Observed], result: Adjustment, centre: FloatArray
 ) -> Adjustment:
-    """Widen the error about the weakest axis if the likelihood shows a larger one.
+    """Widen the error about the weakest axis if the likelihood gives a larger error.
 
-    The result is unchanged if a direction is undetermined, or if observations share an error.
+    The result is unchanged if a direction is undetermined or observations have a common error.
 
     Parameters
     ----------
     kinds : sequence of Observed
     result : Adjustment
     centre : (1, 3) ndarray
-        See `adjust`; model frame.
+        Centre in the model frame; see `adjust`.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def widen_by_likelihood(
 def _turn_to(
     kinds: Sequence[Observed], result: Adjustment, centre: FloatArray, axis: FloatArray
 ) -> float:
-    """Return the 95 % limit of turns about an axis (3,), rad; pi if no turn is unlikely."""
+    """Return the 95 % limit of rotations about an axis (3,), rad, or pi if all are likely."""
     step = np.zeros(7)
     step[:3] = _STEP_RAD * axis
     fit = result.fit
@@ -94,7 +94,7 @@ def _adjust_others(
     centre: FloatArray,
     axis: FloatArray,
 ) -> tuple[Similarity, float]:
-    """Adjust all parameters but the turn about an axis (3,); return the fit and its squares."""
+    """Adjust all parameters but the rotation about an axis (3,); return fit and squares."""
     basis = np.zeros((7, 6))
     basis[:3, :2] = np.linalg.svd(axis[None])[2][1:].T
     basis[3:, 2:] = np.eye(4)

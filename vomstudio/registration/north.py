@@ -15,14 +15,14 @@ from vomstudio.geometry.registrations import NorthKind, ReadNorth
 from vomstudio.io.control.attitude_tables import AttitudeTable
 
 MAGNETIC_NORTH_SIGMA_DEG = 2.0
-"""Common error of all readings from magnetic north, one sigma. The declination of
-a model of the Earth's main field contributes 0.3 to 0.5 degrees at middle latitudes (Chulliat et
-al. 2015, Technical Report of the World Magnetic Model, section 3), instrument, rocks and steel
-nearby the rest."""
+"""One-sigma error common to all readings from magnetic north. The declination from a model of the
+Earth's main field contributes 0.3 to 0.5 degrees at middle latitudes (Chulliat et al. 2015,
+Technical Report of the World Magnetic Model, section 3). The rest is caused by the instrument,
+rocks and nearby steel."""
 
 
 FIRST_YEAR, LAST_YEAR = 1900, 2029
-"""The years of the field model."""
+"""First and last year covered by the field model."""
 _MAX_LATITUDE_DEG = 89.9
 _MIN_HORIZONTAL_NT = 2000.0
 """Horizontal field below which a compass does not work (WMM2025 report, "blackout zone")."""
@@ -33,12 +33,12 @@ _YAWS_CORRECTED = {
 
 
 def default_north_sigma_deg(north: str) -> float:
-    """Return the default common offset of readings, one sigma.
+    """Return the default one-sigma error that is common to all readings.
 
     Parameters
     ----------
     north : {"grid", "true", "magnetic"}
-        Reference of the readings.
+        North reference of the readings.
 
     Returns
     -------
@@ -57,11 +57,11 @@ class NorthCorrection:
     deg : float
         Angle that is added to azimuths.
     declination_deg : float or None
-        Its part by the declination; None if not needed.
+        Contribution of the declination, or None if it is not needed.
     stated : bool
-        The declination was given, not computed from a field model.
+        Whether the declination was stated instead of computed from a field model.
     convergence_deg : float or None
-        Meridian convergence, which is subtracted; None if not known.
+        Meridian convergence, which is subtracted, or None if unknown.
     day : date or None
         Day of the readings.
     """
@@ -74,13 +74,13 @@ class NorthCorrection:
     day: date | None = None
 
     def read_north(self, sigma_deg: float) -> ReadNorth:
-        """Return the record of the correction; `sigma_deg` is the common error of all readings."""
+        """Return the record of the correction; `sigma_deg` is the error common to all readings."""
         day = "" if self.day is None else self.day.isoformat()
         return ReadNorth(self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg)
 
     @property
     def finding(self) -> Finding | None:
-        """The correction as a finding; None for grid north."""
+        """Finding that describes the correction, or None for grid north."""
         if self.north == "grid":
             return None
         values = {"correction_deg": self.deg}
@@ -101,19 +101,19 @@ class NorthCorrection:
 
     @property
     def summary(self) -> str:
-        """The correction as a sentence."""
+        """Sentence that describes the correction."""
         finding = self.finding
         return tr("Azimuths are taken as they were read.") if finding is None else finding.message
 
 
 @dataclass(frozen=True)
 class North:
-    """Data from which azimuths are corrected at the place of a model.
+    """Data required to correct azimuths at the location of a model.
 
     Parameters
     ----------
     crs : str or None
-        CRS of the model; None if its frame is local, with y toward true north.
+        CRS of the model, or None if its frame is local with y towards true north.
     place : (float, float) or None
         Longitude and latitude, degrees.
     day : date or None
@@ -130,18 +130,18 @@ class North:
     def correction(
         self, north: str, day: date | None = None, place: tuple[float, float] | None = None
     ) -> NorthCorrection | None:
-        """Return the correction of azimuths; None if the place or the day is needed and not known.
+        """Return the correction of azimuths, or None if a required location or day is unknown.
 
         Parameters
         ----------
         north : {"grid", "true", "magnetic"}
         day, place : optional
-            Day, and longitude and latitude of the readings. Default: those of the model.
+            Day, and longitude and latitude, of the readings; by default those of the model.
 
         Raises
         ------
         InputError
-            As `declination_deg`.
+            Under the conditions of `declination_deg`.
         """
         day, place = day or self.day, place or self.place
         if north == "grid":
@@ -168,7 +168,7 @@ class North:
         Raises
         ------
         UsageError
-            If the declination, or the convergence at an unknown place, is not known.
+            If the declination is unknown, or the convergence because of an unknown location.
         InputError
         """
         correction = self.correction(north)
@@ -178,7 +178,7 @@ class North:
         return correction
 
     def convergence_deg(self, place: tuple[float, float] | None = None) -> float | None:
-        """Return the angle from true to grid north, east positive; None if it is not known."""
+        """Return the angle from true to grid north, positive eastwards, or None if unknown."""
         place = place or self.place
         from vomstudio.io.gis.crs import convergence_deg, degrees_to_grid
 
@@ -191,16 +191,16 @@ class North:
 def declination_deg(
     longitude_deg: float, latitude_deg: float, when: date, height_m: float = 0.0
 ) -> float:
-    """Return the angle from true to magnetic north, east positive, at a place and on a day.
+    """Return the angle from true to magnetic north, positive eastwards.
 
-    By the International Geomagnetic Reference Field, 14th generation (IAGA, doi
-    10.5281/zenodo.14012302), computed by IAGA's own `ppigrf`. The field of the crust, which it does
-    not contain, changes it by some tenths of a degree.
+    The angle follows the International Geomagnetic Reference Field, 14th generation (IAGA, doi
+    10.5281/zenodo.14012302), and is computed with the `ppigrf` package of IAGA. The crustal field,
+    which the model does not contain, changes the angle by some tenths of a degree.
 
     Raises
     ------
     InputError
-        For a day outside the years of the model, and if the magnetic pole is so near that a compass
+        If the day is outside the years of the model, or the magnetic pole is so near that a compass
         does not point north.
     """
     from ppigrf import igrf
@@ -228,7 +228,7 @@ def convert_to_grid_north(
     table : AttitudeTable
     north : North
     messages : list of Finding
-        A message about each correction is appended.
+        List to which a message about each correction is appended.
 
     Returns
     -------
@@ -247,7 +247,7 @@ def convert_to_grid_north(
             continue
         longitude, latitude = table.places[row].tolist()
         place = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
-        # The field is constant within a hundredth of a degree.
+        # The field is practically constant within a hundredth of a degree.
         key = (word, table.days[row], place and tuple(np.round(place, 2)))
         if key not in known:
             known[key] = north.correction(word, table.days[row], place)
@@ -274,14 +274,14 @@ def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:
     ----------
     text : str
     field : str, optional
-        Option to name in the error.
+        Option that is named in the error.
     minimum : float, optional
-        Degrees.
+        Minimum angle, degrees.
 
     Returns
     -------
     float
-        Degrees.
+        Angle, degrees.
 
     Raises
     ------
@@ -311,7 +311,7 @@ def parse_day(text: str) -> date:
     Raises
     ------
     UsageError
-        If the text is neither.
+        If the text is neither a day nor a year.
     """
     try:
         return date.fromisoformat(text if len(text) > 4 else f"{text}-07-01")
@@ -320,7 +320,7 @@ def parse_day(text: str) -> date:
 
 
 def place_of(crs: str, world: FloatArray) -> tuple[float, float] | None:
-    """Return longitude and latitude of the middle of points.
+    """Return the longitude and latitude of the centre of points.
 
     Parameters
     ----------
@@ -330,7 +330,7 @@ def place_of(crs: str, world: FloatArray) -> tuple[float, float] | None:
     Returns
     -------
     tuple of float or None
-        Degrees; None outside of the CRS.
+        Longitude and latitude, degrees, or None outside the CRS.
     """
     from vomstudio.io.gis.crs import to_degrees
 

@@ -1,10 +1,11 @@
 """Observations of the position of a model, with their residuals and derivatives.
 
-A similarity is changed by seven small parameters: a turn about east, north and up (rad), a relative
-change of scale, both about a centre in World, and a shift. Each kind of observation returns rows
-(`Rows`) of that linear problem. The sigma of a row is its stated error, one sigma, in the unit of
-the row (metres or radians). NaN if it is not stated: it is then estimated from the residuals. Rows
-of one group enter the fit with equal weights, rows of one part have equal errors.
+Seven small parameters change a similarity: a rotation about east, north and up (rad) and a relative
+change of scale, both about a centre in the World frame, and a translation. Each kind of observation
+returns rows (`Rows`) of this linear problem. The sigma of a row is its stated one-sigma error in
+the unit of the row (metres or radians). If the error is not stated, sigma is NaN, and the error is
+estimated from the residuals. Rows of the same group enter the fit with equal weights; rows of the
+same part have equal errors.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ from vomstudio.registration.scatter import (
 from vomstudio.registration.similarity import Similarity, jacobians
 
 COMPASS = "compass"
-"""Name of the common north error of planes, lines and azimuths by compass."""
+"""Name of the north error common to all planes, lines and azimuths measured by compass."""
 YAW = "yaw"
-"""Name of the common north error of photos."""
-# Share of a variance; smaller covariances between World axes are rounding.
+"""Name of the north error common to all photos."""
+# Share of a variance below which covariances between World axes are rounding errors.
 _ON_AXES = 1e-9
 
 
@@ -38,22 +39,24 @@ class Rows:
     Attributes
     ----------
     misses : (m,) array
-        Predicted minus observed.
+        Predicted minus observed values.
     moves : (m, 7) array
-        Their derivatives.
+        Derivatives of `misses` by the seven parameters.
     sigma : (m,) array
         Stated errors, NaN if not stated.
     groups, parts : (m,) tuple of str
     shared : (m, k) array
-        Derivatives by k errors that all rows of a kind have in common.
+        Derivatives by k errors that are common to all rows of a kind.
     shared_sigma : (k,) array
-        Their priors, one sigma.
+        Prior one-sigma values of the common errors.
     shared_names : (k,) tuple of str
-        Errors of one name are common to several kinds; "" for those of one kind.
+        Names of the common errors. Errors with the same name are common to several kinds; "" is an
+        error of a single kind.
     doubt : (m,) array or None
-        Largest ratio of a row's error to that of its part if too few rows show it; None for 1.
+        Maximum ratio of the error of a row to the error of its part if too few rows determine it.
+        If None, the ratio is 1.
     axes : (m, 3) array or None
-        World directions of the rows of points, zero for other rows; None for all zero.
+        World directions of the rows of points, zero for other rows. If None, all are zero.
     """
 
     misses: FloatArray
@@ -73,24 +76,31 @@ class Observed(Protocol):
 
     @property
     def labels(self) -> Sequence[str]:
-        """Return the labels (n,) of observations, each with `len(rows) / n` adjacent rows."""
+        """Return the labels (n,) of the observations, each with `len(rows) / n` adjacent rows."""
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows: ...
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points of the model that are known in World, metres.
+    """Points of the model with known World coordinates, metres.
 
-    Horizontal coordinates and heights have an error each where five points or more show it, and
-    every axis its own from twelve on.
+    Horizontal coordinates and heights have separate errors if there are at least five points; each
+    axis has its own error if there are at least twelve.
 
-    model, world : (n, 3)
-    sigma : (n, 3) errors of `world`, NaN where not stated; these are then estimated from the
-        residuals, which contain the errors of `model` too
-    name : of all of them, which are as good as each other where nothing else is stated
-    click_m : (n,) errors of each coordinate of the places on the model, World metres; None for 0
-    covariance : (n, 3, 3) errors of `model`, in its frame and unit; None for 0
+    Attributes
+    ----------
+    model, world : (n, 3) array
+        Points on the model, and the same points in the World frame.
+    sigma : (n, 3) array
+        One-sigma errors of `world`, NaN if not stated. These are then estimated from the residuals,
+        which also contain the errors of `model`.
+    name : str
+        Name of the group of points, which are equally accurate unless their errors are stated.
+    click_m : (n,) array or None
+        Errors of each coordinate of the points on the model, World metres. If None, 0.
+    covariance : (n, 3, 3) array or None
+        Covariances of `model`, in its frame and unit. If None, 0.
     """
 
     labels: Sequence[str]
@@ -102,14 +112,14 @@ class Points:
     covariance: FloatArray | None = None
 
     def errors(self, fit: Similarity) -> tuple[FloatArray, FloatArray]:
-        """Return the errors of the residuals, with the errors of the places on the model.
+        """Return the errors of the residuals, including the errors of the points on the model.
 
         Returns
         -------
         sigma : (n, 3) array
-            Along the axes of each point, NaN if not stated.
+            Errors along the axes of each point, NaN if not stated.
         axes : (n, 3, 3) array
-            Rows are the World directions in which the errors of a point are independent.
+            World directions (as rows) along which the errors of a point are independent.
         """
         sigma = self.sigma
         if self.click_m is not None:
@@ -130,12 +140,12 @@ class Points:
         return sigma, axes
 
     def total_sigma(self, fit: Similarity) -> FloatArray:
-        """Return the (n, 3) errors of the residuals east, north and up, NaN if not stated."""
+        """Return the errors (n, 3) of the residuals along east, north and up; NaN if not stated."""
         sigma, axes = self.errors(fit)
         return np.asarray(np.sqrt(np.einsum("nji,nj->ni", axes**2, sigma**2)))
 
     def exact_on_model(self) -> Points:
-        """Return the points with exact places on the model."""
+        """Return the points, assuming that their positions on the model are exact."""
         return replace(self, click_m=None, covariance=None)
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
@@ -159,11 +169,20 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Lengths:
-    """Distances on the model that were measured, metres.
+    """Measured distances between points on the model, metres.
 
-    first, second : (n, 3) model; length : (n,); sigma : (n,), NaN where not stated
-    click_m : (n,) errors that the clicks on both ends add, World metres; None for 0
-    click : (n,) the same in the unit of the model; None for 0
+    Attributes
+    ----------
+    first, second : (n, 3) array
+        End points on the model.
+    length : (n,) array
+        Distances.
+    sigma : (n,) array
+        One-sigma errors, NaN if not stated.
+    click_m : (n,) array or None
+        Errors contributed by the clicks on both ends, World metres. If None, 0.
+    click : (n,) array or None
+        The same errors in the unit of the model. If None, 0.
     """
 
     labels: Sequence[str]
@@ -186,7 +205,7 @@ class Lengths:
         return _rows(placed - self.length, moves, sigma, ("lengths",))
 
     def exact_on_model(self) -> Lengths:
-        """Return the lengths with exact ends on the model."""
+        """Return the lengths, assuming that their end points on the model are exact."""
         return replace(self, click_m=None, click=None)
 
 
@@ -196,7 +215,10 @@ class KeptScale(Lengths):
 
     It is never excluded as an outlier.
 
-    scale_error : relative error of the scale, one sigma; 0 if not known
+    Attributes
+    ----------
+    scale_error : float
+        Relative one-sigma error of the scale; 0 if unknown.
     """
 
     scale_error: float = 0.0
@@ -209,13 +231,19 @@ class KeptScale(Lengths):
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Directions of the model that were measured in World, such as planes by compass.
+    """Directions of the model measured in the World frame, such as planes by compass.
 
-    model, world : (n, 3) unit vectors: normals of planes, or lines
-    axial : whether a direction and its opposite are the same
-    sigma : (n, 2) rad, towards the dip and across it (of a line: towards its plunge and across it),
-        NaN where not stated
-    north_sigma : rad, how far the compass's north may be off, for all alike
+    Attributes
+    ----------
+    model, world : (n, 3) array
+        Unit vectors: normals of planes, or lines.
+    axial : bool
+        Whether a direction and its opposite are equivalent.
+    sigma : (n, 2) array
+        One-sigma errors along and across the dip (for lines, along and across the plunge), rad;
+        NaN if not stated.
+    north_sigma : float
+        One-sigma error of compass north, common to all directions, rad.
     """
 
     labels: Sequence[str]
@@ -237,7 +265,7 @@ class Directions:
         shared = np.zeros((len(placed), 2, 1))
         for row, tangent in enumerate((down, across)):
             misses[:, row] = _angle(placed, observed, tangent)
-            # A turn w moves the direction u by w x u, its part along e is w . (u x e).
+            # A rotation w moves the direction u by w x u; its component along e is w . (u x e).
             turns = _cross(placed, tangent)
             moves[:, row, :3] = turns
             shared[:, row, 0] = turns[:, 2]
@@ -247,10 +275,18 @@ class Directions:
 
 @dataclass(frozen=True, eq=False)
 class Verticals:
-    """Directions of the model that point straight down, such as by a phone's accelerometer.
+    """Directions of the model that point straight down, as measured by a phone accelerometer.
 
-    model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
-    cameras : (n, 3, 3) rotations from the cameras to the model; mount_sigma : as of `Attitudes`
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors.
+    sigma : (n, 2) array
+        One-sigma errors, rad; NaN if not stated.
+    cameras : (n, 3, 3) array
+        Rotations from the cameras to the model.
+    mount_sigma : float
+        See `Attitudes`.
     """
 
     labels: Sequence[str]
@@ -269,9 +305,14 @@ class Verticals:
 
 @dataclass(frozen=True, eq=False)
 class PlumbLines:
-    """Directions of the model that are vertical; which of their ends is up is not known.
+    """Directions of the model that are vertical, without knowing which end is up.
 
-    model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors.
+    sigma : (n, 2) array
+        One-sigma errors, rad; NaN if not stated.
     """
 
     labels: Sequence[str]
@@ -286,9 +327,16 @@ class PlumbLines:
 
 @dataclass(frozen=True, eq=False)
 class PhotoUpright:
-    """Prior of the vertical: photos are held upright, within some degrees.
+    """Prior of the vertical: photos are held upright to within several degrees.
 
-    model : (1, 3) unit vector towards the sky; sigma : (1, 2) rad. It is never an outlier.
+    The prior is never treated as an outlier.
+
+    Attributes
+    ----------
+    model : (1, 3) array
+        Unit vector that points to the sky.
+    sigma : (1, 2) array
+        One-sigma errors, rad.
     """
 
     labels: Sequence[str]
@@ -303,9 +351,16 @@ class PhotoUpright:
 class LevelLines:
     """Directions of the model that are horizontal, such as horizons in photos.
 
-    model : (n, 3) unit vectors; sigma : (n,) rad, NaN where not stated
-    min_apart : rad; lines that are all nearer to each other count as one, of their mean direction:
-        by its small part across that, an error of one of them would tip the model
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors.
+    sigma : (n,) array
+        One-sigma errors, rad; NaN if not stated.
+    min_apart : float
+        Angle, rad. If all lines are closer to each other, they count as one line with their mean
+        direction. Otherwise an error of one of them, through its small component across the mean
+        direction, would tip the model.
     """
 
     labels: Sequence[str]
@@ -337,9 +392,16 @@ class LevelLines:
 class Azimuths:
     """Directions of the model whose azimuth is known.
 
-    model : (n, 3) unit vectors, not vertical; azimuth : (n,) rad from north to east
-    sigma : (n,) rad, NaN where not stated
-    north_sigma : rad, how far north may be off for all alike (a compass)
+    Attributes
+    ----------
+    model : (n, 3) array
+        Unit vectors that are not vertical.
+    azimuth : (n,) array
+        Azimuths from north to east, rad.
+    sigma : (n,) array
+        One-sigma errors, rad; NaN if not stated.
+    north_sigma : float
+        One-sigma error of north (such as a compass), common to all azimuths, rad.
     """
 
     labels: Sequence[str]
@@ -358,21 +420,27 @@ class Azimuths:
         moves = np.zeros((len(flat), 7))
         moves[:, :3] = _cross(placed, slope)
         rows = _rows(misses, moves, self.sigma, ("azimuths",))
-        # A wrong north turns all about the vertical.
+        # A north error rotates all azimuths about the vertical.
         return _sharing(rows, moves[:, 2:3], self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
 class Attitudes:
-    """Rotations of cameras that were measured.
+    """Measured rotations of cameras.
 
-    model, world : (n, 3, 3) rotations from the camera to the model's frame and to World
-    axes : (n, 3, 3) columns, at right angles: the World axes about which errors of yaw, pitch and
-        roll turn
-    sigma : (n, 3) rad of yaw, pitch and roll, NaN where not stated
-    north_sigma : rad, how far north may be off for all photos alike (a compass)
-    mount_sigma : rad, how far what measures may be out of line with the camera, about each of its
-        axes, for all photos alike
+    Attributes
+    ----------
+    model, world : (n, 3, 3) array
+        Rotations from the camera to the model frame and to the World frame.
+    axes : (n, 3, 3) array
+        Orthogonal World axes (as columns) about which errors of yaw, pitch and roll rotate.
+    sigma : (n, 3) array
+        One-sigma errors of yaw, pitch and roll, rad; NaN if not stated.
+    north_sigma : float
+        One-sigma error of north (such as a compass), common to all photos, rad.
+    mount_sigma : float
+        One-sigma misalignment of the measuring instrument with the camera about each camera axis,
+        common to all photos, rad.
     """
 
     labels: Sequence[str]
@@ -389,14 +457,14 @@ class Attitudes:
         placed = fit.rotation @ self.model
         between = placed @ np.swapaxes(self.world, 1, 2)
         turns = Rotation.from_matrix(between).as_rotvec()
-        # Turn = axes @ (yaw, pitch, roll).
+        # Rotation = axes @ (yaw, pitch, roll).
         inverse = np.swapaxes(self.axes, 1, 2)
         misses = np.einsum("nij,nj->ni", inverse, turns)
         n = len(misses)
         moves = np.zeros((n, 3, 7))
         moves[:, :, :3] = inverse
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
-        # The turn of all that a wrong north is, seen as yaw, pitch and roll of each.
+        # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
         rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
         return _sharing(rows, (inverse @ placed).reshape(-1, 3), self.mount_sigma)
 
@@ -415,7 +483,7 @@ _KIND_NAMES: tuple[tuple[type, str], ...] = (
 
 
 def kind_name(kind: Observed) -> str:
-    """Return the name of a kind of observations in the record of a registration.
+    """Return the name under which a kind of observation is recorded in a registration.
 
     Parameters
     ----------
@@ -431,15 +499,15 @@ def kind_name(kind: Observed) -> str:
 
 
 def all_rows(kinds: Sequence[Observed], fit: Similarity, at: FloatArray) -> tuple[Rows, list[int]]:
-    """Concatenate the rows of all kinds about a place in World.
+    """Concatenate the rows of all kinds, about a point in the World frame.
 
-    Errors of one name that kinds share are one column.
+    Common errors with the same name are merged into one column.
 
     Returns
     -------
     rows : Rows
     begins : list of int
-        First row of each kind, and the end.
+        First row of each kind, and the end of the last kind.
     """
     each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
     begins = [0]
@@ -480,10 +548,10 @@ def _rows(
     groups: tuple[str, ...],
     parts: tuple[str, ...] = (),
 ) -> Rows:
-    """Return rows with these errors, without errors in common.
+    """Return rows with the given errors and without common errors.
 
-    `groups` and `parts` are those of the rows of a single observation; by default each group has
-    one part.
+    `groups` and `parts` refer to the rows of a single observation. By default, each group consists
+    of one part.
     """
     n = len(misses)
     return Rows(
@@ -498,9 +566,10 @@ def _rows(
 
 
 def _sharing(rows: Rows, shared: FloatArray, sigma: float, name: str = "") -> Rows:
-    """Add errors that all rows have in common.
+    """Add errors that are common to all rows.
 
-    shared : (m, k) derivatives; name : of errors that other kinds have too
+    `shared` (m, k) contains the derivatives. `name` identifies errors that are common to several
+    kinds.
     """
     if not sigma > 0:
         return rows
@@ -514,29 +583,30 @@ def _sharing(rows: Rows, shared: FloatArray, sigma: float, name: str = "") -> Ro
 
 
 def _downward_rows(placed: FloatArray, sigma: FloatArray, name: str) -> Rows:
-    """Return the rows of directions (n, 3) in World that are observed to point straight down."""
+    """Return the rows of World directions (n, 3) that are observed to point straight down."""
     horizontal = np.hypot(placed[:, 0], placed[:, 1])
-    # The full angle, also above 90 degrees; its direction is undefined straight up.
+    # Use the full angle, which may exceed 90 degrees; its direction is undefined straight up.
     angle = np.arctan2(horizontal, -placed[:, 2])
     factor = np.where(horizontal > 1e-12, angle / np.maximum(horizontal, 1e-12), 1.0)
     misses = placed[:, :2] * factor[:, None]
     misses[(horizontal <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
     moves = np.zeros((len(placed), 2, 7))
-    # Turns about east and north move it along the horizontal axes; turns about itself do not.
+    # Rotations about east and north move a direction along the horizontal axes; rotations about the
+    # direction itself do not.
     moves[:, 0, 1] = -1.0
     moves[:, 1, 0] = 1.0
     return _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (name,))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return cross products along the last axis; NumPy's is ten times slower for few vectors."""
+    """Return cross products along the last axis, ten times faster than NumPy for few vectors."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
 def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two tangents (n, 3) of unit vectors: in their vertical plane, and horizontal."""
+    """Return the tangents (n, 3) of unit vectors in their vertical plane and horizontally."""
     up = np.array([0.0, 0.0, 1.0])
     across = _cross(up, directions)
     size = np.linalg.norm(across, axis=1, keepdims=True)
@@ -547,7 +617,8 @@ def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _angle(placed: FloatArray, observed: FloatArray, tangent: FloatArray) -> FloatArray:
     """Return the component (n,) along a tangent of the angle between directions, rad.
 
-    Scaled to the angle instead of its sine, so that distant directions converge too.
+    The component is scaled to the angle instead of its sine, so that distant directions also
+    converge.
     """
     part = (placed * tangent).sum(axis=1)
     across = np.linalg.norm(placed - (placed * observed).sum(axis=1)[:, None] * observed, axis=1)

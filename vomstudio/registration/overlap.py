@@ -1,4 +1,4 @@
-"""Check whether two models are in one frame and overlap."""
+"""Checks of whether two models are in the same frame and overlap."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def crs_findings(first: str | None, second: str | None, names: tuple[str, str]) 
     ----------
     first, second : str or None
     names : (str, str)
-        Of the models, for messages.
+        Names of the models, for messages.
 
     Raises
     ------
     UsageError
-        If the systems are different for certain.
+        If the systems are certainly different.
     """
     if first is None and second is None:
         return []
@@ -62,19 +62,19 @@ def _name(crs: str) -> str:
 
 
 def require_overlap(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
-    """Check that two boxes are not farther apart than the larger one is long.
+    """Check that two boxes are not farther apart than the size of the larger one.
 
     Parameters
     ----------
     first, second : (2, 3) ndarray
-        Lowest and highest corner.
+        Minimum and maximum corners of the boxes.
     names : tuple of str
-        Names of both for the error.
+        Names of the models, for the error.
 
     Raises
     ------
     GeometryError
-        If they are.
+        If the boxes are farther apart.
     """
     gap = np.maximum(np.maximum(first[0] - second[1], second[0] - first[1]), 0.0)
     apart = float(np.linalg.norm(gap))

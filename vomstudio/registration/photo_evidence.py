@@ -24,9 +24,9 @@ from vomstudio.io.photos.reading import read_photo
 
 
 def read_photo_positions(photos: Mapping[str, Path]) -> Positions:
-    """Return the GPS positions of photos: longitude, latitude, height and its reference.
+    """Read the GPS positions of photos: longitude, latitude, height and height reference.
 
-    The horizontal error that receivers state is not used; it is estimated from the residuals.
+    The horizontal error stated by receivers is not used; it is estimated from the residuals.
 
     Parameters
     ----------
@@ -64,19 +64,19 @@ def read_photo_positions(photos: Mapping[str, Path]) -> Positions:
 
 
 def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) -> AttitudeTable:
-    """Return the attitudes of photos by a drone gimbal or the sensors of a phone.
+    """Read the attitudes of photos measured by a drone gimbal or the sensors of a phone.
 
     Parameters
     ----------
     photos : mapping
         Files by the names of their cameras.
     views : mapping
-        Cameras, whose photos a program may have rotated upright before it used them.
+        Cameras, whose photos may have been rotated upright by a program before use.
 
     Returns
     -------
     AttitudeTable
-        Without photos, its notes contain the finding why their angles are not used.
+        Attitudes. If there are none, the notes contain a finding that explains why.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def _notes(drones: int, unnamed: int) -> tuple[Finding, ...]:
 
 
 def _quarter_turns(photo: Photo, view: View | None) -> int:
-    """Return the clockwise quarter turns of the pixels by another program, from their shape."""
+    """Return the clockwise quarter turns applied to the photo by a program, from its shape."""
     if view is None or photo.width == photo.height:
         return 0
     lens = view.intrinsics

@@ -1,4 +1,4 @@
-"""Placement of a model by all observations, with the errors and warnings for its user."""
+"""Placement of a model by all observations, with its errors and warnings."""
 
 from __future__ import annotations
 
@@ -65,16 +65,16 @@ from vomstudio.registration.warnings import (
 )
 
 _Z95 = 1.959963984540054
-# Errors above which a turn or the relative scale is undetermined, one sigma.
+# One-sigma error above which a rotation or the relative scale is undetermined.
 _UNKNOWN_RAD = np.radians(30.0)
 _UNKNOWN_SCALE = 0.5
 # Minimum component of a free direction.
 _MIN_COMPONENT = 0.05
 _MIN_IMPROVEMENT = 0.8
-# Limits of one sigma, metres or rad; those of user input are narrower.
+# Limits of one-sigma errors, metres or rad; the limits for user input are narrower.
 _ERROR_LIMITS = 1e-9, 1e9
-# Minimum distance of points from their line, in multiples of their stated or estimated error. Noise
-# alone gives 1.4, and ten with four points in one set of thousands.
+# Minimum distance of points from their line, as a multiple of their stated or estimated error.
+# Noise alone gives 1.4; with four points it gives 10 in one of thousands of sets.
 _OFF_LINE_STATED, _OFF_LINE_ESTIMATED, _MIN_POINTS_OFF_LINE = 6.0, 10.0, 4
 
 
@@ -92,18 +92,18 @@ def place(
     ----------
     kinds : sequence of Observed
     check : Points, optional
-        Check points, which do not take part.
+        Check points, which do not affect the result.
     extent : (n, 3) array, optional
-        Points all over the model; default: those of the observations.
+        Points distributed over the model; by default the points of the observations.
     up : (3,) array, optional
         Up direction in the frame of the model.
     doubted : bool
-        Whether an earlier finding must be corrected before more is measured.
+        Whether an earlier finding must be corrected before further measurements.
 
     Raises
     ------
     GeometryError
-        Without observations, and for too few or collinear points alone.
+        If there are no observations, or only points that are too few or collinear.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
     if not kinds and check is not None and len(check.labels):
@@ -113,7 +113,7 @@ def place(
     if points is not None and len(kinds) == 1:
         _require_enough(points)
     centre, size = _extent(kinds, extent)
-    # A common error of all readings must not make single ones wrong.
+    # An error common to all readings must not make single readings appear wrong.
     contradiction, consistent = check_fixed_scale(kinds, centre, size)
     norths, judged = estimate_norths(consistent, centre, size)
     result = widen_by_likelihood(judged, adjust(judged, centre, size), centre)
@@ -177,7 +177,7 @@ def place_robustly(
     up: FloatArray | None = None,
     doubted: bool = False,
 ) -> Placed:
-    """Register a model without outliers, which are reported.
+    """Register a model without outliers, and report them.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def place_robustly(
     extent : (n, 3) ndarray, optional
         Points of the model.
     up : (3,) ndarray, optional
-        Vertical from the photos, model frame.
+        Up direction derived from the photos, in the frame of the model.
     doubted : bool, optional
         See `place`.
 
@@ -224,8 +224,8 @@ def _find_outliers(
     *,
     mirrored: bool,
 ) -> tuple[list[Blunder], list[LeaveOneOut]]:
-    """Return the blunders, and the placements without each of a few directions."""
-    # Mirrored points do not fit at all, and no single one is wrong.
+    """Return the blunders and, for few directions, the placement without each direction."""
+    # Mirrored points do not fit at all, but no single point is wrong.
     blunders = [] if mirrored else find_blunders(kinds, result, centre, size)
     without = leave_one_out(kinds, result, centre, size)
     if without and without[0].suspect:
@@ -243,7 +243,7 @@ def _matrix(fit: Similarity) -> FloatArray:
 def _shape(
     extent: FloatArray | None, fit: Similarity
 ) -> tuple[float | None, tuple[float, float, float] | None]:
-    """Return the distance from the middle of the model to its edge, and its mean normal."""
+    """Return the distance from the centre of the model to its edge, and its mean normal."""
     if extent is None or len(extent) < MIN_BOWING_POINTS:
         return None, None
     _, axes, reach = model_shape(fit(extent))
@@ -275,7 +275,7 @@ def _require_values(kinds: Sequence[Observed]) -> None:
 
 
 def _determine_turn(points: Points) -> bool:
-    """Return whether nearly collinear points determine the turn about their line."""
+    """Return whether nearly collinear points determine the rotation about their line."""
     n = len(points.labels)
     try:
         fit = fit_similarity(points.model, points.world)
@@ -297,7 +297,7 @@ def _determine_turn(points: Points) -> bool:
 
 
 def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[FloatArray, float]:
-    """Return the middle (1, 3) of the model, and its typical distance from there."""
+    """Return the centre (1, 3) of the model, and the typical distance of the model from it."""
     places = [extent] if extent is not None and len(extent) else []
     if not places:
         for kind in kinds:
@@ -320,12 +320,12 @@ def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[Float
     return middle, size if size > 0 else 1.0
 
 
-# --- what is known ----------------------------------------------------------------------------
+# --- determined parameters --------------------------------------------------------------------
 def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Known:
     free = result.free
     sigma = np.sqrt(np.maximum(np.diag(result.covariance), 0.0))
     tilt = float(np.sqrt(max(np.linalg.eigvalsh(result.covariance[:2, :2])[-1], 0.0)))
-    # The prior from upright photos does not determine the vertical; other observations must.
+    # The prior from upright photos does not determine the vertical; other observations must do so.
     priors = [float(kind.sigma[0, 0]) for kind in kinds if isinstance(kind, PhotoUpright)]
     unknown_tilt = sum(sigma_rad**-2 for sigma_rad in (_UNKNOWN_RAD, *priors)) ** -0.5
 
@@ -384,7 +384,7 @@ def _free_axis(result: Adjustment) -> FloatArray:
 def _worth_adding(
     result: Adjustment, points: Points | None, extent: FloatArray | None, known: Known
 ) -> WorthAdding | None:
-    """Return the best place for one more point of the same accuracy at the edge of the model."""
+    """Return the best position for one more, equally accurate point at the edge of the model."""
     if points is None or not known.all:
         return None
     extent_points = points.model if extent is None or not len(extent) else extent
@@ -407,7 +407,7 @@ def _worth_adding(
         moves = jacobian(corner - result.centre)
         gain = covariance @ moves.T
         spread = moves @ gain + np.diag(sigma**2)
-        # Points that fit exactly have a singular spread.
+        # Points that fit exactly have a singular scatter matrix.
         inverse = np.linalg.pinv(spread, hermitian=True)
         after = _worst((covariance - gain @ inverse @ gain.T)[:3, :3])
         if best is None or after < best[0]:
@@ -443,7 +443,7 @@ def _bowing(
     fit: Similarity,
     extent: FloatArray | None,
 ) -> Bowing | None:
-    """Estimate bowing from control and check points, without outliers."""
+    """Estimate the bowing from control and check points, excluding outliers."""
     point_sets = [
         points for points in (control, check) if points is not None and len(points.labels)
     ]
@@ -484,13 +484,13 @@ def pairs(
     *,
     click_sigma_m: float | None = None,
 ) -> Points:
-    """Return the selected pairs of points as observations.
+    """Convert the selected pairs of points to observations.
 
     Parameters
     ----------
     model, world : (n, 3) ndarray
     sigma_m : (n, 3) ndarray or None
-        One-sigma errors of `world`; None if not stated.
+        One-sigma errors of `world`, or None if they are not stated.
     labels : sequence of str
     which : (n,) ndarray
         Mask of the selected points.
@@ -525,24 +525,25 @@ def register_points(
     Parameters
     ----------
     model, world : (n, 3) array
-        Places on the model, and World, metres.
+        Points on the model, and the same points in the World frame, metres.
     sigma_m : (n, 3) array, optional
-        Errors of the World coordinates, one sigma; default: equal, estimated from the residuals.
+        One-sigma errors of the World coordinates; by default equal errors, estimated from the
+        residuals.
     check : (n,) array of bool, optional
-        Check points, which do not take part.
+        Mask of the check points, which do not affect the result.
     labels : sequence of str, optional
     click_sigma_m : float, optional
-        Error of each coordinate of the places on the model, metres, one sigma, which is added to
-        `sigma_m`. If not known it is taken as 0, which a finding reports.
+        One-sigma error of each coordinate of the points on the model, metres, which is added to
+        `sigma_m`. If None, 0 is assumed, which is reported in a finding.
     scale : float, optional
         Fixed scale, metres per unit of the model.
     robust : bool
-        Whether to leave out outliers.
+        Whether to exclude outliers.
 
     Raises
     ------
     GeometryError
-        For fewer than three control points, or collinear ones.
+        If there are fewer than three control points, or they are collinear.
     """
     is_check = np.zeros(len(model), bool) if check is None else np.asarray(check, bool)
     names = list(labels) if labels is not None else [str(i + 1) for i in range(len(model))]
@@ -562,7 +563,7 @@ def register_points(
 
 
 def prepend_warnings(placed: Placed, warnings: Sequence[Finding]) -> Placed:
-    """Return the placement with warnings that were reported before it was computed.
+    """Return a placement with earlier warnings placed before its own.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Precision of given coordinates: possible errors of points that fit exactly."""
+"""Precision of given coordinates, for the errors of points that fit exactly."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.observations import Observed, Points
 
-# Arrays lose trailing zeros: coordinates count as written to a centimetre at least.
+# Arrays lose trailing zeros, so coordinates are assumed to be written to at least a centimetre.
 _MIN_DECIMALS, _MAX_DECIMALS = 2, 9
 _MIN_SPACING_RATIO = 100.0
 _ROUNDING = np.sqrt(1.0 / 12.0)
@@ -21,7 +21,7 @@ _ROUNDING = np.sqrt(1.0 / 12.0)
 
 
 def last_digit(values: npt.ArrayLike) -> float:
-    """Return the step in which coordinates are written.
+    """Return the step to which coordinates were rounded when written.
 
     Parameters
     ----------
@@ -31,8 +31,9 @@ def last_digit(values: npt.ArrayLike) -> float:
     Returns
     -------
     float
-        The last decimal if all numbers have at most 9, else the spacing of float64 at the largest
-        number; that of float32 if all are stored in it without a loss, and it is larger.
+        The last decimal if all numbers have at most 9 decimals, otherwise the spacing of float64 at
+        the largest number. If float32 stores all numbers without loss and its spacing is larger,
+        the spacing of float32.
     """
     x = np.asarray(values, np.float64)
     largest = float(np.abs(x).max(initial=0.0))
@@ -41,7 +42,7 @@ def last_digit(values: npt.ArrayLike) -> float:
         return max(10.0**-_MIN_DECIMALS, finest)
     step = finest
     for decimals in range(_MIN_DECIMALS, _MAX_DECIMALS + 1):
-        # Any number is near to decimals that are little coarser than its spacing.
+        # Any number is close to a decimal that is only slightly coarser than its spacing.
         near = np.abs(x - np.round(x, decimals)).max(initial=0.0) <= finest
         if near and 10.0**-decimals > _MIN_SPACING_RATIO * finest:
             step = 10.0**-decimals
@@ -62,12 +63,12 @@ def add_rounding(
         Inputs of the fit.
     result : Adjustment
     centre, size
-        As of `adjust`.
+        See `adjust`.
 
     Returns
     -------
     Adjustment
-        With the errors of points that are as accurate as their coordinates.
+        Result with the errors of points that are as accurate as their coordinates.
     """
     groups = np.array(result.rows.groups)
     rounded: list[Observed] = []
@@ -87,7 +88,7 @@ def add_rounding(
     except GeometryError:
         return result
     if _worst(rounded_result) < _worst(result):
-        # With few points Student's widening is larger.
+        # With few points, the widening by Student's t is larger.
         return result
     return replace(
         result,

@@ -1,4 +1,4 @@
-"""Options of registrations, declared once for every door."""
+"""Options of registrations, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from vomstudio.core.options import MAX_LENGTH_M, Options, check_requires, option
 from vomstudio.core.words import to_translate
 
 BESIDE = "beside the model"
-"""Value in place of a file of cameras or attitudes: the photos beside the model."""
+"""Value that selects the photos next to the model instead of a file of cameras or attitudes."""
 MIN_ERROR = 1e-6
-"""Least error that can be stated, one sigma, in metres or degrees."""
+"""Minimum one-sigma error that can be stated, metres or degrees."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class RegisterOptions(Options):
     Raises
     ------
     UsageError
-        For a value outside its bounds, for marks without control points, and for a stable part
-        without a reference.
+        If a value is outside its bounds, marks are given without control points, or a stable part
+        is given without a reference.
     """
 
     pairs: str | None = option(

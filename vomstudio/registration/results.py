@@ -19,14 +19,14 @@ from vomstudio.registration.blunders import Blunder, LeaveOneOut
 
 @dataclass(frozen=True)
 class PointResidual:
-    """Residual of a point, fitted minus given, World, metres.
+    """Residual (fitted minus given) of a point in the World frame, metres.
 
     Attributes
     ----------
     error_m : float
         Length of the residual.
     pixels : float or None
-        RMS distance to its marks in photos, None without marks.
+        RMS distance from the marks of the point in photos, or None if there are no marks.
     """
 
     label: str
@@ -39,7 +39,7 @@ class PointResidual:
 
 @dataclass(frozen=True)
 class RotationError:
-    """Errors of the rotation, one sigma, degrees; None if undetermined."""
+    """One-sigma errors of the rotation, degrees; None if undetermined."""
 
     about_up: float | None
     about_east: float | None
@@ -57,7 +57,7 @@ class WeakestAxis:
 
 @dataclass(frozen=True)
 class RotationError95:
-    """Errors of the rotation, 95 % each, degrees, and the weakest axis."""
+    """95 % errors of the rotation, degrees, and the weakest axis."""
 
     about_up: float | None
     about_east: float | None
@@ -67,9 +67,9 @@ class RotationError95:
 
 @dataclass(frozen=True)
 class WorthAdding:
-    """Place, in World, of one more control point that reduces the rotation error most.
+    """World position of one more control point that would reduce the rotation error most.
 
-    error_before_deg, error_after_deg : 95 % error about the weakest axis
+    `error_before_deg` and `error_after_deg` are the 95 % errors about the weakest axis.
     """
 
     x: float
@@ -100,33 +100,35 @@ class Placed(PrintableResult):
     Attributes
     ----------
     matrix : (4, 4) array
-        Acts on column vectors of the model.
+        Transforms column vectors from the model to the World frame.
     scale : float
         Metres per unit of the model.
     control, check : tuple of PointResidual
-        Points that took part in the fit, and points that did not.
+        Residuals of the points used in the fit, and of the check points.
     rms_control_m, rms_check_m : float or None
-        RMS length of their residuals, None without such points.
+        RMS length of the residuals, or None if there are no such points.
     rotation_error_deg, rotation_error_95_deg, scale_error_95
-        From stated errors, else from the residuals (Student's t); the latter is relative.
+        Errors of the rotation and relative error of the scale, computed from stated errors or
+        otherwise from the residuals (Student's t).
     covariance : (7, 7) tuple
-        Of turns about east, north and up (rad), a relative change of scale and a shift (m), about
-        `centre` (World); one sigma of a normal distribution with the same 95 %.
+        Covariance of a rotation about east, north and up (rad), a relative change of scale and a
+        translation (m), about `centre` (World frame), as one sigma of a normal distribution with
+        the same 95 % limit.
     without : tuple of LeaveOneOut
-        Placement without each of a few directions that do not agree, the most suspicious first.
+        Placements without each of a few directions that disagree, most suspicious first.
     reach_m, normal
-        Distance from the middle of the model to its edge, and normal of its mean plane (World),
-        None if only points are known.
+        Distance from the centre of the model to its edge, and normal of its mean plane in the World
+        frame; None if only points are known.
     observations : tuple of ObservationGroup
         Inputs of the adjustment, by kind.
     north_sigma_deg : float or None
-        Common error of all azimuths and compass readings in the adjustment, one sigma; None without
-        any.
+        One-sigma error common to all azimuths and compass readings in the adjustment, or None if
+        there are none.
     click_sigma_m : float or None
-        Error of each coordinate of a click on the model, one sigma, metres, besides the stated
-        accuracies of the points; None if no point was clicked.
+        One-sigma error of each coordinate of a click on the model, metres, in addition to the
+        stated accuracies of the points; None if no point was clicked.
     mark_scatter_px : float or None
-        Error of a mark in a photo in one direction, one sigma; None without marks.
+        One-sigma error of a mark in a photo in one direction, or None if there are no marks.
     """
 
     matrix: FloatArray
@@ -153,7 +155,7 @@ class Placed(PrintableResult):
     mark_scatter_px: float | None = None
 
     def __call__(self, points: npt.ArrayLike) -> FloatArray:
-        """Transform model points (n, 3) or (3,) to World. Raises InputError."""
+        """Transform model points (n, 3) or (3,) to the World frame. Raises InputError."""
         m = self.matrix
         try:
             places = np.asarray(points, np.float64)

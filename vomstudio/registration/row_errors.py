@@ -21,20 +21,21 @@ from vomstudio.registration.scatter import expected_squares, min_variance
 
 # Eigenvalues of the scaled information (unit diagonal) below which a direction is undetermined.
 _MIN_EIGENVALUE = 1e-9
-# Lower limit of angle errors: much smaller ones would leave the common error of a compass to
-# rounding.
+# Lower limit of angle errors. With much smaller errors, rounding would determine the common error
+# of a compass.
 _MIN_ANGLE_ERROR_RAD = 3e-4
-# Significance of an F test that the error of a group is larger with others than alone.
+# Significance of the F test of whether the error of a group is larger together with other groups
+# than alone.
 _SIGNIFICANCE = 1e-3
 METRES = {"points", "cameras", "lengths"}
 RECEIVERS = ("points", "cameras")
-"""Groups of positions in the order in which a receiver, which may drift, measured them."""
+"""Groups of positions in the order of measurement by a receiver, which may drift."""
 
 
 def weighted_system(
     rows: Rows, sigma: FloatArray, size: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the weighted system of rows and priors of shared errors.
+    """Return the weighted system of the rows and the priors of common errors.
 
     Returns
     -------
@@ -56,7 +57,7 @@ def weighted_system(
 
 
 def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the inverse of the determined part, and an orthonormal null space of the rest.
+    """Invert the determined part of a normal matrix, and return a basis of its null space.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def max_variance_ratio(free: float, free_alone: float) -> float:
-    """Return the largest ratio by chance of a group's variance to its variance alone.
+    """Return the maximum chance ratio of a group's joint variance to its variance alone.
 
     Parameters
     ----------
@@ -132,16 +133,16 @@ def estimate_errors(
     ----------
     rows : Rows
     sigma : (m,) array
-        Present errors.
+        Current errors.
     size : float
-        Metres.
+        Size of the model, metres.
     unstated : sequence of str
-        Groups to estimate.
+        Groups whose errors are estimated.
     alone : mapping
-        Variance and redundancy of groups alone.
+        Variance and redundancy of each group, estimated from the group alone.
     kept_alone : set of str
-        Groups that keep their error alone. Groups that would exceed it by more than chance are
-        added.
+        Groups that keep the error estimated from the group alone. Groups whose joint estimate
+        exceeds it by more than chance are added to the set.
 
     Returns
     -------
@@ -177,7 +178,7 @@ def estimate_errors(
 def remove_shared_errors(
     moves: FloatArray, misses: FloatArray, inverse: FloatArray, m: int
 ) -> FloatArray:
-    """Return the residuals without the part explained by shared errors.
+    """Return the residuals without the part explained by common errors.
 
     Parameters
     ----------
@@ -188,7 +189,7 @@ def remove_shared_errors(
     inverse : ndarray
         Inverse of the normal matrix.
     m : int
-        Number of observations; the other rows are shared errors.
+        Number of observations; the other rows are priors of common errors.
 
     Returns
     -------
@@ -204,10 +205,10 @@ def remove_shared_errors(
 
 
 def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, float]:
-    """Return the correlation of the errors of neighbours in each table of positions, if any.
+    """Estimate the correlation of the errors of adjacent rows in each table of positions.
 
-    Points and positions of cameras are in the order of their table, in which a receiver measured
-    them; correlations that chance explains are left out.
+    Points and camera positions are in the order of their table, which is assumed to be the order of
+    measurement by the receiver. Correlations that chance explains are omitted.
 
     Parameters
     ----------
@@ -220,7 +221,7 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
     Returns
     -------
     dict
-        Correlation by group, "points" or "cameras".
+        Correlation, by group ("points" or "cameras").
     """
     correlations = {}
     for group in RECEIVERS:
@@ -235,7 +236,7 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
 
 
 def _along_axes(rows: Rows, selected_rows: IntArray, values: FloatArray) -> FloatArray:
-    """Return weighted values of the rows of points, (n, 3, ...) along east, north and up."""
+    """Return the weighted values (n, 3, ...) of the rows of points along east, north and up."""
     each = values[selected_rows].reshape(-1, 3, *values.shape[1:])
     if rows.axes is None:
         return each
@@ -265,18 +266,18 @@ def estimate_covariance(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Estimate the covariance of the parameters from the residuals.
 
-    The parts of a group have separate variances: the unbiased quadratic estimates that leave the
-    similarity out (Rao's MINQUE). With the projection M on the residuals, the squares of part g
-    have the expectation sum_k tr(M_gk M_kg) v_k.
+    The parts of a group have separate variances, which are unbiased quadratic estimates independent
+    of the similarity (Rao's MINQUE). With the projection M onto the residuals, the expected sum of
+    squares of part g is sum_k tr(M_gk M_kg) v_k.
 
     Returns
     -------
     share : (m,) array
-        Ratio of the errors of each row to those by which it entered the fit.
+        Ratio of the error of each row to the error with which it entered the fit.
     spread : array
         Covariance of the parameters.
     factor : array
-        Student's widening of one sigma to the same 95 %.
+        Widening of one sigma to the same 95 % limit as Student's t.
     """
     from scipy.stats import norm, t
 
@@ -309,7 +310,7 @@ def estimate_covariance(
         part = variance * (inverse @ ((moves[g] * worse).T @ follow[g]) @ inverse)
         spread = spread + part
         variance_of_variances += np.diag(part) ** 2 / max(float(f) * independent_part, 1.0)
-    # Satterthwaite: the degrees of freedom of a sum of estimated variances.
+    # Degrees of freedom of a sum of estimated variances (Satterthwaite).
     total = np.maximum(np.diag(spread), 1e-300)
     each = np.clip(total**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9)
     return share, spread, t.ppf(0.975, each) / norm.ppf(0.975)

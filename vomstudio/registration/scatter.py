@@ -1,11 +1,11 @@
-"""Errors of coordinates from the residuals of a similarity, and of its rotation.
+"""Errors of coordinates, and of a fitted rotation, from the residuals of a similarity.
 
-Satellite heights are worse than positions, levelled heights are better: one error for all
-coordinates would state a wrong tilt. Horizontal coordinates and heights therefore have separate
-errors, and each axis from `MIN_POINTS_PER_AXIS` points on. They are the unbiased quadratic
-estimates that leave the similarity out (Rao's MINQUE, here with equal prior weights): with the
-projection M on the residuals, the squares of group g have the expectation
-sum_k tr(M_gk M_kg) sigma_k^2.
+Satellite heights are less accurate than horizontal positions, whereas levelled heights are more
+accurate. A single error for all coordinates would therefore give a wrong error of the tilt.
+Horizontal coordinates and heights have separate errors, as does each axis from
+`MIN_POINTS_PER_AXIS` points on. The errors are unbiased quadratic estimates independent of the
+similarity (Rao's MINQUE, here with equal prior weights): with the projection M onto the residuals,
+the expected sum of squares of group g is sum_k tr(M_gk M_kg) sigma_k^2.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from vomstudio.registration.similarity import jacobian
 MIN_POINTS_HEIGHTS = 5
 MIN_POINTS_PER_AXIS = 12
 UNSEEN_HEIGHTS = 1.4
-"""Assumed ratio of height to horizontal errors for fewer points.
+"""Assumed ratio of height errors to horizontal errors if there are fewer points.
 
-Satellite heights are 1.5 to 3 times worse; this covers 90 % or more of models with ratios from 1 to
-2.5."""
+Satellite heights are 1.5 to 3 times less accurate; this value covers at least 90 % of models with
+ratios from 1 to 2.5."""
 # Estimates may be negative by chance: lower limit as a share of the pooled variance for few
 # points.
 _MIN_VARIANCE_SHARE = 0.1
@@ -47,12 +47,13 @@ class Scatter:
     Attributes
     ----------
     sigma : (3,) array
-        Of a coordinate, east, north, up, metres.
+        Errors of a coordinate along east, north and up, metres.
     covariance : (7, 7) array
-        Of a small turn about east, north, up (rad), a relative change of scale and a shift, one
-        sigma of a normal distribution with the same 95 % as Student's.
+        Covariance of a small rotation about east, north and up (rad), a relative change of scale
+        and a translation, as one sigma of a normal distribution with the same 95 % limit as
+        Student's t.
     drift : float
-        Correlation of the errors of neighbours, 0 if independent or unordered.
+        Correlation of the errors of adjacent points; 0 if they are independent or unordered.
     """
 
     sigma: FloatArray
@@ -61,7 +62,7 @@ class Scatter:
 
     @property
     def rotation(self) -> FloatArray:
-        """Return the covariance (3, 3) of the turn, rad²."""
+        """Return the covariance (3, 3) of the rotation, rad²."""
         return self.covariance[:3, :3]
 
     @property
@@ -71,7 +72,7 @@ class Scatter:
 
     @property
     def worst_rotation_deg(self) -> float:
-        """Standard deviation of the rotation about its least certain axis."""
+        """Standard deviation of the rotation about its least certain axis, degrees."""
         return float(np.degrees(np.sqrt(np.linalg.eigvalsh(self.rotation)[-1])))
 
 
@@ -87,19 +88,19 @@ def scatter_of(
     Parameters
     ----------
     places, residuals : (n, 3) array
-        In the target frame, n of 3 or more.
+        Points and their residuals in the target frame, with n of at least 3.
     stated : float, (3,) or (n, 3, 3) array, optional
-        Errors of the coordinates, one sigma, or covariances of the points. The residuals replace
-        them if they are significantly larger.
+        One-sigma errors of the coordinates, or covariances of the points. They are replaced by
+        estimates from the residuals if these are significantly larger.
     is_ordered : bool
-        Whether the places are in the order of measurement, so that receiver drift can be
-        recognised.
+        Whether the points are in the order of measurement, so that receiver drift can be
+        detected.
     """
     from scipy.stats import chi2, norm, t
 
     n = len(places)
     moves = np.array([jacobian(p) for p in places - places.mean(axis=0)])
-    # In units of the spread the equations are well conditioned.
+    # The equations are well conditioned in units of the spread of the points.
     size = float(np.sqrt(((places - places.mean(axis=0)) ** 2).sum(axis=1).mean()))
     units = np.array([size, size, size, size, 1.0, 1.0, 1.0])
     moves = moves / units
@@ -138,7 +139,7 @@ def scatter_of(
             for g in groups
         ]
     )
-    # Satterthwaite: the degrees of freedom of a sum of estimated variances.
+    # Degrees of freedom of a sum of estimated variances (Satterthwaite).
     total = shares.sum(axis=0)
     each = total**2 / np.maximum((shares**2 / np.maximum(free, 1.0)[:, None]).sum(axis=0), 1e-300)
     factor = t.ppf(0.975, np.clip(each, 1.0, None)) / norm.ppf(0.975)
@@ -146,7 +147,7 @@ def scatter_of(
 
 
 def _covariances(stated: float | FloatArray | None, n: int) -> FloatArray | None:
-    """Return stated errors as covariances (n, 3, 3), None if one is not known."""
+    """Convert stated errors to covariances (n, 3, 3), or None if an error is unknown."""
     if stated is None:
         return None
     values = np.asarray(stated, np.float64)
@@ -156,7 +157,7 @@ def _covariances(stated: float | FloatArray | None, n: int) -> FloatArray | None
 
 
 def _roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the symmetric roots (n, 3, 3) of covariances, and the inverses of these."""
+    """Return the symmetric square roots (n, 3, 3) of covariances, and their inverses."""
     values, vectors = np.linalg.eigh(covariances)
     sizes = np.sqrt(values)[:, None, :]
     back = np.swapaxes(vectors, 1, 2)
@@ -166,9 +167,9 @@ def _roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _expected_square(moves: FloatArray, inverse: FloatArray, known: FloatArray) -> float:
     """Return the expected weighted sum of squares of the residuals of a fit.
 
-    With equal weights, residuals of well known points exceed their own error.
-
-    moves : (n, 3, 7); inverse : (7, 7) of their squares; known : (n, 3, 3) covariances
+    With equal weights, the residuals of accurate points exceed their own errors. `moves` (n, 3, 7)
+    contains the derivatives, `inverse` (7, 7) the inverse of their normal matrix, and `known`
+    (n, 3, 3) the covariances.
     """
     weighted = np.einsum("nik,nij,njl->kl", moves, np.linalg.inv(known), moves)
     spread = np.einsum("nik,nij,njl->kl", moves, known, moves)
@@ -189,7 +190,7 @@ def drift_findings(drift: Mapping[str, float]) -> list[Finding]:
     Parameters
     ----------
     drift : mapping
-        Correlation of neighbours by group, "points" or "cameras".
+        Correlation of adjacent rows, by group ("points" or "cameras").
 
     Returns
     -------
@@ -205,7 +206,7 @@ def scale_findings(scale_error: float) -> list[Finding]:
     Parameters
     ----------
     scale_error : float
-        Relative, one sigma.
+        Relative one-sigma error.
 
     Returns
     -------
@@ -228,9 +229,9 @@ def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> Floa
     Parameters
     ----------
     parts : sequence of array
-        Covariance of the unknowns times the information of each part, by the weights of the fit.
+        Covariance of the unknowns times the information of each part, with the weights of the fit.
     counts : sequence of int
-        Residuals of each part.
+        Number of residuals of each part.
     """
     system = np.array([[np.trace(a @ b) for b in parts] for a in parts])
     alone = [n - 2.0 * np.trace(a) for n, a in zip(counts, parts, strict=True)]
@@ -245,7 +246,7 @@ def min_variance(pooled: float, free: FloatArray) -> FloatArray:
     pooled : float
         Variance of all groups together.
     free : (k,) ndarray
-        Degrees of freedom of each.
+        Degrees of freedom of each variance.
 
     Returns
     -------

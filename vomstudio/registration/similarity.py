@@ -15,19 +15,20 @@ from vomstudio.core.findings import Finding
 
 # Ratio of the second to the first axis below which points are collinear.
 _COLLINEAR_RATIO = 1e-6
-# Ratio below which measured points do not determine the turn about their line.
+# Ratio below which measured points do not determine the rotation about their line.
 _NEARLY_COLLINEAR_RATIO = 0.02
 # Minimum number of points from which outliers can be recognised.
 _MIN_POINTS_ROBUST = 6
 _MAX_TRIPLES = 300
 _CONFIDENCE = 0.9999
-# Of many points several join at once: a share of those used, if they fit far below the limit.
+# If there are many points, several are added at once: a share of the points used so far, provided
+# that they fit far below the limit.
 _STEP_DIVISOR, _GOOD_FIT_SHARE = 20, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Similarity:
-    """x' = scale * rotation @ x + translation."""
+    """Similarity transform x' = scale * rotation @ x + translation."""
 
     scale: float
     rotation: FloatArray
@@ -54,20 +55,20 @@ def fit_similarity(
 ) -> Similarity:
     """Fit a similarity by weighted least squares.
 
-    Umeyama 1991 (IEEE PAMI 13, 376), with the sign that excludes a mirror image. The best rotation
-    does not depend on the scale.
+    The method is that of Umeyama 1991 (IEEE PAMI 13, 376), with the sign that excludes mirror
+    images. The best rotation does not depend on the scale.
 
     Parameters
     ----------
     source, target : (n, 3) array
     weights : (n,) array, optional
     scale : float, optional
-        Fixed scale; default: estimated.
+        Fixed scale; by default, the scale is estimated.
 
     Raises
     ------
     GeometryError
-        For fewer than three points, or collinear points in either frame.
+        If there are fewer than three points, or they are collinear in either frame.
     """
     a = np.asarray(source, np.float64).reshape(-1, 3)
     b = np.asarray(target, np.float64).reshape(-1, 3)
@@ -96,14 +97,15 @@ def fit_robustly(
     """Fit a similarity if up to half of the points are wrong.
 
     The half that agrees best is found by least median of squares over triples (Rousseeuw 1984).
-    Then points join one by one, the best first, until the next residual is significant (forward
-    search: Atkinson & Riani 2000; F test at 0.01 %). Fewer than six points are all used.
+    Points are then added one by one, best first, until the next residual is significant (forward
+    search: Atkinson & Riani 2000; F test at 0.01 %). If there are fewer than six points, all are
+    used.
 
     Parameters
     ----------
     source, target : (n, 3) array
     floor : float
-        Points with smaller residuals always join, in units of the target.
+        Residual, in units of the target, below which points are always included.
     seed : int
 
     Returns
@@ -135,7 +137,7 @@ def fit_robustly(
     while True:
         try:
             best = fit_similarity(a[used], b[used])
-        except GeometryError:  # the half lies on a line
+        except GeometryError:  # the best half is collinear
             return fit_similarity(a, b), np.ones(n, np.bool_)
         near = ~used & (_squares(best, a, b) <= floor**2)
         if near.any():
@@ -148,7 +150,7 @@ def fit_robustly(
 
 
 def _triples(n: int, seed: int) -> IntArray:
-    """Return the numbers (t, 3) of all or of random triples of n points."""
+    """Return the indices (t, 3) of all triples, or of random triples, of n points."""
     if math.comb(n, 3) <= _MAX_TRIPLES:
         return np.array(list(itertools.combinations(range(n), 3)))
     rng = np.random.default_rng(seed)
@@ -156,9 +158,9 @@ def _triples(n: int, seed: int) -> IntArray:
 
 
 def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> IntArray:
-    """Return the outside point that fits best, if it fits.
+    """Return the unused point that fits best, if it fits.
 
-    Of many points several that fit well are returned.
+    If there are many points, several that fit well are returned.
     """
     from scipy.stats import chi2, f
 
@@ -168,7 +170,7 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> Int
     count = int(used.sum())
     freedom = 3 * count - 7
     share = count / len(a)
-    # The used points have the smallest residuals: correct their scatter.
+    # The used points are those with the smallest residuals, so their scatter must be corrected.
     cut = chi2.ppf(share, 3)
     variance = float(_squares(fit, a[used], b[used]).sum()) / freedom
     variance /= float(chi2.cdf(cut, 5) / share)
@@ -188,7 +190,7 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> Int
 
 
 def jacobian(position: FloatArray) -> FloatArray:
-    """Return the derivatives of a point by a small turn, relative scale and shift.
+    """Return the derivatives of a point by a small rotation, relative scale and translation.
 
     Parameters
     ----------
@@ -202,7 +204,7 @@ def jacobian(position: FloatArray) -> FloatArray:
 
 
 def jacobians(positions: FloatArray) -> FloatArray:
-    """Return the derivatives of points, see `jacobian`.
+    """Return the derivatives of several points; see `jacobian`.
 
     Parameters
     ----------
@@ -244,22 +246,23 @@ def nearly_on_a_line(points: FloatArray) -> bool:
 def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> FloatArray:
     """Return the covariance (3, 3) of the rotation of a fitted similarity, rad².
 
-    Linear: valid for errors up to some 20 degrees. Infinite about the line of collinear positions.
+    The linear approximation is valid for errors up to about 20 degrees. The covariance is infinite
+    about the line of collinear positions.
 
     Parameters
     ----------
     positions : (n, 3) array
-        In the target frame.
+        Positions in the target frame.
     sigma : float or (3,) array
         Errors of the positions along the axes.
     """
     p = np.asarray(positions, np.float64).reshape(-1, 3)
     p = p - p.mean(axis=0)
     weight = np.diag(1 / np.broadcast_to(np.asarray(sigma, np.float64), 3) ** 2)
-    # A small turn w moves p by w x p; scale moves it by p.
+    # A small rotation w moves p by w x p; a change of scale moves it by p.
     information = np.zeros((4, 4))
     for place in p:
-        # The shift is that of the mean.
+        # The translation is that of the mean.
         moves = jacobian(place)[:, :4]
         information += moves.T @ weight @ moves
     values, axes = np.linalg.eigh(information)

@@ -1,4 +1,4 @@
-"""Summary of a registration for reports and the panel of a model."""
+"""Summaries of registrations for reports and the model panel."""
 
 from __future__ import annotations
 
@@ -70,9 +70,9 @@ class Summary:
     Attributes
     ----------
     sentence : str
-        The possible rotation error, in plain words; "" if not known.
+        Description of the possible rotation error; "" if unknown.
     facts : tuple of (str, str)
-        Names and values, in words.
+        Names and values as text.
     """
 
     sentence: str
@@ -139,18 +139,18 @@ def summary_of(registration: Registration) -> Summary:
 
 
 def placement_facts(model: Model, resolution: float | None = None) -> list[tuple[str, str]]:
-    """Return what the placement of a model gives it, as names and values in words.
+    """Describe the placement of a model by names and values.
 
     Parameters
     ----------
     model : Model
     resolution : float, optional
-        In units of the model's file.
+        Resolution in units of the model file.
 
     Returns
     -------
     list of (str, str)
-        Scale, north and, if it is known, resolution.
+        Names and values of the scale, the north and, if known, the resolution.
     """
     frame = model.frame
     metres = transform.scale_of(model.to_world)
@@ -172,7 +172,7 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
 
 
 def _observations(registration: Registration) -> str:
-    """Return how many observations of each kind the registration was computed from."""
+    """Return the number of observations of each kind used for the registration."""
     return ", ".join(
         tr(name)
         if group.kind in ("reference", "kept_scale", "photo_upright")
@@ -183,7 +183,7 @@ def _observations(registration: Registration) -> str:
 
 
 def _north(read: ReadNorth | None) -> list[tuple[str, str]]:
-    """Return the north of azimuths and its common error."""
+    """Return the north reference of azimuths and their common error."""
     if read is None:
         return []
     counted = tr(_NORTHS[read.north])
@@ -222,7 +222,7 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
 def _warnings(registration: Registration) -> list[Finding]:
     findings: list[Finding] = [*turn_findings(registration.rotation_covariance())]
     control = [p for p in registration.control if not p.check]
-    # For a fit to another model the surfaces check the points.
+    # If the model was fitted to another model, the surfaces check the points.
     uses_points = registration.method != "reference"
     if uses_points and 0 < len(control) < _MIN_REDUNDANT_POINTS:
         findings.append(

@@ -1,6 +1,6 @@
 """Points that represent a model.
 
-They are the points of a cloud, or vertices with more points on large faces.
+These are the points of a cloud, or the vertices of a mesh with additional points on large faces.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _MAX_EXTENT_POINTS = 20_000
 
 
 def points_of(data: Mesh | PointCloud) -> FloatArray:
-    """Return all points of a model, duplicates included.
+    """Return all points of a model, including duplicates.
 
     Parameters
     ----------
@@ -28,13 +28,13 @@ def points_of(data: Mesh | PointCloud) -> FloatArray:
     Returns
     -------
     (n, 3) ndarray
-        As in the file.
+        Points in the file frame.
     """
     return data.vertices if isinstance(data, Mesh) else data.points
 
 
 def some_points(data: Mesh | PointCloud) -> FloatArray:
-    """Return finite points spread over the model, enough for its extent.
+    """Return enough finite points, distributed over the model, to represent its extent.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def known_resolution(data: Mesh | PointCloud) -> float | None:
     Returns
     -------
     float or None
-        In the unit of the file; None for a single point.
+        Resolution in the unit of the file, or None for a single point.
     """
     from vomstudio.io.models.opening import resolution
 
@@ -70,21 +70,22 @@ def known_resolution(data: Mesh | PointCloud) -> float | None:
 def surface_points(
     data: Mesh | PointCloud, spacing: float, seed: int = 0
 ) -> tuple[FloatArray, int]:
-    """Return points of a surface, each place once.
+    """Return the points of a surface without duplicates.
 
     Parameters
     ----------
     data : Mesh or PointCloud
     spacing : float
-        Faces larger than its square get random points, on average one per such square.
+        Side of a square; faces that are larger than the square receive random points, on average
+        one per square.
     seed : int
 
     Returns
     -------
     points : (n, 3) array
-        Finite.
+        Finite points.
     added : int
-        Number of points on faces.
+        Number of points added on faces.
     """
     places = np.asarray(points_of(data), np.float64)
     if not isinstance(data, Mesh) or not len(data.faces):
@@ -119,9 +120,9 @@ class Counterparts:
     Attributes
     ----------
     distance : (n,) array
-        Signed, positive on the side of the benchmark's normals; NaN for places that are not finite.
+        Signed distance, positive on the side of the benchmark normals; NaN for non-finite points.
     beyond_edge : (n,) array
-        Distance beyond the benchmark's edge, along its surface.
+        Distance beyond the edge of the benchmark, along its surface.
     normal : (n, 3) array
         Unit normals of the benchmark.
     """

@@ -317,7 +317,7 @@ def blunder_findings(
 
 
 def suspect_findings(without: Sequence[LeaveOneOut]) -> list[Finding]:
-    """Return the finding about the suspect of a few directions, with the placement without it.
+    """Return the finding about a suspect direction, with the placement without it.
 
     Parameters
     ----------

@@ -1,10 +1,11 @@
-"""Levels in the points of a patch: two parallel planes, or layers of misaligned scans.
+"""Detection of levels in a patch: parallel planes or layers of misaligned scans.
 
-One plane of all points would lie between them. Steps are detected by the means of small cells,
-which scatter much less than points, so that steps of twice the noise are visible: after subtraction
-of the common plane, means are at some levels with few between. A wave or roughness has many
-between. Layers on top of each other have no such cells; they are detected by two peaks of the
-points' heights, which need three times the noise.
+A single plane through all points would lie between the levels. Steps are detected from the means of
+small cells, which scatter much less than points, so that steps of twice the noise become visible:
+after subtraction of the common plane, the means cluster at several levels with few means in
+between. A wave or roughness has many means in between. Superimposed layers do not separate into
+such cells. They are detected as two peaks in the distribution of the heights of the points, which
+requires a gap of three times the noise.
 """
 
 from __future__ import annotations
@@ -17,20 +18,23 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.patches import equal_cells
 
 MIN_POINTS = 200
-"""Fewer points do not show a step of a few times their noise."""
+"""Minimum number of points that reveal a step of a few times their noise."""
 MAX_POINTS = 6_000
 # Points per cell; minimum number of cells per side (fewer would turn waves into steps), and the
 # number of wide cells per side whose attitudes are used.
 POINTS_PER_CELL, MIN_CELLS_PER_SIDE, WIDE_CELLS_PER_SIDE = 16.0, 6, 5
-# Own choice: minimum step in local scatter, in standard errors of a cell mean, and in grid steps.
+# Own choice: minimum step as a multiple of the local scatter, of the standard error of a cell mean,
+# and of the grid step.
 MIN_STEP_NOISE, MIN_STEP_ERRORS, MIN_STEP_GRIDS = 1.5, 4.5, 1.5
-# Minimum share of the cells on a level; maximum number between two levels relative to the smaller
-# one (0.7 for a sine wave, 1 for a uniform spread). Without a step, means scatter by their error.
+# Minimum share of the cells on a level; maximum number of cells between two levels relative to the
+# smaller level (0.7 for a sine wave, 1 for a uniform distribution). Without a step, the means
+# scatter only by their error.
 MIN_LEVEL_SHARE, MAX_SHARE_BETWEEN, BAND_HALF_WIDTH = 0.07, 0.3, 0.2
 MAX_FLAT_SCATTER = 1.6
 MAX_ITERATIONS, MAX_LEVELS = 12, 4
-# Kernel width in standard deviations of the heights; maximum valley relative to the smaller peak,
-# within cells and overall, because waves have peaks too; minimum significance of peaks.
+# Kernel width in standard deviations of the heights; maximum depth ratio of the valley to the
+# smaller peak, within cells and overall (because waves also have peaks); minimum significance of
+# the peaks.
 KERNEL_WIDTH, MAX_VALLEY, MAX_VALLEY_OVERALL, MIN_PEAK_SIGMA = 0.35, 0.9, 0.6, 4.0
 N_BINS = 256
 MIN_RELATIVE_SCATTER = 1e-9
@@ -43,14 +47,14 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     Parameters
     ----------
     points : (n, 3) array_like
-        In any frame and unit.
+        Points in any frame and unit.
     normal : (3,) array_like
-        Normal of the patch's plane.
+        Normal of the plane of the patch.
 
     Returns
     -------
     float or None
-        In the unit of the points; None for a single level or too few points.
+        Distance in the unit of the points, or None for a single level or too few points.
     """
     xyz = np.asarray(points, np.float64)
     if len(xyz) < MIN_POINTS:
@@ -88,12 +92,12 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
 
 
 def level_findings(gap_m: float | None) -> list[Finding]:
-    """Report levels that make a plane doubtful; no finding for None.
+    """Report levels that make a plane doubtful.
 
     Parameters
     ----------
     gap_m : float or None
-        Gap between the levels, m; None if there are none.
+        Gap between the levels, m. If None, no finding is returned.
 
     Returns
     -------
@@ -103,7 +107,7 @@ def level_findings(gap_m: float | None) -> list[Finding]:
 
 
 def bend_findings(is_bent: bool) -> list[Finding]:
-    """Report a curved face that makes the plane of a piece doubtful.
+    """Report a curved face, which makes the plane of a piece doubtful.
 
     Parameters
     ----------
@@ -117,7 +121,7 @@ def bend_findings(is_bent: bool) -> list[Finding]:
 
 
 def grid_steps(points: FloatArray) -> FloatArray:
-    """Return the grid to which a file's coordinates were rounded.
+    """Return the grid to which the coordinates of a file were rounded.
 
     Parameters
     ----------
@@ -126,7 +130,7 @@ def grid_steps(points: FloatArray) -> FloatArray:
     Returns
     -------
     (3,) ndarray
-        Steps of x, y and z; 0 if they were not rounded.
+        Grid steps of x, y and z; 0 if the coordinates were not rounded.
     """
     steps = np.zeros(3)
     for axis in range(3):
@@ -155,7 +159,7 @@ def _gap_between_cells(
 ) -> float | None:
     """Return the gap between levels of cells.
 
-    Without a step, their scatter is below `max_scatter`.
+    If there is no step, the scatter of the cells is below `max_scatter`.
     """
     for start_slopes in (slopes, np.zeros(2)):
         if float(np.std(mean - start_slopes[0] * a - start_slopes[1] * b)) < max_scatter:
@@ -171,7 +175,7 @@ def _gap_between_cells(
 def _fit_levels(
     a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, number: int
 ) -> float | None:
-    """Return the smallest distance between levels of cells on a common plane."""
+    """Return the smallest distance between the levels of cells above a common plane."""
     heights = mean - slopes[0] * a - slopes[1] * b
     low, high = np.quantile(heights, [0.05, 0.95])
     level_heights = np.asarray(np.linspace(float(low), float(high), number), np.float64)
@@ -217,11 +221,9 @@ def _median_slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
 
 
 def _round_places(x: FloatArray) -> Int16Array:
-    """Round positions so that points of a lattice row are in one cell.
+    """Round positions so that the points of a lattice row fall into one cell.
 
-    This does not depend on the tilt of the plane.
-
-    Short integers are sorted ten times faster.
+    The result does not depend on the tilt of the plane. Short integers sort ten times faster.
     """
     steps = np.round(x / max(1e-3 * float(x.std()), 1e-300))
     return np.clip(steps, -MAX_STEPS, MAX_STEPS).astype(np.int16)
@@ -229,7 +231,7 @@ def _round_places(x: FloatArray) -> Int16Array:
 
 # --- layers -----------------------------------------------------------------------------------
 def _gap_between_layers(h: FloatArray, max_valley: float, grid: float) -> float | None:
-    """Return the distance between the two largest peaks of heights with a sufficient valley."""
+    """Return the distance between the two largest peaks if the valley between them suffices."""
     low, high = np.quantile(h, [0.002, 0.998])
     inner = h[(h >= low) & (h <= high)]
     width = max(KERNEL_WIDTH * float(inner.std()), 0.5 * grid)

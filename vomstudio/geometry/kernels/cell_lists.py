@@ -1,6 +1,6 @@
 """Compiled loops over cubic cells that contain points.
 
-Points are sorted by cell: those of cell c are points[begins[c]:begins[c + 1]].
+Points are sorted by cell: the points of cell c are points[begins[c]:begins[c + 1]].
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 
 @kernel("i8(i8[::1], i8, i8, i8[::1], i8[::1], i4[::1])")
 def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-def]
-    """Find the neighbours of each cell, at most 26, and return their total number.
+    """Find the up to 26 neighbours of each cell and return their total number.
 
     Parameters
     ----------
     keys : (k,) ndarray
         Sorted numbers of cells, i + row j + layer k. No cell is at an end of a row or layer.
     row, layer : int
-        Steps of the cell number along j and k.
+        Increments of the cell number along j and k.
     at : (9,) ndarray
         Zeros; working space.
     starts : (k + 1,) ndarray
@@ -66,9 +66,9 @@ def has_twins(points, begins):  # type: ignore[no-untyped-def]
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1])")
 def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
-    """Compute the bounds of the finite points and return the number of the others.
+    """Compute the bounds of the finite points and return the number of non-finite points.
 
-    `low` and `high` are inf and -inf on entry and the bounds on return.
+    `low` and `high` are inf and -inf on entry and contain the bounds on return.
     """
     non_finite = 0
     ax, ay, az = low[0], low[1], low[2]
@@ -109,9 +109,9 @@ def cell_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
 
 @kernel("i8(f8[:,::1], f8, i8, i8, i8[::1])")
 def some_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
-    """Compute the numbers of the points in one of 16 cells, and return how many they are.
+    """Compute the cell numbers of the points in one of 16 cells, and return their count.
 
-    The cells are selected by a hash of their number; see `cell_numbers`.
+    The cells are selected by a hash of their number; see also `cell_numbers`.
     """
     count = 0
     for p in range(len(points)):
@@ -124,10 +124,10 @@ def some_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
 
 @kernel("void(i8[::1], i8, i8, i8[::1], i8[::1])")
 def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-def]
-    """Sort by the bits `first` to `last`, keeping the order of equal values.
+    """Sort values by the bits `first` to `last`, preserving the order of equal values.
 
-    Radix sort from the lowest bits upwards (Knuth, The Art of Computer Programming 3, 5.2.5).
-    `other`, as long as `values`, and `counts` (512,) are working space.
+    This is a radix sort from the lowest bits upwards (Knuth, The Art of Computer Programming 3,
+    5.2.5). `other`, which has the length of `values`, and `counts` (512,) are working space.
     """
     n, turns = len(values), 0
     for shift in range(first, last, 9):
@@ -159,7 +159,7 @@ def lined_up(packed, bits, points, rows, row_of, places, keys, begins):  # type:
     bits : int
     points : (n, 3) ndarray
     rows, row_of : (n,) ndarray
-        Output: row of each sorted point, and position of each row.
+        Output: row of each sorted point, and sorted position of each row.
     places : (n, 3) ndarray
         Output: sorted points.
     keys, begins : ndarray
@@ -190,15 +190,15 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
     Parameters
     ----------
     points, begins, starts, near_cells_, keys
-        Sorted points and their cells, as from `lined_up` and `near_cells`.
+        Sorted points and their cells, as returned by `lined_up` and `near_cells`.
     row, layer, side
-        Steps of the cell number, and side of a cell.
+        Increments of the cell number, and side length of a cell.
     rows, cells : (k,) ndarray
         Rows of the query points, and their cells.
     near, squares : (k, m) ndarray
         Output: rows of the nearest points, the point itself first, and squared distances.
     known : (k,) ndarray of bool
-        Output: whether m points were found and none in a farther cell can be nearer.
+        Output: whether m points were found and no point in a farther cell can be nearer.
     """
     most = near.shape[1]
     for i in range(len(rows)):
@@ -220,7 +220,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
                 count = min(count + 1, most)
                 if count == most:
                     worst = squares[i, most - 1]
-        # To the border of the block from where the point stands in its cell.
+        # Distance from the point to the border of the block.
         a = x - (keys[c] % row - 1) * side
         b = y - (keys[c] % layer // row - 1) * side
         d = z - (keys[c] // layer - 1) * side
@@ -231,7 +231,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
 def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
-    """Compute the mean and the covariance (xx, yy, zz, xy, xz, yz) of each cell's points."""
+    """Compute the mean and covariance (xx, yy, zz, xy, xz, yz) of the points of each cell."""
     for c in range(len(begins) - 1):
         first, last = begins[c], begins[c + 1]
         n = last - first
@@ -265,7 +265,7 @@ def block_planes(  # type: ignore[no-untyped-def]
 ):
     """Fit a plane to the points of each cell from `first` to `last` and the cells around it.
 
-    Outputs are the number of points, the unit normal, and the eigenvalues of the covariance in
+    The outputs are the number of points, the unit normal, and the eigenvalues of the covariance in
     ascending order.
     """
     for c in range(first, last):

@@ -1,4 +1,4 @@
-"""Compiled sums over the points near a place, which stand sorted by the cells of a grid."""
+"""Compiled sums over the points near a position; the points are sorted by grid cell."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 
 @part
 def slot_of(names, name):  # type: ignore[no-untyped-def]
-    """Return the slot of a row of cells in the table, or the free slot for it."""
+    """Return the slot of a row of cells in the hash table, or the free slot for it."""
     last = len(names) - 1
     at = ((name * _HASH_FACTOR) >> 20) & last
     while names[at] != -1 and names[at] != name:
@@ -29,11 +29,11 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
     rows : (r,) ndarray
         Numbers of the rows of cells.
     begins : (r + 1,) ndarray
-        First point of each.
+        First point of each row.
     names : ndarray
         Output, -1 on entry; its length is a power of two above r.
     ends : (len(names), 2) ndarray
-        Output: first point of the row and of the next one.
+        Output: first point of the row and of the next row.
     """
     for at in range(len(rows)):
         slot = slot_of(names, rows[at])
@@ -43,7 +43,7 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
 
 @part
 def first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
-    """Return the first position of a range of sorted keys whose key is not below `bound`."""
+    """Return the first position in a range of sorted keys whose key is not below `bound`."""
     while low < high:
         middle = (low + high) // 2
         if keys[middle] < bound:
@@ -55,15 +55,15 @@ def first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
 
 @part
 def cell_of(value, size, count):  # type: ignore[no-untyped-def]
-    """Return the cell of a coordinate, limited to the grid."""
+    """Return the index of the cell that contains a coordinate, clipped to the grid."""
     return min(max(math.floor(value / size), 0), count - 1)
 
 
 @part
 def _rotation(p, q, m):  # type: ignore[no-untyped-def]
-    """Return tangent, cosine and sine of the rotation that eliminates an element.
+    """Return the tangent, cosine and sine of the rotation that eliminates an element.
 
-    The element m is between the diagonal elements p and q.
+    The element m is the off-diagonal element of the diagonal elements p and q.
     """
     if m == 0.0:
         return 0.0, 1.0, 0.0
@@ -80,10 +80,10 @@ def _swung(k, s, x, y):  # type: ignore[no-untyped-def]
 
 @part
 def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
-    """Return the eigenvector of the smallest eigenvalue, then the ascending eigenvalues.
+    """Return the eigenvector of the smallest eigenvalue and all eigenvalues, ascending.
 
-    The symmetric matrix has the rows (a, d, e), (d, b, f), (e, f, c). Cyclic Jacobi rotations
-    (Golub & Van Loan, Matrix Computations, 8.5).
+    The symmetric matrix has the rows (a, d, e), (d, b, f), (e, f, c). The method is cyclic Jacobi
+    rotation (Golub & Van Loan, Matrix Computations, 8.5).
     """
     v00, v01, v02 = 1.0, 0.0, 0.0
     v10, v11, v12 = 0.0, 1.0, 0.0
@@ -126,11 +126,11 @@ def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
 def planes_near(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, radius, count, means, normals, spreads
 ):
-    """Fit a plane to the points in a ball around each place.
+    """Fit a plane to the points in a ball around each position.
 
-    Outputs are the number of points, their mean, the unit normal of their plane, and the
-    eigenvalues of their covariance in ascending order; the normal is NaN for fewer than three
-    points. Points and places are relative to the grid's corner.
+    The outputs are the number of points, their mean, the unit normal of their plane, and the
+    eigenvalues of their covariance in ascending order. The normal is NaN for fewer than three
+    points. Points and positions are relative to the corner of the grid.
     """
     limit = radius * radius
     for row in range(len(places)):
@@ -183,11 +183,11 @@ def planes_near(  # type: ignore[no-untyped-def]
 def along_axes(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, axes, radius, reach, count, means, spreads
 ):
-    """Measure the points in a cylinder around each place along a unit axis.
+    """Measure the points in a cylinder around each position along a unit axis.
 
-    The cylinder extends `reach` to either side. Outputs are the number of points, and the mean and
-    the standard deviation (n - 1) of their positions along the axis. Points and places are relative
-    to the grid's corner.
+    The cylinder extends by `reach` in both directions. The outputs are the number of points, and
+    the mean and the standard deviation (divisor n - 1) of their positions along the axis. Points
+    and positions are relative to the corner of the grid.
     """
     pieces = max(1, math.ceil(reach / size))
     half = reach / pieces
@@ -196,7 +196,7 @@ def along_axes(  # type: ignore[no-untyped-def]
         ux, uy, uz = axes[row, 0], axes[row, 1], axes[row, 2]
         if not math.isfinite(ux + uy + uz):
             continue
-        # Of a piece of the cylinder, half of the sides of its box.
+        # Half the sides of the bounding box of a piece of the cylinder.
         wx = abs(ux) * half + radius * math.sqrt(max(1.0 - ux * ux, 0.0))
         wy = abs(uy) * half + radius * math.sqrt(max(1.0 - uy * uy, 0.0))
         wz = abs(uz) * half + radius * math.sqrt(max(1.0 - uz * uz, 0.0))
@@ -228,7 +228,7 @@ def along_axes(  # type: ignore[no-untyped-def]
                         dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                         at += 1
                         along = dx * ux + dy * uy + dz * uz
-                        # Each point in one piece only.
+                        # Count each point in one piece only.
                         if along < t - half or along > t + half or (along == t + half and not last):
                             continue
                         off = dx * dx + dy * dy + dz * dz - along * along

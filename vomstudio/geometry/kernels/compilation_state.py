@@ -1,9 +1,9 @@
 """Record of whether all kernels are compiled on this machine.
 
-To look each one up takes a process of its own two seconds. So whoever has made all of them ready
-leaves a note beside them that is called by the program's files, what compiles them and the machine.
-Where it is gone or another program's, they are looked up; where it is wrong, a kernel is compiled
-when it is needed.
+Looking up every kernel takes a separate process two seconds. Therefore, a note is stored next to
+the kernels once all of them have been compiled. Its name identifies the files of the program, the
+compiler and the machine. If the note is missing or belongs to another program version, the kernels
+are looked up. If it is wrong, a kernel is compiled when it is needed.
 """
 
 from __future__ import annotations

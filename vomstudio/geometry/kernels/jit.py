@@ -23,7 +23,8 @@ from vomstudio.geometry.kernels.sources import COMPILING, KernelPart, KernelSour
 class Kernel:
     """Function of arrays and numbers, compiled for one signature on its first call.
 
-    It releases the GIL. Arguments must match its signature exactly, else TypeError.
+    The kernel releases the GIL. Arguments must match its signature exactly; otherwise TypeError is
+    raised.
     """
 
     def __init__(self, function: Callable[..., Any], signature: str, fastmath: bool) -> None:
@@ -172,9 +173,9 @@ def fast_part(function: Callable[..., Any]) -> KernelPart:
 
 
 def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
-    """Return the array as a kernel needs it: contiguous, of this type and writable.
+    """Convert an array to the form that kernels require: contiguous, typed and writable.
 
-    It is copied only if needed.
+    The array is copied only if necessary.
 
     Parameters
     ----------
@@ -200,9 +201,9 @@ class _Borrowed:
 
 
 def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
-    """Return the array for kernels that do not write to it, without copying read-only memory.
+    """Convert an array for kernels that only read it, without copying read-only memory.
 
-    Writing to the result ends the process.
+    Writing to the result terminates the process.
 
     Parameters
     ----------

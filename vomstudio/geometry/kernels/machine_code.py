@@ -1,19 +1,17 @@
 """Machine code of kernels, cached between runs and loaded without numba.
 
-Reading numba's own cache needs `import numba`, which takes longer than most commands. The object
-file that LLVM makes of the kernel is therefore cached, and llvmlite alone links it into a later
-process. The code is identical, so the results are bitwise equal.
+Reading numba's own cache requires `import numba`, which takes longer than most commands. Therefore,
+the object file that LLVM produces for a kernel is cached, and later processes link it with llvmlite
+alone. The code is identical, so the results are bitwise equal.
 
-A file is identified by all inputs of its code: the instructions and constants of the kernel and its
-parts, the signature, numba, llvmlite and the processor. So an edit of a part, an update or another
-machine never uses old code, and a checksum detects a truncated file. External symbols of the code
-must
-exist in this process before it is linked, because LLVM ends the process if a symbol is missing.
-Kernels
-for which this is not certain (they allocate memory, which needs numba's runtime, or take types that
-`Signature` does not support) have an empty file and run by numba, as do all kernels on systems
-other
-than Linux, which are untested.
+A file is identified by everything that determines its code: the instructions and constants of the
+kernel and of the functions it calls, the signature, the versions of numba and llvmlite, and the
+processor. Outdated code is therefore never used after an edit, an update or a change of machine,
+and a checksum detects truncated files. All external symbols of the code must exist in this process
+before the code is linked, because LLVM terminates the process if a symbol is missing. If this is
+not certain, the file of the kernel is empty and numba runs the kernel. This concerns kernels that
+allocate memory, which requires numba's runtime, and kernels with argument types that `Signature`
+does not support. It also concerns all kernels on systems other than Linux, which are untested.
 """
 
 from __future__ import annotations
@@ -47,11 +45,11 @@ MAX_VERSIONS = 8
 NUMBA_SYMBOLS = ("NRT_", "numba_", "Py", "_Py")
 _HEAD = struct.Struct("<H")
 _ENGINES: list[Any] = []
-"""The code goes where its engine goes."""
+"""Engines of the loaded kernels; the code is freed together with its engine."""
 
 
 class _CannotCache(Exception):
-    """The code is numba's to run."""
+    """Raised if the code cannot be cached, so that numba must run the kernel."""
 
 
 def entry(
@@ -63,12 +61,12 @@ def entry(
     ----------
     source : KernelSource
     compile_by_numba : callable
-        Returns the kernel that reports errors inside the code.
+        Returns the kernel compiled by numba, which reports errors raised inside the code.
 
     Returns
     -------
     callable or None
-        None if numba must compile the kernel.
+        The kernel, or None if numba must compile it.
     """
     if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return None
@@ -95,7 +93,7 @@ def _linked(
 
     def run(*args: Any) -> Any:
         well, result = signature.call(function, args)
-        # An exception inside of the code: numba can say which.
+        # The code raised an exception. Run the kernel with numba, which reports the exception.
         return result if well else compile_by_numba()(*args)
 
     return run
@@ -110,7 +108,7 @@ def _address(symbol: str, code: bytes) -> int:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine()
-    # One for each kernel, since two may have parts of the same name.
+    # One engine for each kernel, because two kernels may contain functions with the same name.
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
@@ -123,7 +121,7 @@ def _address(symbol: str, code: bytes) -> int:
 
 def _missing_symbols(code: bytes) -> list[str]:
     """Return the undefined symbols of an ELF object file (*System V ABI*, ch. 4)."""
-    if code[:6] != b"\x7fELF\x02\x01":  # 64 bits, little-endian
+    if code[:6] != b"\x7fELF\x02\x01":  # 64-bit, little-endian
         raise _CannotCache
     (sections_at,) = struct.unpack_from("<Q", code, 0x28)
     size, count = struct.unpack_from("<HH", code, 0x3A)
@@ -142,7 +140,7 @@ def _missing_symbols(code: bytes) -> list[str]:
 
 
 def _compiled(source: KernelSource, signature: Signature) -> bytes:
-    """Compile a kernel to the name of its entry and object code.
+    """Compile a kernel to object code, preceded by the name of its entry.
 
     The result is empty if the code requires numba.
     """
@@ -159,8 +157,8 @@ def _compiled(source: KernelSource, signature: Signature) -> bytes:
             llvm.parse_assembly(result.library.get_llvm_str()).get_function(symbol).arguments
         )
         _, form, (code, *_) = result.library.serialize_using_object_code()
-    # Also where a version of numba does not know these words: it then compiles in its usual way,
-    # and says itself what is wrong with a kernel.
+    # This includes versions of numba that do not support these arguments. numba then compiles the
+    # kernel in its usual way and reports any errors in the kernel itself.
     except Exception:  # noqa: BLE001
         return b""
     sound = (
@@ -172,33 +170,34 @@ def _compiled(source: KernelSource, signature: Signature) -> bytes:
 
 
 def _type_name(llvm_type: Any) -> str:
-    """Return the name of a type; llvmlite before 0.45 names what a pointer points to."""
+    """Return the name of a type; llvmlite before 0.45 includes the target type of pointers."""
     name = str(llvm_type)
     return "ptr" if name.endswith("*") else name
 
 
-# --- on the disk --------------------------------------------------------------------------------
+# --- files in the cache -------------------------------------------------------------------------
 
 
 def cache_folders() -> Iterator[Path]:
     """Yield the folders that may contain compiled kernels, in order of preference.
 
-    The package's own folder is none of them: it may be read-only, belong to another user, or be
+    The folder of the package is not among them: it may be read-only, belong to another user, or be
     removed by a package manager that knows only the files it has installed.
     """
     if folder := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(folder)
         return
     yield user_cache("kernels")
-    # For users whose home cannot be written.
+    # For users whose home directory is not writable.
     yield state_folder() / "kernels"
 
 
 def numba_cache_folder(source: KernelSource) -> Path | None:
-    """Return a folder for numba's own cache of one kernel, None if no folder can be written.
+    """Return a folder for numba's own cache of one kernel, or None if none is writable.
 
-    numba recognises a changed kernel by the time and size of its file and misses changes of the
-    parts that it calls from other files. So the folder's name contains the hash of all of them.
+    numba recognises a changed kernel by the modification time and size of its file. It misses
+    changes to functions that the kernel calls from other files, so the name of the folder contains
+    a hash of all of them.
 
     Parameters
     ----------
@@ -213,7 +212,7 @@ def numba_cache_folder(source: KernelSource) -> Path | None:
     except _CannotCache:
         return None
     kernel, _, digest = name.rpartition("-")
-    # Short names: numba adds long ones, and Windows limits the path to 260 characters.
+    # Use short names, because numba appends long ones and Windows limits paths to 260 characters.
     kernel = hashlib.blake2b(kernel.encode(), digest_size=4).hexdigest()
     for parent in cache_folders():
         folder = parent / f"{kernel}-{digest}.numba"
@@ -226,7 +225,7 @@ def numba_cache_folder(source: KernelSource) -> Path | None:
 
 
 def load_code(name: str) -> bytes | None:
-    """Return the code stored under a name; None if there is none or it is damaged.
+    """Return the code stored under a name, or None if it is missing or damaged.
 
     Parameters
     ----------
@@ -251,7 +250,7 @@ def _sealed(code: bytes) -> bytes:
 
 
 def store_code(name: str, code: bytes) -> None:
-    """Store code in the first cache folder that can be written, if any.
+    """Store code in the first writable cache folder, if any.
 
     Parameters
     ----------
@@ -273,7 +272,7 @@ def store_code(name: str, code: bytes) -> None:
 
 
 def _drop_old(folder: Path, kernel: str, suffix: str) -> None:
-    """Remove the code of earlier versions and other machines, apart from the newest few."""
+    """Remove code of earlier versions and other machines, except for the newest files."""
     entries = sorted(folder.glob(f"{kernel}-*.{suffix}"), key=lambda entry: entry.stat().st_mtime)
     for entry in entries[:-MAX_VERSIONS]:
         if entry.is_dir():
@@ -294,7 +293,7 @@ def _file_name(source: KernelSource) -> str:
 
 @cache
 def _environment() -> tuple[str, ...]:
-    """Return everything outside of a kernel that determines its code."""
+    """Return everything outside a kernel that determines its machine code."""
     import llvmlite
     import llvmlite.binding as llvm
 
@@ -313,7 +312,7 @@ def _environment() -> tuple[str, ...]:
 def compiler() -> tuple[str, ...]:
     """Return the version and the settings of the compiler without importing it.
 
-    The first item is numba's version, "" if it is not installed.
+    The first item is the version of numba, or "" if numba is not installed.
     """
     spec = find_spec("numba")
     where = None if spec is None else spec.origin
@@ -326,9 +325,10 @@ def compiler() -> tuple[str, ...]:
 
 
 def _meaning(function: Callable[..., Any]) -> Iterator[str]:
-    """Yield everything that determines the function's machine code.
+    """Yield everything that determines the machine code of a function.
 
-    These are instructions, constants, and the values of the names it uses, through its parts.
+    These are the instructions, the constants and the values of the names that the function and the
+    functions it calls use.
     """
     assert isinstance(function, FunctionType)
     codes = all_code(function)
@@ -348,7 +348,7 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
 
 
 def _ordered(constant: Any) -> Any:
-    """Sort a set, whose order differs between processes."""
+    """Sort a constant if it is a set, because the order of a set differs between processes."""
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
 
 

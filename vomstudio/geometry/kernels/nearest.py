@@ -1,4 +1,4 @@
-"""Compiled search for the nearest triangle, down the tree of boxes."""
+"""Compiled search for the nearest triangle in a tree of boxes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.geometry.kernels.raytree import LEAF
 
 @part
 def _box_square(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
-    """Return the squared distance from a place to a box; infinite for an empty box."""
+    """Return the squared distance from a position to a box; infinite for an empty box."""
     if low[node, 0] > high[node, 0]:
         return np.inf
     dx = max(low[node, 0] - x, 0.0, x - high[node, 0])
@@ -74,7 +74,7 @@ def _nearest_weights(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: igno
 def nearest_faces(  # type: ignore[no-untyped-def]
     points, faces, order, low, high, places, index, weights, stack, entry
 ):
-    """Find the nearest face of each place, and the weights of its corners there.
+    """Find the face nearest to each position, and the weights of its corners there.
 
     `index` is -1 and `weights` NaN on entry.
     """

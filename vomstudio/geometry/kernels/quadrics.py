@@ -1,6 +1,6 @@
-"""Compiled fits of curved surfaces to the points near a place.
+"""Compiled fits of curved surfaces to the points near a position.
 
-The points are sorted by the cells of a grid.
+The points are sorted by grid cell.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def _across(x, y, z):  # type: ignore[no-untyped-def]
 def curvatures_near(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, normals, radius, rows, curvature
 ):
-    """Compute the mean curvature at each place of the quadric fitted to the points in a ball.
+    """Compute the mean curvature of a quadric fitted to the points around each position.
 
     The quadric is a height along the unit normal (Goldman 2005, Computer Aided Geometric Design 22,
     632). The curvature is positive where the surface bends away from the normal, as on a ball whose

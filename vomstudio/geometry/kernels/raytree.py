@@ -1,4 +1,4 @@
-"""Compiled walks down the tree of boxes."""
+"""Compiled traversal of a tree of boxes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ INSIDE = -1e-12
 
 
 def stack_space() -> tuple[IntArray, FloatArray]:
-    """Allocate the working space of a walk.
+    """Allocate the working space of a traversal.
 
     A kernel that allocates none can be loaded without numba.
     """
@@ -26,7 +26,7 @@ def _finite(vector):  # type: ignore[no-untyped-def]
 
 @part
 def _enters(low, high, node, start, way, last):  # type: ignore[no-untyped-def]
-    """Return the distance at which a ray enters a box; infinite if not before `last`."""
+    """Return the distance at which a ray enters a box, infinite if not before `last`."""
     near, far = 0.0, last
     for axis in range(3):
         a, b = low[node, axis], high[node, axis]
@@ -49,7 +49,7 @@ def _enters(low, high, node, start, way, last):  # type: ignore[no-untyped-def]
 
 @part
 def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ignore[no-untyped-def]
-    """Put the children of a node that a ray enters on the stack, the nearer one on top."""
+    """Push the children of a node that a ray enters onto the stack, nearer child on top."""
     a, b = 2 * node + 1, 2 * node + 2
     ta, tb = _enters(low, high, a, start, way, last), _enters(low, high, b, start, way, last)
     if ta > tb:

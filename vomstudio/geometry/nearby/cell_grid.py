@@ -1,4 +1,4 @@
-"""Points of a cloud sorted by cubic cells, each with its neighbouring cells."""
+"""Points of a cloud sorted into cubic cells with known neighbouring cells."""
 
 from __future__ import annotations
 
@@ -21,31 +21,33 @@ from vomstudio.geometry.kernels.cell_lists import (
 from vomstudio.geometry.kernels.jit import for_kernels
 
 MAX_CELLS_PER_AXIS = 1_000_000
-"""Limit for cell numbers of 63 bits."""
+"""Limit at which cell numbers still fit into 63 bits."""
 MAX_COUNTED_POINTS = 10_000
-"""For more points, a sixteenth determines the size of cells."""
+"""Maximum number of points that are all used to determine the cell size; of more points, a
+sixteenth is used.
+"""
 MAX_POINTS_FOR_TWINS = 200
-"""In cells with more points, comparing all pairs takes too long."""
+"""Maximum number of points of a cell in which all pairs are compared."""
 
 
 @dataclass(frozen=True, eq=False)
 class CellGrid:
-    """Points sorted by cubic cells.
+    """Points sorted by cubic cell.
 
     Attributes
     ----------
     rows : (n,) ndarray of int
-        Rows of the input points, one per place, sorted by cells.
+        Rows of the input points, one per distinct position, sorted by cell.
     places : (n, 3) ndarray
-        Their coordinates.
+        Coordinates of these points.
     begins : (cells + 1,) ndarray of int
         First point of each cell.
     keys : (cells,) ndarray of int
         Sorted numbers of the cells, i + row j + layer k, counted from 1.
     row_of : ndarray of int
-        Place of each input point.
+        Index in `places` of each input point.
     side : float
-        Side of a cell.
+        Side length of a cell.
     """
 
     rows: IntArray
@@ -75,7 +77,7 @@ class CellGrid:
         return np.asarray(np.diff(np.append(0, np.cumsum(count[near]))[starts]) + count)
 
     def cells_of(self, places: IntArray) -> IntArray:
-        """Return the cell of each of these places."""
+        """Return the cell of each of the given positions."""
         return np.asarray(np.searchsorted(self.begins, places, side="right") - 1)
 
 

@@ -1,6 +1,6 @@
-"""Points sorted by grid cells, for parallel sums over the neighbours of many places.
+"""Points sorted by grid cell, for parallel sums over the neighbours of many positions.
 
-Search trees return lists of neighbours, which for millions of places do not fit into memory; a
+Search trees return lists of neighbours, which do not fit into memory for millions of positions. A
 compiled loop over the cells stores only the sums.
 """
 
@@ -18,22 +18,22 @@ from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.geometry.kernels.jit import for_kernels
 
 MAX_CELLS_PER_AXIS = 2_000_000
-"""Limit for cell numbers of 63 bits."""
+"""Limit at which cell numbers still fit into 63 bits."""
 PLACES_PER_BLOCK = 20_000
 _MAX_THREADS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class LocalPlanes:
-    """Planes of the points around each of k places.
+    """Planes fitted to the points around each of k positions.
 
     Attributes
     ----------
     count : (k,) ndarray of int
     mean, normal : (k, 3) ndarray
-        Centroid, and unit normal in either direction.
+        Centroid, and unit normal of arbitrary sign.
     spread : (k, 3) ndarray
-        Eigenvalues of the covariance (divisor n), ascending; NaN for too few points.
+        Eigenvalues of the covariance (divisor n), ascending; NaN if there are too few points.
     """
 
     count: IntArray
@@ -44,15 +44,15 @@ class LocalPlanes:
 
 @dataclass(frozen=True, eq=False)
 class CylinderStatistics:
-    """Positions of points in a cylinder around each of k places, along its axis.
+    """Statistics of the points in a cylinder around each of k positions.
 
-    They are relative to the place.
+    Points are measured along the axis of the cylinder, relative to its position.
 
     Attributes
     ----------
     count : (k,) ndarray of int
     mean, deviation : (k,) ndarray
-        Mean and standard deviation (divisor n - 1); NaN for too few points.
+        Mean and standard deviation (divisor n - 1); NaN if there are too few points.
     """
 
     count: IntArray
@@ -61,9 +61,9 @@ class CylinderStatistics:
 
 
 class PointGrid:
-    """Grid of points (n, 3) in any unit; points that are not finite are ignored.
+    """Grid of points (n, 3) in any unit; non-finite points are ignored.
 
-    `cell` is the side of a cell, ideally the search radius.
+    `cell` is the side length of a cell, ideally the search radius.
     """
 
     def __init__(self, points: FloatArray, cell: float) -> None:
@@ -97,17 +97,18 @@ class PointGrid:
     def tables(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray, IntArray]:
         """Return the tables of the grid for kernels.
 
-        The points minus `corner`, sorted by cells; the cell of each along x; names and ends of rows
-        of cells, as in `kernels.cells.slot_of`; and the input rows of the points.
+        The tables are the points minus `corner`, sorted by cell; the cell of each point along x;
+        the names and ends of the rows of cells, as in `kernels.cells.slot_of`; and the input rows
+        of the points.
         """
         return (*self._sorted(), self._order_given)
 
     def planes(
         self, places: FloatArray, radius: float, progress: Progress | None = None
     ) -> LocalPlanes:
-        """Fit planes to the points within `radius` of each of the places (k, 3).
+        """Fit planes to the points within `radius` of each of the positions (k, 3).
 
-        Raises Cancelled through `progress`, whose steps are places.
+        Each step of `progress`, which may raise Cancelled, is one position.
         """
         from vomstudio.geometry.kernels.cells import planes_near
 
@@ -135,13 +136,11 @@ class PointGrid:
         radius: float,
         progress: Progress | None = None,
     ) -> FloatArray:
-        """Compute the mean curvature (k,) of quadrics through the points near places.
+        """Compute the mean curvature (k,) of quadrics fitted to the points near each position.
 
-        The points are within `radius`.
-
-        In inverse units of the points, positive if the surface bends away from the unit normals (k,
-        3); NaN for fewer than ten points. Raises Cancelled through `progress`, whose steps are
-        places.
+        The points within `radius` of a position are used. The curvature is in inverse units of the
+        points, positive if the surface bends away from the unit normal (k, 3), and NaN for fewer
+        than ten points. Each step of `progress`, which may raise Cancelled, is one position.
         """
         from vomstudio.geometry.kernels.quadrics import curvatures_near
 
@@ -178,10 +177,10 @@ class PointGrid:
         reach: float,
         progress: Progress | None = None,
     ) -> CylinderStatistics:
-        """Measure the points in cylinders around places (k, 3), along unit axes (k, 3).
+        """Measure the points in cylinders around positions (k, 3) along unit axes (k, 3).
 
-        The cylinders extend by `reach` to either side. Raises Cancelled through `progress`, whose
-        steps are places.
+        The cylinders extend by `reach` in both directions. Each step of `progress`, which may raise
+        Cancelled, is one position.
         """
         from vomstudio.geometry.kernels.cells import along_axes
 
@@ -220,7 +219,7 @@ class PointGrid:
         )
 
     def _order(self, places: FloatArray) -> IntArray:
-        """Order places so that the points of neighbours remain in the processor's cache."""
+        """Order positions so that points shared by neighbours remain in the processor cache."""
         with np.errstate(invalid="ignore"):
             return np.argsort(self._cells_of(places - self.corner), kind="stable")
 
@@ -235,7 +234,7 @@ class PointGrid:
 def run_in_blocks(
     work: Callable[[slice], Any], k: int, progress: Progress, size: int = PLACES_PER_BLOCK
 ) -> None:
-    """Run work on rows in blocks and in threads.
+    """Process rows in blocks, in several threads.
 
     Parameters
     ----------
@@ -244,7 +243,7 @@ def run_in_blocks(
     k : int
         Number of rows.
     progress : Progress
-        Its steps are rows.
+        Progress indicator; each step is one row.
     size : int, optional
         Number of rows per block.
 

@@ -1,6 +1,6 @@
-"""Shared vertices of faces: coincident vertices become one, and so do equal faces.
+"""Shared vertices of faces, with coincident vertices and equal faces merged.
 
-Free sides next to each other, such as at the seam of two tiles, are one side.
+Adjacent free sides, such as at the seam of two tiles, are treated as one side.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ MAX_GAP_RATIO, MAX_CANDIDATES, MAX_NEIGHBOURS = 0.75, 9, 2
 
 
 def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
-    """Snap vertices that are much closer than a side is long.
+    """Snap vertices whose distance is much smaller than the length of a side.
 
-    Only if few faces share a side, as when each has its own rounded or transformed vertices;
-    otherwise the places are returned unchanged.
+    Vertices are snapped only if few faces share a side, for example because each face has its own
+    rounded or transformed vertices. Otherwise the positions are returned unchanged.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
 def neighbours_across_gaps(
     nodes: IntArray, corners: FloatArray, alone: BoolArray | None = None
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Find faces with free sides next to each other.
+    """Find faces with adjacent free sides.
 
     Sides closer than their length are neighbours, whether tiles were cut, rounded or overlap there,
     or have a different resolution. Empty if most faces are separate.

@@ -1,4 +1,4 @@
-"""Part of a surface inside an outline drawn on it, and its area."""
+"""Part of a surface inside an outline drawn on the surface, and its area."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 
 N_CELLS = 256
-"""Cells along the longer side: most faces are entirely in inner or outer cells."""
+"""Number of cells along the longer side; most faces are entirely in inner or outer cells."""
 N_SEEDS = 64
-"""Number of points of the outline at which its surface is searched."""
+"""Number of points of the outline at which the surface below it is searched."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Enclosed:
-    """Triangles (k, 3, 3) and their share inside an outline.
+    """Triangles and the share of each inside an outline.
 
-    It also contains their projection (k, 3, 2) along the outline's normal, the share (k,) of each
-    inside, and the projected outline.
+    Contains the triangles (k, 3, 3), their projection (k, 3, 2) along the normal of the outline,
+    the share (k,) of each triangle inside the outline, and the projected outline.
     """
 
     faces: FloatArray
@@ -38,20 +38,22 @@ class _Enclosed:
 def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
     """Compute the area of the part of a triangulated surface inside an outline.
 
-    The outline is projected along its normal, in which direction its area is largest; faces that it
-    cuts count partially. Only faces connected to the outline count, so a wall behind is excluded.
+    The outline is projected along its normal, the direction in which its area is largest. Faces
+    that the outline cuts count partially. Only faces connected to the outline count, so a wall
+    behind the surface is excluded.
 
     Parameters
     ----------
     corners : (m, 3, 3) array_like
         Triangles around the outline.
     ring : (n, 3) array_like
-        Points on the surface, the first not repeated.
+        Points of the outline on the surface; the first point is not repeated.
 
     Returns
     -------
     float or None
-        In the square of the unit; None if the outline has no area, no surface, or crosses itself.
+        Area in squared length units, or None if the outline has no area, encloses no surface or
+        crosses itself.
     """
     enclosed = _find_enclosed(corners, ring)
     if enclosed is None:
@@ -72,7 +74,7 @@ def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | Non
     Returns
     -------
     (k, 3, 3) ndarray or None
-        Triangles; None as in `area_inside`.
+        Triangles, or None under the conditions of `area_inside`.
     """
     enclosed = _find_enclosed(corners, ring)
     if enclosed is None:
@@ -152,7 +154,7 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | N
 
 
 def _meets_box(flat: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
-    """Return for triangles (m, 3, 2) whether their boxes meet the box."""
+    """Return a mask of the triangles (m, 3, 2) whose bounding boxes intersect the box."""
     is_near = np.ones(len(flat), np.bool_)
     for axis in (0, 1):
         a, b, c = (flat[:, corner, axis] for corner in range(3))
@@ -163,7 +165,7 @@ def _meets_box(flat: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray
 
 
 def _axes(local: FloatArray) -> FloatArray | None:
-    """Return two axes of the outline's plane and its normal as rows; None without an area."""
+    """Return two in-plane axes and the normal of an outline, or None if it has no area."""
     normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
     size = float(np.linalg.norm(normal))
     if not size > 1e-12 * float((local**2).sum()):
@@ -177,7 +179,7 @@ def _axes(local: FloatArray) -> FloatArray | None:
 def _shares(
     flat: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Return the share (m,) of each triangle (m, 3, 2) inside."""
+    """Return the share (m,) of each triangle (m, 3, 2) inside the polygon."""
     import shapely
 
     step = float((high - low).max()) / N_CELLS
@@ -189,7 +191,7 @@ def _shares(
     inside = shapely.contains_xy(polygon, places[:, 0], places[:, 1]).reshape(count)
     first = np.clip(((flat.min(axis=1) - start) / step).astype(int), 0, count - 1)
     last = np.clip(((flat.max(axis=1) - start) / step).astype(int), 0, count - 1)
-    # A table of sums gives the number of border cells in each triangle's box.
+    # A summed-area table gives the number of border cells in the box of each triangle.
     sums = np.zeros(count + 1, np.int64)
     sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
     (x0, y0), (x1, y1) = first.T, last.T + 1
@@ -221,11 +223,11 @@ def _border_cells(
 
 
 def _cut_shares(flat: FloatArray, polygon: shapely.Polygon) -> FloatArray:
-    """Return the shares (k,) of triangles that the outline may cross."""
+    """Return the shares (k,) inside the outline of triangles that it may cross."""
     import shapely
 
     middle = flat.mean(axis=1)
-    # Triangles seen edge-on have no area, so their middle decides.
+    # Triangles seen edge-on have no area, so their centre decides.
     share: FloatArray = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
     is_broad, area = _is_broad(flat), _flat_areas(flat)
     triangles = shapely.polygons(flat[is_broad])
@@ -248,7 +250,7 @@ def _is_broad(flat: FloatArray) -> BoolArray:
 
 
 def _faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
-    """Return the rows of the nearest triangles (m, 3, 3) under points of the outline."""
+    """Return the rows of the triangles (m, 3, 3) nearest to points of the outline."""
     corners = [[np.ascontiguousarray(projected[:, k, axis]) for k in range(3)] for axis in (0, 1)]
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
     high = [np.maximum(np.maximum(a, b), c) for a, b, c in corners]
@@ -265,7 +267,7 @@ def _faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
 
 
 def _depth(triangles: FloatArray, place: FloatArray) -> FloatArray:
-    """Return the heights (k,) of triangles at a place; infinite outside of a triangle."""
+    """Return the heights (k,) of triangles at a position; infinite outside a triangle."""
     a = triangles[:, 0]
     b, c, p = triangles[:, 1] - a, triangles[:, 2] - a, place - a[:, :2]
     double_area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
@@ -278,7 +280,7 @@ def _depth(triangles: FloatArray, place: FloatArray) -> FloatArray:
 
 
 def _connected_to(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
-    """Return which faces (k, 3, 3) are connected to one of the seeds over shared vertices."""
+    """Return a mask of the faces (k, 3, 3) connected to a seed through shared vertices."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 

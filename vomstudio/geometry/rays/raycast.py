@@ -20,7 +20,7 @@ class GridHits:
     Attributes
     ----------
     face : ndarray of int32
-        Row of the triangle, -1 without a hit.
+        Row of the triangle, -1 if there is no hit.
     depth : ndarray
         z of the point, infinite without a hit.
     weights : (..., 2) ndarray
@@ -66,7 +66,7 @@ def cast_grid(
     Returns
     -------
     GridHits
-        Of shape (height, width).
+        Hits with the shape (height, width).
     """
     from vomstudio.geometry.kernels.raycast import grid_hits
 

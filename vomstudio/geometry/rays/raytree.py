@@ -1,8 +1,8 @@
-"""Single rays against a model, in float64: first hits and nearest faces.
+"""First hits of single rays on a model and nearest faces, in float64.
 
-Boxes over the faces (or points), sorted along a Morton curve and paired upward into a complete
-binary tree (after Karras 2012, Maximizing parallelism in the construction of BVHs, octrees and k-d
-trees, HPG). A million faces take less than a second.
+The bounding boxes of the faces (or points) are sorted along a Morton curve and merged pairwise into
+a complete binary tree (after Karras 2012, Maximizing parallelism in the construction of BVHs,
+octrees and k-d trees, HPG). Building the tree for a million faces takes less than a second.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from vomstudio.geometry.mesh import Mesh
 
 LEAF_SIZE = 4
 SURFACE_THICKNESS = 4.0
-"""Points of a cloud within this multiple of the reach behind the first one on a ray belong to the
-same surface.
+"""Points of a cloud belong to the same surface if they are within this multiple of the reach behind
+the first point on a ray.
 """
 
 
@@ -31,11 +31,11 @@ class RayHits:
     Attributes
     ----------
     index : (n,) ndarray of int
-        Row of the face or point, -1 without a hit.
+        Row of the face or point, -1 if there is no hit.
     distance : (n,) ndarray
-        From the start, in lengths of the direction; infinite without a hit.
+        Distance from the start, in multiples of the direction vector; infinite if there is no hit.
     weights : (n, 3) ndarray
-        Barycentric weights of the face's vertices; NaN for points and without a hit.
+        Barycentric weights of the vertices of the face; NaN for points and if there is no hit.
     """
 
     index: IntArray
@@ -45,15 +45,15 @@ class RayHits:
 
 @dataclass(frozen=True, eq=False)
 class NearestFaces:
-    """Nearest faces of a mesh to n places.
+    """Faces of a mesh nearest to n positions.
 
     Attributes
     ----------
     index : (n,) ndarray of int
-        Row of the face, -1 for a place that is not finite.
+        Row of the face, -1 if the position is not finite.
     weights : (n, 3) ndarray
-        Barycentric weights of its vertices at the nearest point, exactly 0 for vertices that do not
-        belong to the nearest edge or vertex; NaN with index -1.
+        Barycentric weights of its vertices at the nearest point; exactly 0 for vertices that do not
+        belong to the nearest edge or vertex, and NaN if the index is -1.
     """
 
     index: IntArray
@@ -61,11 +61,11 @@ class NearestFaces:
 
 
 class RayTree:
-    """Faces of a mesh, or points of a cloud with a reach, prepared for rays.
+    """Search tree of the faces of a mesh or the points of a cloud, for casting rays.
 
-    `reach` is the maximum distance of a point from a ray that hits it, m; unused for a mesh.
-    Coordinates are those of the model. Sums are relative to an integer corner, so that UTM
-    coordinates lose no digits.
+    `reach` is the maximum distance of a point from a ray that hits it, m; it is not used for a
+    mesh. Coordinates are in the frame of the model. Sums are relative to an integer corner, so that
+    UTM coordinates lose no digits.
     """
 
     def __init__(self, data: Mesh | PointCloud, reach: float = 0.0) -> None:
@@ -97,8 +97,8 @@ class RayTree:
     ) -> RayHits:
         """Return the first hits of rays from starts (n, 3) or (3,) along ways (n, 3).
 
-        `last` is in lengths of the direction. For a cloud it is the point nearest to the ray on the
-        first surface. Rays that are not finite have no hit.
+        `last` is the maximum distance, in multiples of the direction vector. For a cloud, the hit
+        is the point on the first surface that is nearest to the ray. Non-finite rays have no hit.
         """
         from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
 
@@ -142,7 +142,7 @@ class RayTree:
         return RayHits(index, distance, weights)
 
     def nearest(self, places: FloatArray) -> NearestFaces:
-        """Return the nearest points of a mesh to the places (n, 3)."""
+        """Return the points of a mesh nearest to the positions (n, 3)."""
         from vomstudio.geometry.kernels.nearest import nearest_faces
         from vomstudio.geometry.kernels.raytree import stack_space
 
@@ -150,7 +150,7 @@ class RayTree:
         index, weights = np.full(n, -1, np.int64), np.full((n, 3), np.nan)
         if len(self._order) and isinstance(self.data, Mesh):
             local = places - self.corner
-            # In the order of the curve, so that neighbours use the same data in the cache.
+            # Follow the order of the curve, so that neighbours use the same cached data.
             rows = _along_curve(local)
             near = for_kernels(local[rows], np.float64)
             nearest_rows, nearest_weights = (
@@ -171,18 +171,18 @@ class RayTree:
         return NearestFaces(index, weights)
 
     def position(self, index: int, weights: FloatArray) -> FloatArray:
-        """Return the position (3,) of a hit from the model's coordinates."""
+        """Return the position (3,) of a hit in the coordinates of the model."""
         return np.asarray(self.positions(np.array([index]), weights[None])[0])
 
     def positions(self, index: IntArray, weights: FloatArray) -> FloatArray:
-        """Return the positions (n, 3) of hits from the model's coordinates."""
+        """Return the positions (n, 3) of hits in the coordinates of the model."""
         if isinstance(self.data, Mesh):
             corners = self._points[self._faces[index]]
             return np.asarray(np.einsum("nk,nkc->nc", weights, corners) + self.corner)
         return np.array(self.data.points[index], np.float64)
 
     def normal(self, index: int) -> FloatArray | None:
-        """Return the unit normal (3,) of a face or point, or None."""
+        """Return the unit normal (3,) of a face or point, or None if it has no normal."""
         if isinstance(self.data, Mesh):
             a, b, c = self._points[self._faces[index]]
             normal = np.cross(b - a, c - a)
@@ -223,9 +223,10 @@ def _spread(x: UInt64Array) -> UInt64Array:
 
 
 def _boxes(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the boxes (2 k - 1, 3) of the complete tree over sorted items.
+    """Return the corners (2 k - 1, 3) of the boxes of the complete tree over sorted items.
 
-    Node i has children 2 i + 1 and 2 i + 2, the last k are leaves of LEAF_SIZE items each.
+    The children of node i are 2 i + 1 and 2 i + 2; the last k nodes are leaves with LEAF_SIZE items
+    each.
     """
     count = max(-(-len(low) // LEAF_SIZE), 1)
     leaves = 1 << (count - 1).bit_length()

@@ -1,9 +1,10 @@
-"""Clouds as octrees, of which only the nodes that a view needs are loaded and drawn.
+"""Point clouds as octrees whose nodes are loaded and drawn only if a view needs them.
 
-Every node contains a thin, even sample of the points in its cube; its children add the points
-between. The id of a point is its row in the whole file. In a cloud that does not fit into memory it
-is the number of points in the preceding nodes of the file plus the row in the node, so ids do not
-depend on the loaded nodes and equal the rows of the same file read as a whole.
+Every node contains a sparse, even sample of the points in its cube; its children add the points in
+between. The id of a point is its row in the whole file. If a cloud does not fit into memory, the id
+is the number of points in the preceding nodes of the file plus the row within the node. The ids
+therefore do not depend on which nodes are loaded, and they equal the row numbers of the same file
+read as a whole.
 """
 
 from __future__ import annotations
@@ -27,25 +28,25 @@ if TYPE_CHECKING:
 POINT_BUDGET = 5_000_000
 """Default number of points of a cloud in memory."""
 FETCH_BATCH_POINTS = 50_000
-"""Number of points of a file that are unpacked together: several nodes use several processors, but
-unpacking blocks every other thread.
+"""Number of points of a file that are unpacked together. Unpacking several nodes uses several
+processors, but blocks all other threads.
 """
 MAX_SPACING_PIXELS = 1.5
-"""Nodes are requested until the points of the parent node are closer than this."""
+"""Nodes are requested until the spacing of the points of their parent is below this value."""
 
 
 @dataclass(frozen=True)
 class CloudView:
-    """View of a cloud, in the cloud's file frame.
+    """View of a cloud in its file frame.
 
     Attributes
     ----------
     axes : (3, 3) tuple
-        Rows of a rotation: right, up, and the direction away from the viewer.
+        Rows of a rotation matrix: right, up, and the direction away from the viewer.
     half_height : float
-        Tangent of the half angle, or half the height of an orthographic picture.
+        Tangent of half the view angle, or half the height of an orthographic view.
     pixels : int
-        Height of the picture.
+        Height of the image, pixels.
     """
 
     position: tuple[float, float, float]
@@ -59,7 +60,7 @@ class CloudView:
 
 @dataclass(frozen=True, eq=False)
 class NodePoints:
-    """Points of a node: `rows` of `cloud`, whose ids in the whole are `ids`."""
+    """Points of a node: the `rows` of `cloud`, whose ids in the whole cloud are `ids`."""
 
     cloud: PointCloud
     rows: IntegerArray
@@ -67,26 +68,26 @@ class NodePoints:
 
 
 class CloudNodes:
-    """Nodes of a cloud, some of which a view needs.
+    """Nodes of a cloud, from which those that a view needs are selected.
 
     Attributes
     ----------
     bounds : (n, 2, 3) ndarray
-        Boxes.
+        Bounding boxes of the nodes.
     spacing : (n,) ndarray
-        Distance of neighbouring points of a node.
+        Distance between neighbouring points of a node.
     counts : (n,) ndarray of int
         Number of points of each node.
     parents : (n,) ndarray of int
-        Row of the parent node, -1 for none.
+        Row of the parent of each node, -1 if it has no parent.
     budget : int
         Maximum number of points in memory.
     first : tuple of int
-        Rows of the nodes that represent the whole.
+        Rows of the nodes that represent the whole cloud.
     is_ordered : bool
         True if consecutive points of a node are neighbours.
     batch_points : int
-        Number of points of a batch to fetch.
+        Number of points that are fetched in one batch.
     """
 
     is_ordered = False
@@ -109,14 +110,14 @@ class CloudNodes:
         return len(self.counts)
 
     def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
-        """Return the points of nodes. Raises InputError."""
+        """Return the points of nodes. Raises InputError if a node cannot be read."""
         raise NotImplementedError
 
     def let_go(self, row: int, piece: NodePoints) -> None:
-        """Release a node that was fetched."""
+        """Release a fetched node."""
 
     def choose(self, view: CloudView, max_points: int) -> IntArray:
-        """Select the nodes that a picture needs, the most important first.
+        """Select the nodes needed to draw a view, most important first.
 
         These are visible nodes whose parents' points are more than MAX_SPACING_PIXELS apart, up to
         `max_points` points.
@@ -130,7 +131,7 @@ class CloudNodes:
         reach = np.ones(len(self)) if view.orthographic else distance
         spacing_pixels = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * reach)
         half_width = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
-        # The planes of a perspective view are inclined, so a ball extends further across them.
+        # The side planes of a perspective view are inclined, so a ball extends further across them.
         vertical_slope = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
         horizontal_slope = (
             1.0 if view.orthographic else np.hypot(1.0, view.half_height * view.aspect)
@@ -147,9 +148,9 @@ class CloudNodes:
         return np.asarray(rows[np.cumsum(self.counts[rows]) <= max_points])
 
     def closing(self, rows: IntArray) -> dict[int, float]:
-        """Return the spacing at which the points of shown nodes cover the surface.
+        """Return the spacing at which the points of the displayed nodes cover the surface.
 
-        It is the finest spacing of the shown nodes below each.
+        For each node, this is the finest spacing among the displayed nodes below it.
         """
         finest = dict(zip(rows.tolist(), self.spacing[rows].tolist(), strict=True))
         for row in sorted(finest, key=lambda r: float(self.spacing[r])):
@@ -187,9 +188,9 @@ class NodeStore(CloudNodes):
     Attributes
     ----------
     starts : (n,) ndarray of int
-        Number of each node's first point in the file.
+        Index in the file of the first point of each node.
     read : callable
-        Reads the points of nodes in order; raises InputError.
+        Reads the points of nodes in the given order; raises InputError if this fails.
     """
 
     batch_points = FETCH_BATCH_POINTS
@@ -215,13 +216,13 @@ class NodeStore(CloudNodes):
 
     @property
     def usual_spacing(self) -> float:
-        """Median spacing of the nodes, weighted by their points."""
+        """Median spacing of the nodes, weighted by their number of points."""
         order = np.argsort(self.spacing)
         below = np.cumsum(self.counts[order])
         return float(self.spacing[order][np.searchsorted(below, self.total / 2.0)])
 
     def loaded(self) -> dict[int, PointCloud]:
-        """Return the loaded nodes by row."""
+        """Return the loaded nodes, keyed by row."""
         with self._lock:
             return dict(self._loaded)
 
@@ -245,13 +246,13 @@ class NodeStore(CloudNodes):
 
     def let_go(self, row: int, piece: NodePoints) -> None:
         with self._lock:
-            # Unless it has been read again.
+            # Keep a node that has been read again in the meantime.
             if self._loaded.get(row) is piece.cloud:
                 del self._loaded[row]
                 self._trees.pop(row, None)
 
     def read(self, row: int) -> PointCloud:
-        """Read a node from the file without storing it. Raises InputError."""
+        """Read a node from the file without storing it. Raises InputError if this fails."""
         return self._read([row])
 
     def nodes_of(self, ids: IntArray) -> IntArray:
@@ -260,7 +261,7 @@ class NodeStore(CloudNodes):
         return np.asarray(self._order[index], np.int64)
 
     def points_of(self, ids: IntArray) -> FloatArray:
-        """Return coordinates (k, 3) float64 as in the file; missing nodes are read.
+        """Return the coordinates (k, 3) of points as float64; nodes not loaded are read.
 
         Raises
         ------
@@ -299,7 +300,7 @@ class NodeStore(CloudNodes):
 
 
 def parent_rows(keys: IntegerArray) -> IntArray:
-    """Return the rows of the parents of nodes.
+    """Return the rows of the parent nodes.
 
     Parameters
     ----------
@@ -309,7 +310,7 @@ def parent_rows(keys: IntegerArray) -> IntArray:
     Returns
     -------
     (n,) ndarray of int
-        -1 for none.
+        Row of the parent of each node, -1 if it has no parent.
     """
     rows = {tuple(key): row for row, key in enumerate(keys.tolist())}
     parent_keys = np.column_stack([keys[:, 0] - 1, keys[:, 1:] >> 1])
@@ -318,18 +319,18 @@ def parent_rows(keys: IntegerArray) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class StreamedCloud(PointCloud):
-    """First levels of a large cloud, which represent all of it as a sample.
+    """First levels of a large cloud, a sample that represents the whole cloud.
 
-    The store contains all its nodes.
+    The store contains all nodes of the cloud.
     """
 
     store: NodeStore = field(kw_only=True)
-    """Its first nodes, one after the other, are those whose points are here."""
+    """Store of all nodes. This cloud contains the points of its first nodes, in order."""
     box: FloatArray = field(kw_only=True)
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """Bounding box (2, 3) of the whole."""
+        """Bounding box (2, 3) of the whole cloud."""
         return self.box
 
     @property
@@ -344,7 +345,7 @@ class StreamedCloud(PointCloud):
 
 
 def split_cloud(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
-    """Split a cloud into runs of points, which share its memory.
+    """Split a cloud into runs of consecutive points, which share its memory.
 
     Parameters
     ----------

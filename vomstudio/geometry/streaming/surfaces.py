@@ -1,4 +1,4 @@
-"""Surface on which a brush works, for every kind of model."""
+"""Surfaces of all kinds of models, on which a brush operates."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def create_surface(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
 class StreamedSurface(CloudSurface):
     """Surface of the loaded nodes.
 
-    Brush, spacing and the face around a trace use what is loaded for the present view.
+    The brush, the spacing and the face around a trace use the nodes loaded for the current view.
     """
 
     def __init__(self, cloud: StreamedCloud) -> None:

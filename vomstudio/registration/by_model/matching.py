@@ -1,7 +1,8 @@
-"""Match a model to a nearby reference by ICP, coarse to fine (Open3D).
+"""Coarse-to-fine matching of a model to a nearby reference by ICP (Open3D).
 
-Point to plane (Chen & Medioni 1992, Image and Vision Computing 10, 145) with Tukey's biweight. Each
-step halves the maximum distance of correspondences and the cell size of the thinned points.
+The method is point-to-plane ICP (Chen & Medioni 1992, Image and Vision Computing 10, 145) with
+Tukey's biweight. Each step halves the maximum distance of correspondences and the cell size of the
+thinned points.
 """
 
 from __future__ import annotations
@@ -32,19 +33,19 @@ def match(
     nearest: float,
     progress: Progress,
 ) -> Similarity:
-    """Rotate and shift a model to a reference.
+    """Rotate and translate a model to match a reference.
 
     Parameters
     ----------
     model : (n, 3) array
-        In its own frame.
+        Points in the model frame.
     reference : (m, 3) array
-        World, metres.
+        Points in the World frame, metres.
     start : Similarity
     farthest, nearest : float
         Maximum distance of correspondences in the first and in the last step, metres.
     progress : Progress
-        Raises Cancelled.
+        Progress indicator, which may raise Cancelled.
     """
     from scipy.spatial.transform import Rotation
 
@@ -71,7 +72,7 @@ def match(
 def _cloud(points: FloatArray) -> Any:
     import open3d
 
-    # Its stubs lack overloads.
+    # The Open3D stubs lack overloads.
     o3d: Any = open3d
     return o3d.t.geometry.PointCloud(o3d.core.Tensor(np.ascontiguousarray(points)))
 
@@ -98,7 +99,7 @@ def _step(source: Any, target: Any, turn: FloatArray, distance: float) -> FloatA
             icp.TransformationEstimationPointToPlane(kernel),
             icp.ICPConvergenceCriteria(1e-7, 1e-7, _MAX_ITERATIONS),
         )
-    except RuntimeError:  # no pair of points, or a plane along which all slide
+    except RuntimeError:  # no correspondences, or a plane along which all points slide
         return turn
     matrix = np.asarray(result.transformation.numpy(), np.float64)
     is_valid = np.isfinite(matrix).all() and abs(np.linalg.det(matrix[:3, :3]) - 1.0) < 1e-3

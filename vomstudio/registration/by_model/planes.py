@@ -1,8 +1,8 @@
-"""Local planes of a model and of a reference, by their points within one radius.
+"""Local planes of a model and of a reference, fitted within the same radius.
 
-Both are smoothed alike, so the effect of edges and bends on the means cancels in the difference, as
-with M3C2. It does not cancel for points and planes: points lie in front of edges and behind
-notches.
+Both surfaces are smoothed equally, so the effect of edges and bends on the means cancels in the
+difference, as in M3C2. It would not cancel between points and planes, because points lie in front
+of planes at edges and behind them at notches.
 """
 
 from __future__ import annotations
@@ -16,28 +16,29 @@ from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.registration.similarity import Similarity
 
 RADIUS = 4.0
-"""In resolutions of the coarser surface: some fifty points, well above their noise."""
+"""Radius in resolutions of the coarser surface; contains some fifty points and exceeds their noise.
+"""
 _MIN_POINTS = 6
 _MAX_OFFSET_RADII = 0.3
-"""Maximum distance of two means along the surface, in radii."""
+"""Maximum distance between two means along the surface, in radii."""
 _MIN_NORMAL_COSINE = 0.7
-"""Minimum cosine between normals of one face."""
+"""Minimum cosine between two normals of the same face."""
 _MAX_POINTS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneMatches:
-    """Places of a model that lie on a reference.
+    """Positions of a model that lie on a reference.
 
     Attributes
     ----------
     places : (k, 3) array
-        World.
+        Positions in the World frame.
     miss : (k,) array
-        Along the normal, model minus reference, metres.
+        Distances along the normal, model minus reference, metres.
     normal : (k, 3) array
     tilt : (k,) array
-        Variance of the normals in each direction by the noise of their points, rad².
+        Variance of the normals in each direction due to the noise of their points, rad².
     """
 
     places: FloatArray
@@ -52,14 +53,14 @@ class ModelPlanes:
     Parameters
     ----------
     points : (n, 3) array
-        In the frame of the model.
+        Points in the model frame.
     radius : float
-        In its unit.
+        Radius in the unit of the model.
     """
 
     def __init__(self, points: FloatArray, radius: float) -> None:
         grid = PointGrid(points, radius)
-        # A mean lies on the surface, unlike a single point.
+        # Unlike a single point, a mean lies on the surface.
         middles = grid.planes(thin_points(points, radius / 2.0), radius).mean
         planes = grid.planes(middles, radius)
         is_plane = _have_planes(planes)
@@ -75,9 +76,9 @@ class ReferencePlanes:
     Parameters
     ----------
     points : (n, 3) array
-        World.
+        Points in the World frame.
     radius : float
-        Metres.
+        Radius, metres.
     """
 
     def __init__(self, points: FloatArray, radius: float) -> None:
@@ -85,9 +86,9 @@ class ReferencePlanes:
         self._grid = PointGrid(points, radius)
 
     def match(self, places: ModelPlanes, fit: Similarity) -> PlaneMatches:
-        """Return the places of a model that lie on the reference after a similarity."""
+        """Return the positions of a model that lie on the reference after a similarity."""
         placed = fit(places.mean)
-        # Use the same middle, or the rim of the model would be compared with its inside.
+        # Use the same centres; otherwise the rim of the model would be compared with its interior.
         planes = self._grid.planes(fit(places.middle), self.radius)
         model_normals = places.normal @ fit.rotation.T
         signs = np.where(np.einsum("ij,ij->i", model_normals, planes.normal) < 0, -1.0, 1.0)
@@ -98,7 +99,7 @@ class ReferencePlanes:
             off = placed - planes.mean
             miss = np.einsum("ij,ij->i", off, normal)
             squared_offset = np.einsum("ij,ij->i", off, off) - miss**2
-            # The mean of two unit vectors is as long as the cosine of half of their angle.
+            # The length of the mean of two unit vectors is the cosine of half their angle.
             is_parallel = size / 2.0 > np.sqrt((1.0 + _MIN_NORMAL_COSINE) / 2.0)
             is_match = (
                 _have_planes(planes)
@@ -118,8 +119,8 @@ def _have_planes(planes: LocalPlanes) -> BoolArray:
 def _tilt(planes: LocalPlanes) -> FloatArray:
     """Return the mean variance (k,) of the normals of planes, rad².
 
-    For n points with the variance l0 across and l1, l2 along the plane, the variances of the normal
-    are l0 / (n l1) and l0 / (n l2).
+    For n points with variances l0 across the plane and l1 and l2 along it, the variances of the
+    normal are l0 / (n l1) and l0 / (n l2).
     """
     l0, l1, l2 = np.maximum(planes.spread, 0.0).T
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -127,13 +128,13 @@ def _tilt(planes: LocalPlanes) -> FloatArray:
 
 
 def thin_points(points: FloatArray, cell: float, max_points: int = _MAX_POINTS) -> FloatArray:
-    """Thin points to one per cell of a grid, so that density does not matter.
+    """Thin points to one per grid cell, so that the point density has no influence.
 
     Parameters
     ----------
     points : (n, 3) ndarray
     cell : float
-        Side of a cell; enlarged if there are more than `max_points`.
+        Side length of a cell, which is increased if more than `max_points` points remain.
     max_points : int, optional
 
     Returns

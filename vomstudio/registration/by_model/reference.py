@@ -21,13 +21,13 @@ from vomstudio.registration.similarity import Similarity
 
 NAME = "reference"
 _CAPTURE_SHARE = 0.05
-"""Initial maximum distance of correspondences, as a share of the reference's diagonal."""
+"""Initial maximum distance of correspondences, as a share of the diagonal of the reference."""
 _MAX_MATCHED_POINTS = 300_000
 _FIXED_SCALE_SIGMA = 1e-4
-"""Relative weight of a fixed scale, one sigma."""
+"""Relative one-sigma error that sets the weight of a fixed scale."""
 _MIN_OVERLAP, _PARTIAL_OVERLAP = 0.02, 0.3
 _ROUNDING = 1e-6
-"""Share of the model's size below which residuals are rounding."""
+"""Share of the model size below which residuals are rounding errors."""
 _MIN_COMPONENT = 0.1
 """Minimum component of a free direction, in units of the size, that is reported."""
 
@@ -39,17 +39,17 @@ class FittedToReference:
     Attributes
     ----------
     observation : Combined
-        For the adjustment with other observations.
+        The fit as an observation for the adjustment with other observations.
     places : int
-        Used places of the model, each the mean of its points within `radius_m`.
+        Number of used positions on the model, each the mean of the points within `radius_m`.
     overlap : float
-        Their share of all places.
+        Share of all positions that are used.
     rms_m : float
-        Robust RMS of their residuals.
+        Robust RMS of their residuals, metres.
     blocks, block_m : int, float
         Number and size of the blocks of the jackknife.
     free : tuple of str
-        What the surfaces leave undetermined, in words.
+        Names of the parameters that the surfaces do not determine.
     """
 
     observation: Combined = field(metadata=HIDDEN)
@@ -74,26 +74,27 @@ def fit_to_reference(
     scale_error: float | None = None,
     progress: Progress | None = None,
 ) -> FittedToReference:
-    """Fit a model to a reference by ICP, then refine all parameters, with errors by jackknife.
+    """Fit a model to a reference by ICP, and refine all parameters with jackknife errors.
 
     Parameters
     ----------
     model : (n, 3) array
-        In its own frame.
+        Points in the model frame.
     reference : (m, 3) array
-        World, metres.
+        Points in the World frame, metres.
     start : Similarity
-        Model to World, within a twentieth of the reference's size.
+        Similarity from the model to the World frame, accurate to a twentieth of the size of the
+        reference.
     spacing : (float, float)
-        Of the model and of the reference, metres.
+        Point spacing of the model and of the reference, metres.
     scale : bool
         Whether the scale is estimated.
     stable : (m,) array of bool, optional
-        Points of the reference that have not moved; default: all.
+        Points of the reference that have not moved; by default all points.
     scale_error : float, optional
-        Relative error of a fixed scale, one sigma, which is propagated to rotation and shift.
+        Relative one-sigma error of a fixed scale, which is propagated to rotation and translation.
     progress : Progress, optional
-        Raises Cancelled.
+        Progress indicator, which may raise Cancelled.
 
     Raises
     ------
@@ -112,7 +113,7 @@ def fit_to_reference(
     fit = match(thin_model, target, start, farthest=farthest, nearest=radius, progress=progress)
     target_planes = ReferencePlanes(target, radius)
     for _ in range(2 if scale else 1):
-        # Repeat with the radius by the estimated scale.
+        # Repeat with the radius that follows from the estimated scale.
         places = ModelPlanes(model, radius / fit.scale)
         refinement = refine(places, target_planes, fit, scale=scale, progress=progress)
         fit = refinement.fit
@@ -160,7 +161,7 @@ def _require_near(placed: FloatArray, reference: FloatArray, farthest: float) ->
 
 
 def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
-    """Return the undetermined parameters, in words."""
+    """Return the names of the undetermined parameters."""
     unknowns = 7 if scale else 6
     if refinement.determined.shape[1] >= unknowns:
         return ()
@@ -186,7 +187,7 @@ def _findings(
         findings.append(Finding("reference.little-relief", free=list(free)))
     if share < _PARTIAL_OVERLAP:
         findings.append(Finding("reference.partial", share_percent=100.0 * share))
-    # Rounding errors are correlated, too.
+    # Rounding errors are also correlated.
     if spread.alike and refinement.sigma > _ROUNDING * refinement.size:
         findings.append(Finding("reference.bent", side_m=spread.side_m))
     return findings

@@ -1,7 +1,7 @@
-"""Refine the fit of a model to a reference, with all seven parameters of a similarity.
+"""Refinement of the fit of a model to a reference by a full similarity.
 
-Open3D's ICP does not suffice: its point-to-plane variant has no scale, and it reports neither the
-influence of each point nor the directions in which the surfaces slide along each other.
+Open3D's ICP is not sufficient: its point-to-plane variant has no scale, and it reports neither the
+influence of each point nor the directions in which the surfaces can slide along each other.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from vomstudio.registration.by_model.planes import ModelPlanes, ReferencePlanes
 from vomstudio.registration.similarity import Similarity, jacobians
 
 _TUKEY = 4.685
-"""95 % efficient for normal errors (Holland & Welsch 1977)."""
+"""Tuning constant with 95 % efficiency for normal errors (Holland & Welsch 1977)."""
 _MAD = 1.4826
 _MAX_ITERATIONS = 40
 _MIN_PLACES = 60
 _MIN_INFORMATION = 1e-8
-"""Share of the largest eigenvalue below which information is rounding."""
+"""Share of the largest eigenvalue below which information is due to rounding."""
 _ROUNDING = 1e-6
-"""Lower limit of sigma as a share of the radius, for identical surfaces: smaller test shifts would
-respond to the rounding of coordinates only."""
+"""Lower limit of sigma as a share of the radius, for identical surfaces. Smaller test shifts would
+only measure the rounding of coordinates."""
 _MAX_NOISE_SHARE = 0.5
-"""Share of information by noise of normals above which a direction is undetermined."""
+"""Share of information due to noise of the normals above which a direction is undetermined."""
 _TEST_SHIFT_SIGMAS = 0.3
-"""Shift by which the response is measured, in sigmas of the mean residual."""
+"""Shift used to measure the response, in sigmas of the mean residual."""
 _MIN_RESPONSE = 0.3
-"""Minimum response, relative to that by normals, of a determined direction."""
+"""Minimum response of a determined direction, relative to the response by the normals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,29 +43,29 @@ class Refinement:
     Attributes
     ----------
     fit : Similarity
-        Model to World.
+        Similarity from the model to the World frame.
     about : (3,) array
-        World, mean of the used places.
+        Mean of the used points in the World frame.
     size : float
-        Their RMS radius, metres.
+        RMS distance of the used points from `about`, metres.
     places : (k, 3) array
-        Used places, World.
+        Used points in the World frame.
     miss : (k,) array
-        Their residuals along the normals of the reference, metres.
+        Residuals of the used points along the normals of the reference, metres.
     moves : (k, 7) array
         Derivatives of the residuals by the seven parameters, in units of `size`.
     pull, slope : (k,) array
-        First and second derivative of the robust loss.
+        First and second derivatives of the robust loss.
     sigma : float
         Robust standard deviation of the residuals.
     determined : (7, d) array
-        Determined directions, see `determined_directions`.
+        Determined directions; see `determined_directions`.
     response : (d, d) array
-        Change of the summed pull in these directions per shift along them; the identity for
-        noise-free normals of unbent surfaces.
+        Change of the summed `pull` in the determined directions per shift along them; the identity
+        for noise-free normals of flat surfaces.
     scale_response : (7,) array or None
-        Change of turn, scale and shift (m) about `about` per relative error of a fixed scale; None
-        if the scale was fitted.
+        Change of rotation, scale and translation (m) about `about` per relative error of a fixed
+        scale, or None if the scale was fitted.
     """
 
     fit: Similarity
@@ -95,7 +95,7 @@ def refine(
     scale: bool,
     progress: Progress,
 ) -> Refinement:
-    """Refine a fit from a start within the reference's radius.
+    """Refine a fit from a start within the radius of the reference.
 
     Parameters
     ----------
@@ -105,12 +105,12 @@ def refine(
     scale : bool
         Whether the scale is estimated.
     progress : Progress
-        Raises Cancelled.
+        Progress indicator, which may raise Cancelled.
 
     Raises
     ------
     GeometryError
-        If too little of the two overlaps.
+        If the overlap of the two is too small.
     """
     progress.stage(tr("Refining the fit"), _MAX_ITERATIONS)
     fit = start
@@ -119,7 +119,7 @@ def refine(
         step = _newton(result)
         fit = _apply_step(fit, step, result.about, result.size)
         progress.step(number + 1)
-        # Metres at the rim: a hundredth of the standard error of the mean.
+        # Stop below a hundredth of the standard error of the mean, in metres at the rim.
         if np.abs(step).max() * result.size < 0.01 * result.sigma / np.sqrt(len(result.miss)):
             break
     result = _linearise(model, reference, fit, scale)
@@ -139,7 +139,7 @@ def refine(
 def _scale_response(
     model: ModelPlanes, reference: ReferencePlanes, result: Refinement
 ) -> FloatArray:
-    """Return the response (7,) of a fit to a relative error of its fixed scale, numerically."""
+    """Compute numerically the response (7,) of a fit to a relative error of its fixed scale."""
     step = _TEST_SHIFT_SIGMAS * result.sigma / result.size
     ends = []
     for sign in (1.0, -1.0):
@@ -178,7 +178,7 @@ def _linearise(
 ) -> Refinement:
     """Linearise the fit at a similarity.
 
-    With `previous`, its centre, size and sigma are used.
+    If `previous` is given, its centre, size and sigma are used.
     """
     matches = reference.match(model, fit)
     if len(matches.miss) < _MIN_PLACES:
@@ -225,7 +225,7 @@ def _linearise(
 def determined_directions(information: FloatArray, noise: FloatArray) -> FloatArray:
     """Return the determined directions, scaled to unit information.
 
-    The others have no more information than rounding, or mostly such as the noise contributes.
+    The information in the other directions is at the level of rounding, or mostly due to noise.
 
     Parameters
     ----------
@@ -244,9 +244,10 @@ def determined_directions(information: FloatArray, noise: FloatArray) -> FloatAr
 
 
 def _newton(result: Refinement) -> FloatArray:
-    """Return the change (7,) in units of the size, zero in free directions.
+    """Return the parameter change (7,) in units of the size, zero in free directions.
 
-    By Fisher scoring: the mean slope replaces that of each point, which is negative for far ones.
+    The change is computed by Fisher scoring: the mean slope replaces the slope of each point, which
+    is negative for distant points.
     """
     moves = result.moves @ result.determined
     if not moves.shape[1]:

@@ -1,4 +1,4 @@
-"""Select the stable part of a reference by a mask."""
+"""Selection of the stable part of a reference by a mask."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.io.gate.points import ModelFrame
 
 POLYGONS = (".geojson", ".json", ".gpkg", ".shp", ".kml")
 REACH = 3.0
-"""Distance to a mask cloud, in its spacings, within which reference points are stable."""
+"""Distance to a mask cloud, in spacings of the mask, within which reference points are stable."""
 
 
 def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[BoolArray, float]:
@@ -25,21 +25,21 @@ def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[Bo
     points : (n, 3) array
     mask : (m, 3) array
     spacing : float
-        Of the mask.
+        Point spacing of the mask.
 
     Returns
     -------
     near : (n,) array of bool
-        Within REACH spacings of the mask.
+        Whether a point is within REACH spacings of the mask.
     distance : float
-        That distance.
+        Distance that equals REACH spacings.
     """
     reach = REACH * spacing
     return near_places(points, mask, reach), reach
 
 
 def near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArray:
-    """Find the points near places.
+    """Find the points near the given positions.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def find_inside_polygons(
     Parameters
     ----------
     points : (n, 3) float64
-        World.
+        Points in the World frame.
     path : Path
         Layer of polygons, which is converted to `crs`.
     crs : str or None
@@ -80,12 +80,12 @@ def find_inside_polygons(
     -------
     inside : (n,) bool
     messages : tuple of Finding
-        About the frame and the shapes of the layer.
+        Messages about the frame and the shapes of the layer.
 
     Raises
     ------
     InputError, UsageError
-        As `read_raw_areas` and `extract_area`.
+        Under the conditions of `read_raw_areas` and `extract_area`.
     """
     import shapely
 

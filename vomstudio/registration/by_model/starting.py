@@ -1,4 +1,4 @@
-"""Inputs of a fit of one model to another: points of both, and the start."""
+"""Inputs of the fit of one model to another: the points of both, and the start."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from vomstudio.registration.surface_points import surface_points
 
 
 def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[FloatArray, float]:
-    """Return points (n, 3) of a surface and their resolution.
+    """Return the points (n, 3) of a surface and their resolution.
 
     Raises
     ------
     InputError
-        For a model with fewer than two points.
+        If the model has fewer than two points.
     """
     spacing = resolution(data)
     if not (np.isfinite(spacing) and spacing > 0):
@@ -42,7 +42,7 @@ def box_of(points: FloatArray) -> FloatArray:
     Returns
     -------
     (2, 3) ndarray
-        Lowest and highest corner.
+        Minimum and maximum corners.
     """
     sound = points[np.isfinite(points).all(axis=1)]
     return np.array([sound.min(axis=0), sound.max(axis=0)])

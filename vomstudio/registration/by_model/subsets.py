@@ -1,10 +1,10 @@
-"""Estimate the error of a fit of a model to a reference by a block jackknife.
+"""Error of the fit of a model to a reference, estimated by a block jackknife.
 
 The covariance of ICP treats all points as independent and is far too small, because the errors of
-neighbours are correlated. The overlap is cut into blocks, and the fits without each of them show
-the error (to first order in closed form), with the degrees of freedom of unequal blocks (Bell &
-McCaffrey 2002, Survey Methodology 28, 169). Blocks must exceed the correlation length: they grow
-until neighbouring blocks are uncorrelated.
+neighbouring points are correlated. The overlap is cut into blocks, and the fits without each block
+give the error (to first order, in closed form), with the degrees of freedom of unequal blocks (Bell
+& McCaffrey 2002, Survey Methodology 28, 169). Blocks must exceed the correlation length, so their
+size is increased until neighbouring blocks are uncorrelated.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from vomstudio.registration.by_model.refining import Refinement
 _BLOCK_COUNTS = (100, 50, 25)
 """Numbers of blocks to try, until blocks are large enough."""
 _MIN_BLOCK_RADII = 4.0
-"""Minimum block size in radii; places within two radii share points."""
+"""Minimum block size in radii; positions within two radii share points."""
 _MORAN_LIMIT_SIGMAS = 2.33
-"""Significance of Moran's I in standard deviations (1 %)."""
+"""Limit of Moran's I in standard deviations (significance 1 %)."""
 _MIN_FREEDOM = 3.0
 _MIN_ERROR = 1e-7
-"""Minimum error as a share of the size, and rad, even for a copy of the model."""
+"""Minimum error as a share of the size, or in rad, even for a copy of the model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +34,12 @@ class JackknifeError:
     Attributes
     ----------
     whitening : (d, 7) array
-        See `combined.Combined`; includes Student's widening.
+        See `combined.Combined`; includes the widening by Student's t.
     blocks : int
     side_m : float
         Size of a block.
     alike : bool
-        Whether neighbouring blocks are correlated even so.
+        Whether neighbouring blocks are still correlated.
     """
 
     whitening: FloatArray
@@ -55,7 +55,7 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
     ----------
     refinement : Refinement
     radius : float
-        Radius of the points of each place, metres.
+        Radius within which the points of each position are averaged, metres.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
             break
     count = int(block_of_place.max()) + 1
     covariance = _covariance(refinement, block_of_place)
-    # Functionals of the parameters, free of the undetermined directions.
+    # Linear functions of the parameters that do not depend on the undetermined directions.
     units = np.array([1.0, 1.0, 1.0, 1.0, refinement.size, refinement.size, refinement.size])
     functionals = refinement.determined.T @ refinement.information
     root = np.linalg.cholesky(covariance + _MIN_ERROR**2 * functionals @ functionals.T)
@@ -80,14 +80,14 @@ def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
 
 
 def cut_into_blocks(places: FloatArray, target: int, min_side: float) -> tuple[IntArray, float]:
-    """Assign places (k, 3) to cubic blocks.
+    """Assign positions (k, 3) to cubic blocks.
 
     Returns
     -------
     blocks : (k,) array of int
-        From 0.
+        Index of the block of each position, from 0.
     side : float
-        At least `min_side` if there are enough blocks.
+        Side length of a block, at least `min_side` if there are enough blocks.
     """
     low = places.min(axis=0)
     side = float(np.ptp(places, axis=0).max())
@@ -144,7 +144,7 @@ def _covariance(refinement: Refinement, block_of_place: IntArray) -> FloatArray:
     each = (moves * refinement.slope[:, None])[order]
     inside = np.add.reduceat(each[:, :, None] * moves[order][:, None, :], begins, axis=0)
     pulls = np.add.reduceat((moves * refinement.pull[:, None])[order], begins, axis=0)
-    # The total information is 1 in these directions, less that of the block without it.
+    # In these directions the total information is 1; without a block, that of the block is missing.
     adjusted, turns = np.zeros((blocks, d)), np.zeros((blocks, d, d))
     for block in range(blocks):
         values, axes = np.linalg.eigh((inside[block] + inside[block].T) / 2)

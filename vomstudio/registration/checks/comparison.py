@@ -1,4 +1,4 @@
-"""Compare two readings of the same points by the residuals of a similarity."""
+"""Comparison of two interpretations of the same points by the residuals of a similarity."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.registration.similarity import fit_similarity
 
-# Share of the squared extent below which squared residuals are rounding.
+# Share of the squared extent below which squared residuals are rounding errors.
 _ROUNDING = 1e-18
 _UNKNOWNS = 7
 
@@ -20,7 +20,7 @@ class Misfit:
     Attributes
     ----------
     variance : float
-        Of one coordinate, m².
+        Variance of one coordinate, m².
     free : float
         Effective redundancy, lower if one axis has larger residuals (Satterthwaite 1946).
     """
@@ -36,12 +36,12 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     ----------
     model, world : (n, 3) array
     extra_unknowns : int
-        Number of unknowns besides those of the similarity.
+        Number of unknowns in addition to those of the similarity.
 
     Returns
     -------
     Misfit or None
-        None without redundancy, or if the fit fails.
+        Misfit, or None if there is no redundancy or the fit fails.
     """
     freedom = 3 * len(model) - _UNKNOWNS - extra_unknowns
     if freedom < 1:
@@ -60,12 +60,12 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
 
 
 def fits_far_better(other: Misfit | None, reference: Misfit | None, significance: float) -> bool:
-    """Return whether another reading fits better than chance allows if the first is correct.
+    """Return whether another interpretation fits significantly better than the reference.
 
     Parameters
     ----------
     other, reference : Misfit or None
-        Misfits of the other reading and of the first one.
+        Misfits of the other interpretation and of the reference.
     significance : float
 
     Returns
@@ -76,7 +76,7 @@ def fits_far_better(other: Misfit | None, reference: Misfit | None, significance
 
     if other is None or reference is None:
         return False
-    # The upper tail keeps the digits of small probabilities.
+    # The upper tail preserves the digits of small probabilities.
     return reference.variance > other.variance * float(
         f.isf(significance, reference.free, other.free)
     )

@@ -1,4 +1,4 @@
-"""Check for heights that were not measured: constant ones, and placeholders."""
+"""Checks for heights that were not measured: constant heights and placeholders."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _MIN_POINTS_AFFINE = 5
 # Placeholders of tables for missing heights.
 _PLACEHOLDERS = (0.0, -9999.0, 9999.0, -99999.0, -32767.0, -32768.0)
 _MIN_P_VALUE = 1e-4
-# Coordinates from above are an affine image of the model.
+# Number of unknowns of horizontal coordinates as an affine image of the model.
 _AFFINE_UNKNOWNS = 8
 
 
 def constant_height_findings(model: FloatArray, world: FloatArray) -> list[Finding]:
-    """Return a finding if all points have one height, which contradicts the model.
+    """Return a finding if all points have the same height and this contradicts the model.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
         return False
     from scipy.stats import f
 
-    # Residuals of the points without their heights.
+    # Residuals of the points when their heights are ignored.
     design = np.column_stack([model - model.mean(axis=0), np.ones(n)])
     fitted = design @ np.linalg.lstsq(design, local[:, :2], rcond=None)[0]
     affine_squares = float(((fitted - local[:, :2]) ** 2).sum())
@@ -104,6 +104,6 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
 
 
 def _off_a_plane(model: FloatArray, scale: float, squares: float) -> bool:
-    """Return whether four points are as far off a plane on the model as their residuals."""
+    """Return whether four points on the model are as non-planar as their residuals."""
     axes = np.linalg.svd(model - model.mean(axis=0), compute_uv=False)
     return bool((scale * axes[2]) ** 2 > 0.1 * squares)

@@ -1,7 +1,7 @@
-"""Checks for points that fit as a mirror image, and for models turned upside down.
+"""Checks for points that fit as a mirror image, and for models placed upside down.
 
-A similarity does not mirror: if easting and northing of points on flat ground are exchanged, it
-turns the model upside down, which fits nearly as well as the right position.
+A similarity cannot mirror. If easting and northing of points on flat ground are swapped, it rotates
+the model upside down, which fits nearly as well as the correct position.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ _SIGNIFICANCE = 0.001
 _MIN_POINTS_WITH_OUTLIERS, _MIN_RESIDUAL_SHARE = 7, 0.01
 _MIRROR = np.array([1.0, 1.0, -1.0])
 _MAX_TIP_DEG = 90.0
-# For an unknown up direction: one random frame in 130 is tipped so far.
+# Tilt limit for an unknown up direction; one random frame in 130 is tilted this far.
 _MAX_TIP_UNKNOWN_UP_DEG = 170.0
 
 
 def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
-    """Return whether points fit far better mirrored, and not by another row order.
+    """Return whether points fit far better as a mirror image, and not in another row order.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
     if mirror_misfit is None or misfit is None:
         return False
     if not fits_far_better(mirror_misfit, misfit, _SIGNIFICANCE):
-        # An outlier affects both readings; compare them without it.
+        # An outlier affects both interpretations, so compare them without it.
         return mirror_misfit.variance < misfit.variance and _most_fit_as_mirror(
             model, world, misfit
         )
@@ -89,15 +89,15 @@ def mirror_findings(points: Points | None) -> list[Finding]:
 def tipping_findings(
     rotation: FloatArray, up: FloatArray | None, points: Points | None
 ) -> list[Finding]:
-    """Return a finding if a registration turns the model upside down.
+    """Return a finding if a registration rotates the model upside down.
 
     Parameters
     ----------
     rotation : (3, 3) array
-        Model to World.
+        Rotation from the model to the World frame.
     up : (3,) array or None
-        Up direction of the model by its file or user; None if not known, then the finding requires
-        that the points do not exclude a mirror image.
+        Up direction of the model, stated by its file or the user. If None, it is unknown, and the
+        finding requires that the points do not exclude a mirror image.
     points : Points or None
     """
     axis = np.array([0.0, 0.0, 1.0]) if up is None else up / np.linalg.norm(up)

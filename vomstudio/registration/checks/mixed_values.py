@@ -1,7 +1,7 @@
-"""Check for points whose values mean something else than those of the others.
+"""Check for points whose values have another meaning than those of the other points.
 
-Examples are heights of another system or unit, or columns exchanged in some rows. They are so many
-that the others do not outvote them, and none stands out as an outlier.
+Examples are heights in another system or unit, or columns swapped in some rows. Such rows are too
+numerous to be outvoted by the others, and none of them stands out as an outlier.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _MAX_TRIPLES = 150
 
 
 class MixedValues(NamedTuple):
-    """Rows that are read in another way.
+    """Rows that require another interpretation of their values.
 
-    `offset_m` is added to their heights; None for other kinds.
+    `offset_m` is the offset added to their heights, or None for other kinds.
     """
 
     kind: str
@@ -43,7 +43,7 @@ class MixedValues(NamedTuple):
 
 
 def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | None:
-    """Find rows of points that fit far better if they are read in another way.
+    """Find rows of points that fit far better under another interpretation of their values.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | Non
     Returns
     -------
     MixedValues or None
-        None if there are none.
+        Rows, or None if there are none.
     """
     n = len(model)
     misfit = residual_misfit(model, world) if _MIN_POINTS <= n <= _MAX_POINTS else None
@@ -128,7 +128,7 @@ def _best_division(
 def _fit_offset(
     model: FloatArray, world: FloatArray, which: BoolArray, offset: float
 ) -> MixedValues | None:
-    """Fit the height offset of some rows by two steps of a parabola."""
+    """Fit the height offset of some rows by two steps of parabolic interpolation."""
 
     def misfit_at(value: float) -> Misfit | None:
         return residual_misfit(model, world + np.outer(which, [0.0, 0.0, value]), extra_unknowns=1)

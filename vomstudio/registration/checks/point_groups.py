@@ -1,4 +1,4 @@
-"""Check for two distant groups of points, as in two zones, and find the one at the model."""
+"""Detection of two distant groups of points, such as two zones, and of the correct group."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
     Returns
     -------
     (n,) ndarray of bool or None
-        None if there is one group, or if the groups are far apart on the model too.
+        Mask of the larger group, or None if there is only one group or the groups are also far
+        apart on the model.
     """
     from scipy.cluster.hierarchy import fcluster, linkage
 
@@ -48,7 +49,7 @@ def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
 
 
 def distances_agree(model: FloatArray, world: FloatArray) -> bool:
-    """Return whether the distances of points on the model and in World agree.
+    """Return whether the distances between points on the model and in the World frame agree.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def distances_agree(model: FloatArray, world: FloatArray) -> bool:
 
 
 def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
-    """Find the points in degrees, if the others are in metres.
+    """Find the points in degrees if the other points are in metres.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
     small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
     large = flat.max(axis=1) > _MIN_METRES
     both = small.any() and int(large.sum()) > 1 and (small | large).all()
-    # A site is less than a degree across, which few are in metres.
+    # A site is less than a degree across, and few sites are less than a metre across.
     both = both and float(np.ptp(world[small, :2], axis=0).max()) < 1.0
     return small if both and not distances_agree(model, world) else np.zeros(len(world), bool)
 
@@ -98,12 +99,12 @@ def select_group_at_model(
     which : (n,) ndarray of bool
         True for the points of one group.
     inside : (n,) ndarray of bool
-        True in the area of use of the CRS; False without one.
+        Mask of the points in the area of use of the CRS; all False if there is no CRS.
 
     Returns
     -------
     (n,) ndarray of bool or None
-        None if it is not clear.
+        Mask of the correct group, or None if it is unclear.
     """
     for is_at_model in (inside, _near_model_coordinates(model, world)):
         first, second = float(is_at_model[which].mean()), float(is_at_model[~which].mean())
@@ -126,7 +127,7 @@ def _near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
 def separate_group_findings(
     labels: Sequence[str], world: FloatArray, which: BoolArray
 ) -> list[Finding]:
-    """Return a finding about two groups of points, when it is not clear which is correct.
+    """Return a finding about two groups of points if it is unclear which is correct.
 
     Parameters
     ----------
@@ -154,7 +155,7 @@ def mixed_degree_findings(labels: Sequence[str], which: BoolArray) -> list[Findi
     ----------
     labels : sequence of str
     which : (n,) ndarray of bool
-        True for the points in degrees.
+        Mask of the points in degrees.
 
     Returns
     -------

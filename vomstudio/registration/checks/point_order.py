@@ -16,7 +16,7 @@ _SIGNIFICANCE = 0.001
 
 
 class RowOrder(NamedTuple):
-    """Row order by which points fit: the points `rows` have the coordinates of `others`."""
+    """Row order in which points fit: the points `rows` have the coordinates of `others`."""
 
     rows: IndexArray
     others: IndexArray
@@ -33,7 +33,7 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
     Returns
     -------
     RowOrder or None
-        None if no order fits far better than that of the table.
+        Row order, or None if no order fits far better than that of the table.
     """
     n = len(model)
     misfit_as_given = residual_misfit(model, world)
@@ -42,7 +42,7 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
     rows = np.arange(n)
     orders = [(rows, np.roll(rows, -k)) for k in range(1, n)]
     orders += [(rows, np.roll(rows[::-1], k)) for k in range(n)]
-    # A row was added to one of the lists, and the last one has no partner.
+    # Assume that a row was added to one of the lists, so that the last row has no partner.
     for k in range(1, min(n // 3, n - _MIN_POINTS) + 1):
         orders += [(rows[:-k], rows[k:]), (rows[k:], rows[:-k])]
     best: RowOrder | None = None
@@ -60,7 +60,7 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
 def row_order_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray, *, photos: bool = False
 ) -> list[Finding]:
-    """Return a message if the coordinates of points or photos are those of other rows.
+    """Return a finding if the coordinates of points or photos belong to other rows.
 
     Parameters
     ----------

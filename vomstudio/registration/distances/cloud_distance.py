@@ -1,4 +1,4 @@
-"""Signed distances from points to a cloud: to planes that are fitted to it locally."""
+"""Signed distances from points to a cloud, measured to locally fitted planes."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from vomstudio.geometry.nearby.point_grid import PointGrid
 from vomstudio.registration.surface_points import Counterparts
 
 RADIUS = 4.0
-"""Radius of the ball of a local plane, in resolutions of the cloud: some fifty points."""
+"""Radius of the ball of a local plane, in resolutions of the cloud; contains some fifty points."""
 _MAX_GAP = 3.0
-"""Distance to the nearest point along the surface, in resolutions, that is beyond the edge: one in
-1e12 random points on a plane has its nearest neighbour so far away."""
+"""Distance to the nearest point along the surface, in resolutions, from which a position is beyond
+the edge: the nearest neighbour of one in 1e12 random points on a plane is this far away."""
 _BLOCK_SIZE = 200_000
 _MAX_COARSE_POINTS = 20_000
 _NEIGHBOURS = 10
@@ -28,9 +28,10 @@ class CloudSides:
     ----------
     cloud : PointCloud
     resolution : float
-        Of its points, in its own unit.
+        Resolution of the points, in the unit of the cloud.
     toward : ((m, 3) array, (m, 3) array), optional
-        Places and normals of a nearby surface with sides, for a cloud whose file has no normals.
+        Points and normals of a nearby surface with known sides, for a cloud whose file has no
+        normals.
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class CloudSides:
 
     @property
     def mean_normal(self) -> FloatArray:
-        """Return the sum (3,) of the normals of points spread over the cloud."""
+        """Return the sum (3,) of the normals of points distributed over the cloud."""
         if self._file_normals is not None:
             return np.asarray(self._file_normals.sum(axis=0), np.float64)
         assert self._sides is not None
@@ -69,16 +70,16 @@ class CloudSides:
 
     @property
     def total(self) -> float:
-        """Return the length of that sum if all normals were parallel."""
+        """Return the length that the sum of the normals would have if they were parallel."""
         normals = self._file_normals if self._file_normals is not None else self._sides[1]  # type: ignore[index]
         return float(np.linalg.norm(normals, axis=1).sum())
 
     def find_counterparts(
         self, places: FloatArray, progress: Progress | None = None
     ) -> Counterparts:
-        """Return the signed distances of places (n, 3).
+        """Return the signed distances of positions (n, 3).
 
-        Raises Cancelled through `progress`, whose steps are places.
+        Each step of `progress`, which may raise Cancelled, is one position.
         """
         progress = progress or Silent()
         n = len(places)
@@ -96,7 +97,7 @@ class CloudSides:
         _, nearest = self._tree.query(places[rows] - self._origin, workers=-1)
         unique_nearest, inverse = np.unique(nearest, return_inverse=True)
         planes = self._grid.planes(self._points[unique_nearest], self._radius)
-        # Fewer than three points, or points on a line, have no plane: the nearest point counts.
+        # Fewer than three points, or collinear points, have no plane: use the nearest point.
         has_plane = planes.spread[:, 1] > 1e-9 * planes.spread[:, 2]
         normals = self.turned(self._points[unique_nearest], planes.normal, unique_nearest)
         normals, has_plane, middle = normals[inverse], has_plane[inverse], planes.mean[inverse]
@@ -115,9 +116,9 @@ class CloudSides:
     def turned(
         self, places: FloatArray, normals: FloatArray, rows: IntArray | None = None
     ) -> FloatArray:
-        """Orient normals (k, 3) at places (k, 3) to the side of the cloud.
+        """Orient normals (k, 3) at positions (k, 3) towards the side of the cloud.
 
-        rows : (k,) points of the cloud, if the places are these
+        `rows` (k,) are the rows of the positions in the cloud, if they are its points.
         """
         if self._file_normals is not None:
             if rows is None:
@@ -135,11 +136,11 @@ class CloudSides:
     def _find_sides(
         self, toward: tuple[FloatArray, FloatArray] | None
     ) -> tuple[FloatArray, FloatArray]:
-        """Return some places of the cloud, and normals that are all on one side."""
+        """Return some points of the cloud, and their normals, all on the same side."""
         from scipy.spatial import cKDTree
 
         places = self._points[:: max(1, len(self._points) // _MAX_COARSE_POINTS)]
-        # Normals of a scale at which neighbours of these few places are like each other.
+        # Use normals at a scale at which neighbours among these few points are similar.
         sparse = self.resolution * np.sqrt(max(len(self._points) / max(len(places), 1), 1.0))
         radius = max(self._radius, 2.0 * sparse)
         planes = PointGrid(self._points, radius).planes(places, radius)
@@ -164,7 +165,7 @@ class CloudSides:
 
 
 def has_sides(cloud: PointCloud) -> bool:
-    """Return whether each point has a normal; some files have columns of zeros.
+    """Return whether every point has a normal; some files contain columns of zeros.
 
     Parameters
     ----------
@@ -179,9 +180,9 @@ def has_sides(cloud: PointCloud) -> bool:
 
 
 def upper_side(mean: FloatArray) -> float:
-    """Return a number whose sign is that of the upper side of a vector.
+    """Return a number whose sign shows whether a vector points up.
 
-    A vector that is nearly level is positive if it points east, or else north.
+    A nearly horizontal vector is positive if it points east or, failing that, north.
 
     Parameters
     ----------
@@ -202,7 +203,7 @@ def upper_side(mean: FloatArray) -> float:
 def spread_side(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, Int32Array]:
     """Orient normals consistently by propagation between neighbours.
 
-    The most parallel neighbours come first (Hoppe et al. 1992, SIGGRAPH 26, 71).
+    The most nearly parallel neighbours are processed first (Hoppe et al. 1992, SIGGRAPH 26, 71).
 
     Parameters
     ----------
@@ -212,7 +213,7 @@ def spread_side(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, In
     -------
     normals : (k, 3) array
     parts : (k,) array of int
-        Connected part of each place.
+        Index of the connected part of each position.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import (
@@ -227,7 +228,7 @@ def spread_side(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, In
     near = np.atleast_2d(cKDTree(places).query(places, k=count)[1]).reshape(k, count)
     first, second = np.repeat(np.arange(k), count), near.ravel()
     alike = np.abs(np.einsum("ij,ij->i", normals[first], normals[second]))
-    # An edge of length zero would be none.
+    # An edge with zero weight would be ignored.
     graph = coo_matrix((1.0 + 1e-6 - np.minimum(alike, 1.0), (first, second)), shape=(k, k)).tocsr()
     tree = minimum_spanning_tree(graph.maximum(graph.T))
     _, parts = connected_components(tree, directed=False)

@@ -28,7 +28,7 @@ _REACH_PERCENTILE, _REACH_FACTOR = 99.0, 1.5
 # Ratio of the mean normal below which a benchmark has no overall side.
 _MIN_MEAN_NORMAL = 0.2
 _PARTIAL_SHARE = 0.5
-# Spacing of added points on large faces, as a share of the cylinder's radius.
+# Spacing of points added on large faces, as a share of the cylinder radius.
 _POINT_SPACING = 0.25
 
 
@@ -49,28 +49,30 @@ class Comparison(PrintableResult):
     n : int
         Number of distances.
     beyond : int
-        Points of the model without a counterpart or a distance.
+        Number of model points without a counterpart or a distance.
     mean_m, median_m : float
-        Accuracy: the systematic error.
+        Accuracy: mean and median, which show the systematic error.
     std_m, mad_m : float
-        Precision: standard deviation (n - 1), and median absolute deviation from the median.
+        Precision: standard deviation (divisor n - 1), and median absolute deviation from the
+        median.
     rms_m : float
     lod95_m : float or None
-        Median level of detection; None without M3C2.
+        Median level of detection; None unless M3C2 was used.
     significant_share : float or None
-        Share of the distances with a level of detection that exceed it; None without M3C2.
+        Share of the distances with a level of detection that exceed it; None unless M3C2 was used.
     method : {"nearest", "m3c2"}
     radius_m, normal_radius_m, reach_m : float or None
-        Of cylinders and balls of M3C2.
+        Radii of the cylinders and of the normal estimation of M3C2, and half length of the
+        cylinders.
     registration_error_m : float or None
-        One sigma, as part of the level of detection.
+        One-sigma registration error, which is part of the level of detection.
     positive_toward : Toward or None
-        Mean direction of positive distances; None for a closed body.
+        Mean direction of positive distances, or None for a closed body.
     sides_by : str
-        Source of the benchmark's side: "winding" of its faces, "normals" of its file, "model", or
-        "up".
+        How the sides of the benchmark were determined: "winding" of its faces, "normals" from its
+        file, "model", or "up".
     distances, lod95 : (k,) array
-        Of all points of the model in their order, NaN if there is none.
+        Distances and levels of detection of all model points, in their order; NaN if undefined.
     """
 
     n: int
@@ -94,7 +96,7 @@ class Comparison(PrintableResult):
     lod95: FloatArray | None = field(metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, AnyArray]:
-        """Return `distance_m` of the points, with M3C2 `lod95_m` and `significant` (0 or 1)."""
+        """Return `distance_m` of the points and, for M3C2, `lod95_m` and `significant` (0, 1)."""
         columns: dict[str, AnyArray] = {"distance_m": self.distances}
         if self.lod95 is not None:
             columns["lod95_m"] = self.lod95
@@ -111,19 +113,19 @@ def compare(
     registration_error_m: float | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Compute the distances of a model's points from a benchmark.
+    """Compute the distances of the points of a model from a benchmark.
 
     Parameters
     ----------
     model, benchmark : Mesh or PointCloud
-        World.
+        Data in the World frame.
     radius_m : float, optional
-        Radius of the cylinders of M3C2. Default: distances to the nearest triangle of a mesh, or to
-        the nearest local plane of a cloud.
+        Radius of the cylinders of M3C2. By default, distances to the nearest triangle of a mesh or
+        the nearest local plane of a cloud are computed instead.
     registration_error_m : float, optional
-        Relative position of the two, one sigma, for M3C2.
+        One-sigma error of the relative position of the two, used for M3C2.
     progress : Progress, optional
-        Raises Cancelled; its steps are points.
+        Progress indicator, which may raise Cancelled; each step is one point.
 
     Returns
     -------
@@ -182,7 +184,7 @@ def statistics(distances: FloatArray, lod95: FloatArray | None) -> dict[str, Any
     Parameters
     ----------
     distances : (k,) array
-        Metres; not finite for points beyond the benchmark.
+        Distances, metres; non-finite for points beyond the benchmark.
     lod95 : (k,) array or None
 
     Returns
@@ -227,7 +229,7 @@ def _bounds(data: Mesh | PointCloud) -> FloatArray:
 
 
 def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any, str]:
-    """Return the benchmark with its sides, and their source."""
+    """Return the benchmark with its sides, and how they were determined."""
     if isinstance(benchmark, Mesh) and len(benchmark.faces):
         return MeshSides(benchmark), "winding"
     cloud = benchmark
@@ -249,7 +251,7 @@ def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any,
 
 
 def _spacing(data: Mesh | PointCloud) -> float:
-    """Return the effective resolution, a tiny number if it is unknown."""
+    """Return the effective resolution, or a tiny number if it is unknown."""
     from vomstudio.io.models.opening import resolution
 
     if isinstance(data, PointCloud):

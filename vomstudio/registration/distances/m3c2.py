@@ -1,9 +1,9 @@
 """Distances between clouds along local normals, with a level of detection from roughness.
 
-M3C2 after Lague, Brodu & Leroux 2013 (ISPRS J. Photogramm. Remote Sens. 82, 10): a normal at one
-scale around each core point, and along it a cylinder at another scale with the mean of each cloud.
-The distance is that between the means, the level of detection (95 %)
-1.96 (sqrt(s1^2 / n1 + s2^2 / n2) + reg).
+M3C2 follows Lague, Brodu & Leroux 2013 (ISPRS J. Photogramm. Remote Sens. 82, 10). A normal is
+estimated at one scale around each core point. A cylinder at another scale along the normal contains
+points of each cloud. The distance is the distance between the means of the two clouds in the
+cylinder, and the level of detection (95 %) is 1.96 (sqrt(s1^2 / n1 + s2^2 / n2) + reg).
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.nearby.point_grid import PointGrid
 
 Z95 = 1.96
-"""As published."""
+"""Factor of the 95 % level of detection, as published."""
 NORMAL_SCALE = 2.0
-"""Radius of the ball of a normal, in radii of the cylinder."""
+"""Radius of the ball used to estimate a normal, in radii of the cylinder."""
 MIN_POINTS = 5
 """Minimum number of points of each cloud for a standard deviation."""
 
@@ -32,12 +32,13 @@ class Projection:
     Attributes
     ----------
     distance : (n,) array
-        First cloud minus second along the normal; NaN if either has no point in the cylinder.
+        Distance, first cloud minus second, along the normal; NaN if either cloud has no point in
+        the cylinder.
     lod95 : (n,) array
         Level of detection; NaN if either cloud has fewer than MIN_POINTS points.
     normal : (n, 3) array
     count : (n, 2) array
-        Points of each cloud in the cylinder.
+        Number of points of each cloud in the cylinder.
     """
 
     distance: FloatArray
@@ -60,15 +61,15 @@ def normals_at(
     cloud : (m, 3) array
     places : (n, 3) array
     radius : float
-        Of the points of a normal.
+        Radius of the ball of points used to estimate a normal.
     sides : (n, 3) array
-        Vectors to whose side the normals are turned.
+        Vectors towards whose side the normals are oriented.
     progress : Progress, optional
 
     Returns
     -------
     (n, 3) array
-        NaN for fewer than three points.
+        Unit normals, NaN for fewer than three points.
     """
     normals = PointGrid(cloud, radius).planes(places, radius, progress).normal
     signs = np.where(np.einsum("ij,ij->i", normals, sides) < 0, -1.0, 1.0)
@@ -95,13 +96,13 @@ def project(
     first, second : (k, 3) and (l, 3) array
         Clouds in the same frame and unit.
     radius : float
-        Of the cylinder.
+        Radius of the cylinder.
     reach : float
         Half length of the cylinder.
     registration_error : float
-        Relative position of the clouds, one sigma.
+        One-sigma error of the relative position of the clouds.
     progress : Progress, optional
-        Raises Cancelled.
+        Progress indicator, which may raise Cancelled.
     """
     progress = progress or Silent()
     sums = []

@@ -1,8 +1,8 @@
 """Signed distances from points to the triangles of a mesh.
 
-The sign is that of the angle-weighted pseudonormal of the face, edge or corner of the nearest
-point, which is always right for a consistently wound mesh (Baerentzen & Aanaes 2005, IEEE TVCG 11,
-243). Copies of a vertex with several texture coordinates are merged.
+The sign follows from the angle-weighted pseudonormal of the face, edge or corner that contains the
+nearest point, which is always correct for a consistently wound mesh (Baerentzen & Aanaes 2005, IEEE
+TVCG 11, 243). Copies of a vertex with several texture coordinates are merged.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class MeshSides:
 
     @property
     def total(self) -> float:
-        """Return the length of that sum if all faces were parallel."""
+        """Return the length that the sum of the normals would have if faces were parallel."""
         return float(self.areas.sum())
 
     def _corner_normals(self, corners: list[FloatArray]) -> FloatArray:
@@ -83,9 +83,9 @@ class MeshSides:
     def find_counterparts(
         self, places: FloatArray, progress: Progress | None = None
     ) -> Counterparts:
-        """Return the signed distances of places (n, 3).
+        """Return the signed distances of positions (n, 3).
 
-        Raises Cancelled through `progress`, whose steps are places.
+        Each step of `progress`, which may raise Cancelled, is one position.
         """
         n = len(places)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)

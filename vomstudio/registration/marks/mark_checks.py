@@ -1,7 +1,7 @@
-"""Check marks of control points for labels, photos and pixels that do not match.
+"""Checks of marks of control points for labels, photos and pixels that do not match.
 
-Labels may lack coordinates, photos may not be cameras of the model, and pixels may be counted in
-another way.
+Labels may lack coordinates, photos may not belong to cameras of the model, and pixels may follow
+another convention.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from vomstudio.registration.similarity import fit_similarity
 Marked = tuple[str, str, float, float]
 
 _MIN_SIMILARITY = 0.6
-# Maximum number of checked photos, those with most marks.
+# Maximum number of photos that are checked; those with most marks are used.
 _MAX_PHOTOS = 40
 # Pixels within which marks agree with each other, and with surveyed points.
 _MAX_RAY_PX, _MAX_POINT_PX = 4.0, 20.0
 # Minimum improvement of residuals by another pixel convention.
 _MIN_IMPROVEMENT = 5.0
-# Minimum redundancy: with less, a scale could fit by chance.
+# Minimum redundancy; with less redundancy, a scale could fit by chance.
 _MIN_REDUNDANCY = 6
 _MIN_POINTS = 4
 _MIN_SHARE_INSIDE = 0.9
@@ -46,7 +46,7 @@ _COMMON_SIZE_FACTOR = 2.0
 
 # --- names ----------------------------------------------------------------------------------------
 def nearest(name: str, known: Sequence[str]) -> str | None:
-    """Return the known name that is most similar to a name, if any.
+    """Return the known name that is most similar to the given name, if any.
 
     Parameters
     ----------
@@ -67,13 +67,13 @@ def nearest(name: str, known: Sequence[str]) -> str | None:
 
 
 def _normalise(name: str) -> str:
-    """Remove case, spaces, punctuation and leading zeros."""
+    """Normalise a name by removing case, spaces, punctuation and leading zeros."""
     letters = re.sub(r"[\W_]+", "", name.casefold())
     return re.sub(r"0*(\d+)", lambda digits: digits.group(1), letters)
 
 
 def _suggest_names(names: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Return the names, each with the most similar known one."""
+    """Return the names, each with the most similar known name."""
     hints = []
     for name in names:
         near = nearest(name, known)
@@ -86,13 +86,13 @@ def name_findings(
 ) -> list[Finding]:
     """Return findings about marks and points that do not match.
 
-    These are photos that are not cameras, labels without coordinates, and points in fewer than two
-    photos.
+    The findings concern photos that do not belong to a camera, labels without coordinates, and
+    points marked in fewer than two photos.
 
     Parameters
     ----------
     points : sequence of str
-        Labels with coordinates.
+        Labels of the points that have coordinates.
     marks : sequence of Marked
     views : mapping
         View of each photo, by its name.
@@ -140,7 +140,7 @@ def photos_of(
     Returns
     -------
     dict
-        Names of photos by label.
+        Names of the photos, by label.
     """
     find = finder(list(views))
     photos_by_label: dict[str, set[str]] = {label: set() for label in points}
@@ -173,10 +173,10 @@ def finder(names: Sequence[str]) -> Callable[[str], str | None]:
     return find_name
 
 
-# --- pixels that are counted otherwise ------------------------------------------------------------
+# --- pixel conventions ----------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class _PhotoMarks:
-    """All marks of one photo: rows of their points, and pixels."""
+    """All marks of one photo: the rows of their points, and their pixels."""
 
     view: View
     rows: IntArray
@@ -185,9 +185,10 @@ class _PhotoMarks:
 
 @dataclass(frozen=True)
 class _PixelConvention:
-    """Another convention of pixels.
+    """Alternative pixel convention.
 
-    turn : (2, 2), of (column, row); start : its origin in the photo, as shares of the size
+    `turn` (2, 2) is the rotation of (column, row). `start` is the origin of the convention in the
+    photo, as shares of the photo size.
     """
 
     words: str
@@ -200,7 +201,7 @@ class _PixelConvention:
 
 
 def _other_conventions() -> Iterator[_PixelConvention]:
-    """Return all conventions with the origin at a corner or the middle of a photo."""
+    """Yield all conventions with the origin at a corner or the centre of a photo."""
     yield _PixelConvention(tr("column and row are exchanged"), ((0, 1), (1, 0)))
     yield _PixelConvention(tr("rows are counted from the lower edge"), ((1, 0), (0, -1)), (0, 1))
     yield _PixelConvention(tr("columns are counted from the right edge"), ((-1, 0), (0, 1)), (1, 0))
@@ -222,7 +223,7 @@ def _other_conventions() -> Iterator[_PixelConvention]:
 def require_pixels_of_photos(
     marks: Sequence[Marked], views: Mapping[str, View], world: Mapping[str, Sequence[float]]
 ) -> None:
-    """Check that marks are pixels of the photos.
+    """Check that the marks are given in pixels of the photos.
 
     Parameters
     ----------
@@ -234,7 +235,7 @@ def require_pixels_of_photos(
     Raises
     ------
     GeometryError
-        If the marks meet only with another size of the photos, or another pixel convention.
+        If the rays of the marks intersect only for another photo size or pixel convention.
     """
     labels, photos = _group_by_photo(marks, views)
     counts = np.bincount(np.concatenate([p.rows for p in photos]) if photos else [0], minlength=1)
@@ -302,9 +303,9 @@ def _group_by_photo(
 def _conversions(
     photos: Sequence[_PhotoMarks], targets: FloatArray
 ) -> Iterator[tuple[str, float, Callable[[FloatArray, View], FloatArray]]]:
-    """Return other pixel conventions.
+    """Yield alternative pixel conventions.
 
-    Each has a description, a size relative to the marked copies, and a conversion.
+    Each consists of a description, a size relative to the marked copies, and a conversion.
     """
     for convention in _other_conventions():
         yield convention.words, 1.0, convention
@@ -356,20 +357,20 @@ def _misses(
     targets: FloatArray,
     change: Callable[[FloatArray, View], FloatArray],
 ) -> tuple[float, float]:
-    """Return the median residuals of marks from their meeting points and from surveyed points.
+    """Return the median residuals of marks from their intersections and from surveyed points.
 
     Parameters
     ----------
     photos : sequence of _PhotoMarks
     targets : (n, 3) array
-        World, NaN if not known.
+        Surveyed points in the World frame, NaN if unknown.
     change : callable
         Conversion of pixels.
 
     Returns
     -------
     (float, float)
-        Pixels; the latter is NaN if there are too few surveyed points.
+        Median residuals, pixels. The second is NaN if there are too few surveyed points.
     """
     n = len(targets)
     normal, right, count = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n)
@@ -400,7 +401,7 @@ def _misses(
 def _median_miss(
     photos: Sequence[_PhotoMarks], converted: Sequence[FloatArray], places: FloatArray
 ) -> float:
-    """Return the median residual of marks with a known place; infinite behind a camera."""
+    """Return the median residual of marks of known points; infinite behind a camera."""
     distances = []
     for photo, pixels in zip(photos, converted, strict=True):
         known = np.isfinite(places[photo.rows]).all(axis=1)

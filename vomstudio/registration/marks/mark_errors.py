@@ -1,8 +1,8 @@
-"""Errors of points that are marked in photos, for a reconstruction and for a registration.
+"""Errors of points marked in photos, for reconstructions and registrations.
 
-The scatter of the marks is estimated from all of them: the median distance of the marks from the
-places where most marks of their points meet (least median of squares over pairs of rays; Rousseeuw
-1984, J. Am. Stat. Assoc. 79, 871), which wrong marks do not move.
+The scatter of the marks is estimated from all marks. It is the median distance of the marks from
+the positions where most rays of their points intersect (least median of squares over pairs of rays;
+Rousseeuw 1984, J. Am. Stat. Assoc. 79, 871). Wrong marks do not affect these positions.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
 
 MIN_MARK_PX = 0.3
-"""Error of a mark in one direction, one sigma, below which no estimate from marks is trusted."""
+"""One-sigma error of a mark in one direction, below which estimates from marks are not trusted."""
 HAND_MARK_PX = 1.0
 """Minimum error of a mark set by hand."""
 WARN_MARK_PX = 5.0
 """Scatter above which marks or poses should be checked."""
 _LIMIT_SIGMAS = 6.0
-# Of the diagonal of a photo. Marks that scatter by more do not show the same points.
+# Share of the photo diagonal; marks that scatter by more do not show the same points.
 _MAX_SHARE = 0.05
 _MAX_PAIRS = 300
 _ROUNDS = 3
@@ -36,19 +36,19 @@ _MEDIAN_LENGTH, _MEDIAN_SIZE = 1.1774, 0.6745
 
 
 class Marks(NamedTuple):
-    """Marks of one point: the views in which it is seen, and the pixels (k, 2)."""
+    """Marks of one point: the views in which the point is marked, and the pixels (k, 2)."""
 
     views: Sequence[View]
     pixels: FloatArray
 
     def select(self, rows: Iterable[int]) -> Marks:
-        """Return some of the marks."""
+        """Return the selected marks."""
         rows = [int(row) for row in rows]
         return Marks([self.views[row] for row in rows], self.pixels[rows])
 
 
 def mark_distances(marks: Marks, place: FloatArray) -> FloatArray:
-    """Return the distances of marks from the projection of a place.
+    """Return the distances of marks from the projection of a position.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def mark_distances(marks: Marks, place: FloatArray) -> FloatArray:
     Returns
     -------
     (k,) ndarray
-        Pixels; infinite behind a camera, and for an unknown place.
+        Distances, pixels; infinite behind a camera and for an unknown position.
     """
     if not np.isfinite(place).all():
         return np.full(len(marks.views), np.inf)
@@ -70,9 +70,9 @@ def mark_distances(marks: Marks, place: FloatArray) -> FloatArray:
 
 
 def robust_place(marks: Marks) -> FloatArray:
-    """Return the place with the least median distance from the marks of a point.
+    """Return the position with the least median distance from the marks of a point.
 
-    For two marks it is where both rays meet.
+    For two marks, it is the intersection of both rays.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def robust_place(marks: Marks) -> FloatArray:
     Returns
     -------
     (3,) ndarray
-        NaN if there is none.
+        Position, NaN if there is none.
     """
     count = len(marks.views)
     if count < 3:
@@ -102,7 +102,7 @@ def robust_place(marks: Marks) -> FloatArray:
 
 
 def _meeting_places(marks: Marks) -> FloatArray:
-    """Return the places (m, 3) nearest to the rays of two marks each."""
+    """Return the positions (m, 3) nearest to the rays of each pair of marks."""
     rays = np.array(
         [view.rays(pixel)[0] for view, pixel in zip(marks.views, marks.pixels, strict=True)]
     )
@@ -130,13 +130,13 @@ def mark_scatter_px(points: Sequence[Marks]) -> float:
     Returns
     -------
     float
-        One sigma, pixels; NaN if no point is located.
+        One-sigma error, pixels; NaN if no point is located.
     """
     return _scatter_px(_robust_distances(points))
 
 
 def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, FloatArray]]:
-    """Return the points that are located, and the distances of their marks from there."""
+    """Return the located points, and the distances of their marks from the located positions."""
     places = [(marks, robust_place(marks)) for marks in points if len(marks.views) >= 2]
     return [
         (marks, mark_distances(marks, place)) for marks, place in places if np.isfinite(place).all()
@@ -164,17 +164,17 @@ def _scatter_px(located: Sequence[tuple[Marks, FloatArray]]) -> float:
 
 
 def _unfitted(count: int) -> float:
-    """Return the ratio of the errors of marks to their distances from a fitted place."""
+    """Return the ratio of the errors of marks to their distances from a fitted position."""
     if count == 2:
-        # One number remains, shared by both marks.
+        # One degree of freedom remains, shared by both marks.
         return math.sqrt(2.0) * _MEDIAN_LENGTH / _MEDIAN_SIZE
     return math.sqrt(2 * count / (2 * count - 3))
 
 
 def mark_error_px(points: Sequence[Marks]) -> float:
-    """Return the error of a mark in one direction that counts, from the scatter of all marks.
+    """Return the error of a mark in one direction to be used, from the scatter of all marks.
 
-    Points whose marks scatter so much that they cannot show the same point take no part.
+    Points whose marks scatter too much to show the same point are excluded.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def _max_px(marks: Marks) -> float:
 
 
 def mark_scatter_findings(scatter_px: float) -> list[Finding]:
-    """Return a finding if marks scatter by more than marks set by hand should.
+    """Return a finding if marks scatter more than marks set by hand should.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def mark_scatter_findings(scatter_px: float) -> list[Finding]:
 
 
 def marks_disagree(labels: Sequence[str]) -> Finding:
-    """Return the finding about points whose marks do not meet in one place.
+    """Return the finding for points whose marks do not intersect in one position.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ def marks_disagree(labels: Sequence[str]) -> Finding:
 
 
 def agreement_px(mark_px: float) -> float:
-    """Return the limit of the distance of right marks from their point.
+    """Return the maximum distance of correct marks from their point.
 
     Parameters
     ----------
@@ -247,15 +247,15 @@ def agreement_px(mark_px: float) -> float:
 
 
 def place_covariance(marks: Marks, place: FloatArray, mark_px: float) -> FloatArray:
-    """Return the covariance (3, 3) of a triangulated place, in the frame of the views.
+    """Return the covariance (3, 3) of a triangulated point in the frame of the views.
 
     Parameters
     ----------
     marks : Marks
-        Those that the place was triangulated from.
+        Marks from which the point was triangulated.
     place : (3,) array
     mark_px : float
-        Error of a mark in one direction, one sigma.
+        One-sigma error of a mark in one direction.
     """
     distances = [float(np.linalg.norm(place - view.centre)) for view in marks.views]
     step = 1e-6 * max(1e-9, min(distances))

@@ -1,4 +1,4 @@
-"""Marks of a point in photos that contradict most others of the same point."""
+"""Detection of marks that contradict most other marks of the same point."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances, robust_place
 
-# Marks that must agree before others are wrong: two always nearly meet.
+# Minimum number of marks that must agree before others are wrong; two rays nearly always intersect.
 _MIN_AGREEING = 3
 # Minimum ratio of residuals if one of three marks is left out instead of another.
 _CLEAR = 3.0
@@ -26,9 +26,10 @@ class WrongMark:
     ----------
     photo : str
     at : (float, float)
-        Pixels of the mark.
+        Pixel coordinates of the mark.
     expected : (float, float) or None
-        Pixels by the other marks; None if it is not known which of several marks is wrong.
+        Pixel coordinates expected from the other marks, or None if it is unknown which of several
+        marks is wrong.
     """
 
     label: str
@@ -38,7 +39,7 @@ class WrongMark:
 
     @property
     def finding(self) -> Finding:
-        """The mark as a finding that names label, photo and place."""
+        """Finding that states the label, the photo and the position of the mark."""
         x, y = self.at
         if self.expected is None:
             return Finding(
@@ -59,8 +60,8 @@ class WrongMark:
 def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict most of its marks.
 
-    Two marks that contradict each other are both kept: only the place of the point can tell which
-    is wrong.
+    Two marks that contradict each other are both kept, because only the position of the point shows
+    which of them is wrong.
 
     Parameters
     ----------
@@ -72,7 +73,7 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
     Returns
     -------
     rows : (m,) array of int
-        Marks that agree; all if it is not clear which are wrong.
+        Rows of the marks that agree; all rows if it is unclear which marks are wrong.
     wrong : list of WrongMark
     """
     every = np.arange(len(marks.views))
@@ -95,25 +96,25 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
 def find_misplaced(
     label: str, marks: Marks, place: FloatArray, limit_px: float, far_px: float
 ) -> tuple[IntArray, list[WrongMark]]:
-    """Find the marks of a point that contradict its surveyed place.
+    """Find the marks of a point that contradict its surveyed position.
 
-    Marks that agree with each other are right, and the place may be wrong.
+    Marks that agree with each other are correct, and the surveyed position may be wrong.
 
     Parameters
     ----------
     label : str
     marks : Marks
     place : (3,) array
-        Of the point, in the frame of the views.
+        Surveyed position of the point in the frame of the views.
     limit_px : float
         Distance from the place of the point up to which marks agree.
     far_px : float
-        Distance from the surveyed place above which marks are wrong, unless all are.
+        Distance from the surveyed position above which marks are wrong, unless all marks are.
 
     Returns
     -------
     rows : (m,) array of int
-        Marks that are right.
+        Rows of the correct marks.
     wrong : list of WrongMark
     """
     far = mark_distances(marks, place) > max(limit_px, far_px)
@@ -124,7 +125,7 @@ def find_misplaced(
 
 
 def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
-    """Return the wrong mark; `place` (3,) is where the other marks meet, NaN if unknown."""
+    """Return the wrong mark; the other marks intersect at `place` (3,), NaN if unknown."""
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
     pixels = view.project(place)[0] if np.isfinite(place).all() else np.full(2, np.nan)
@@ -133,7 +134,7 @@ def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
 
 
 def meet(marks: Marks, limit_px: float) -> bool:
-    """Return whether the rays of marks meet near each mark.
+    """Return whether the rays of marks intersect near each mark.
 
     Parameters
     ----------
@@ -150,9 +151,9 @@ def meet(marks: Marks, limit_px: float) -> bool:
 
 
 def _worst(marks: Marks) -> tuple[int, FloatArray]:
-    """Return the mark without which the others agree best, and their place.
+    """Return the mark without which the others agree best, and the position they give.
 
-    The place is NaN if leaving out another mark is nearly as good.
+    The position is NaN if leaving out another mark is nearly as good.
     """
     rows = np.arange(len(marks.views))
     remaining, places = [], []
