@@ -387,7 +387,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     monkeypatch.setattr(
         window.studio.jobs, "submit", lambda job, order, **more: asked.append(order)
     )
-    monkeypatch.setattr(type(window.survey), "why_not_make", lambda self: None)
+    monkeypatch.setattr(type(window.survey), "why_not_reconstruct", lambda self: None)
     window.survey.reconstruct()
     assert asked[0].control == photos / "control.csv"
     assert asked[0].marks == photos / "marks.csv"
