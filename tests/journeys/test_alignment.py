@@ -204,10 +204,10 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     window.actions_table.run("home")
     driver.settled(window)
     choose(window.photos_panel.table, 2)
-    assert window.viewport.photos.chosen == {"c.jpg"}
+    assert window.viewport.photos.selection == {"c.jpg"}
     (tip,), _ = window.viewport.project(made.scene.centres[:1] + made.scene.origin)
     driver.click(window.viewport, QPoint(*(round(float(v)) for v in tip)))
-    wait(lambda: window.viewport.photos.chosen == {"a.jpg"}, "the other photo")
+    wait(lambda: window.viewport.photos.selection == {"a.jpg"}, "the other photo")
     assert window.photos_panel.table.currentRow() == 0
     driver.keep_picture(window, "alignment-panel")
 

@@ -74,8 +74,6 @@ def buttons(window, *names: str) -> list[QToolButton]:
 
 @pytest.mark.full
 def test_what_is_switched_on_is_plain_and_its_words_are_read(window, studio, shown):
-    add_cliff(studio)
-    driver.pause(50)
     on = buttons(window, "navigate", "workspace_interpret")
     off = buttons(window, "trace", "workspace_results")
     assert len(on) == len(off) == 2
