@@ -441,7 +441,7 @@ def _is_slice(fit: FittedPlane) -> bool:
 
 
 def _has_reliable_error(facet: Facet, thresholds: Thresholds) -> bool:
-    """Return whether a facet is large enough, relative to the resolution, for a reliable error."""
+    """Return whether a facet is large enough for a reliable error, given the resolution."""
     extent = feature_extent_m(facet.fit, "patch") or 0.0
     return extent >= thresholds.least_extent_over_resolution * facet.resolution
 

@@ -275,7 +275,7 @@ def search_least_cost(  # type: ignore[no-untyped-def]
 
 @part
 def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ignore[no-untyped-def]
-    """Return the slot of the states of a node, initialised on first use; -1 if `nodes` is full."""
+    """Return the slot of a node, initialised on first use; -1 if `nodes` is full."""
     slot = slots[node]
     if slot >= 0 or count == len(nodes):
         return slot

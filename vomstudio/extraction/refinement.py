@@ -1,4 +1,4 @@
-"""Subdivision of large triangles, so that a surface has sufficiently small pieces everywhere."""
+"""Subdivision of large triangles, so that all pieces of a surface are small enough."""
 
 from __future__ import annotations
 

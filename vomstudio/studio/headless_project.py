@@ -123,9 +123,9 @@ class _ModelData:
     ----------
     surface : PaintSurface or None
         Surface of the model, or None if the file could not be read.
-        bounds : (2, 3) float64 or None
+    bounds : (2, 3) float64 or None
         Bounding box in the file frame.
-        extent : (n, 3) float64 or None
+    extent : (n, 3) float64 or None
         Sample of the points, in the file frame.
     resolution : callable
         Returns the resolution in the unit of the file, or None if it is unknown.

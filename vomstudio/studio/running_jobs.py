@@ -28,7 +28,7 @@ class RunningJob:
     ----------
     title, stage : str
         Translated title of the job and of its present stage.
-        total, done : int
+    total, done : int
         Total number of steps in the stage, and number of completed steps.
     resumable : bool
         Whether stopping the job keeps the partial result, so that the job can be resumed.

@@ -1,4 +1,4 @@
-"""Comparison of proposed lines with known lines, and way-points for following a line again."""
+"""Comparison of proposed with known lines, and way-points to follow a line again."""
 
 from __future__ import annotations
 

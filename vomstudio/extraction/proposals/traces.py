@@ -1,4 +1,4 @@
-"""Proposed lines for review, the result of `vomstudio trace --propose`, `vs.propose_traces`."""
+"""Proposed lines for review, as from `trace --propose` and `vs.propose_traces`."""
 
 from __future__ import annotations
 

@@ -244,7 +244,7 @@ def _count_branches(
     touches: _Touches,
     edge_crossings: IntArray,
 ) -> tuple[IntArray, BoolArray]:
-    """Return the number of branches (count,) at each node, and whether the node is on the edge."""
+    """Return the number of branches (count,) at each node, and which nodes are on the edge."""
     n_free = len(free)
     end_node = np.full(2 * (int(piece.max(initial=-1)) + 1), -1, np.int64)
     end_node[free] = group[:n_free]

@@ -248,7 +248,7 @@ def _is_valid_kent(kappa: float, beta: float) -> bool:
 
 
 def _width(concentration: float) -> float:
-    """Return the standard deviation of exp(-concentration x^2); infinite for a uniform density."""
+    """Return the standard deviation of exp(-concentration x^2); infinite if uniform."""
     return (
         1.0 / math.sqrt(2.0 * concentration)
         if concentration > MAX_BROAD_CONCENTRATION

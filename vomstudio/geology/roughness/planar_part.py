@@ -193,7 +193,7 @@ def _scatter(residuals: FloatArray) -> float:
 
 
 def _robust_plane(row: IntArray, column: IntArray, values: FloatArray) -> tuple[FloatArray, float]:
-    """Return the coefficients (3,) of 1, column and row, and the robust scatter about the plane."""
+    """Return the coefficients (3,) of 1, column and row, and the scatter about the plane."""
     step = max(1, len(values) // MAX_CELLS)
     columns = np.stack([np.ones(len(values)), column, row], axis=1)
     sample, z = columns[::step], values[::step]

@@ -329,7 +329,7 @@ def prepare_textures(
     mesh : Mesh
     limit : int
         Maximum side length of a texture, pixels.
-        stop : Event
+    stop : Event
         Ends the work when set.
     emit : Emit
         Receives the events.

@@ -106,7 +106,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
     path : Path
     limit : int
         Maximum side length, pixels.
-        whole_side : int, optional
+    whole_side : int, optional
         Maximum side length of undivided levels, pixels. Larger levels are divided into quarters.
 
     Raises

@@ -67,7 +67,7 @@ class SceneVisibility:
         ----------
         points : (n, 3) ndarray
             Points in the World frame.
-            slack : float
+        slack : float
             Tolerated distance behind the surface, metres.
         """
         width, height = self._canvas.size

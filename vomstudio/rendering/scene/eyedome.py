@@ -103,7 +103,7 @@ class EyeDome:
             First and last row that are drawn.
         near, far, distance : float
             Depth of the near and far planes, and distance of the pivot, metres.
-            orthographic : bool
+        orthographic : bool
             Whether the projection is parallel.
         scale : float
             Device pixels per logical pixel.

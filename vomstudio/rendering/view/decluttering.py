@@ -100,7 +100,7 @@ def place_labels(
     grid : LabelGrid
     anchors : (n, 2) ndarray
         Anchors in pixels.
-        sizes : (n, 2) ndarray
+    sizes : (n, 2) ndarray
         Width and height of each label, pixels.
     order : (n,) ndarray of int
         Rows of the labels, in decreasing order of importance.

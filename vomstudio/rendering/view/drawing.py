@@ -27,7 +27,7 @@ class Symbol:
         small to be visible.
     place : (3,) float64
         Position in the World frame.
-        along : (3,) float64
+    along : (3,) float64
         Unit vector along the strike of a plane or along a line; 0 for a dot.
     across : (3,) float64
         Unit vector in the plane pointing down the dip, perpendicular to `along`; 0 if undefined.

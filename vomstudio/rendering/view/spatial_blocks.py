@@ -111,7 +111,7 @@ class FaceChunk:
     ----------
     points : (k, 3) float32
         Vertices in the local frame.
-        faces : (m, 3) int32
+    faces : (m, 3) int32
         Triangles as rows of `points`.
     face_ids : (m,) int
         Rows of the triangles in the model.
@@ -196,7 +196,7 @@ def points_near_ray(
         Minimum and maximum corners of the chunks.
     origin, direction : (3,) ndarray
         Origin and unit direction of the ray.
-        radius, spread : float
+    radius, spread : float
         Maximum distance from the ray at depth 0, and its increase per unit of depth.
     thickness : float
         Chunks are skipped if they begin further behind the front-most point than this multiple

@@ -74,7 +74,7 @@ class Signs:
     ----------
     pixels : (n, 2) float64
         Positions of the symbols.
-        depth, metres : (n,) float64
+    depth, metres : (n,) float64
         Depth in metres, and metres per pixel at this depth.
     along, across : (n, 2) float64
         Projections of one pixel along the strike and down the dip onto the screen.

@@ -144,7 +144,7 @@ def residual_deg(
     Parameters
     ----------
     line : KnownLine
-    seen : ModelDirection
+    model_direction : ModelDirection
         Direction of the reading on the model.
     placed : Placed
     turned_deg : float

@@ -51,7 +51,7 @@ def north_inputs(
         Bounds of the model in its file frame.
     pairs : Pairs
         Points on the model and their World coordinates.
-        crs : str or None
+    crs : str or None
         CRS of the points.
 
     Raises

@@ -185,7 +185,7 @@ def place_by_points(
     lines : sequence of KnownLine, optional
     compass : CompassTable, optional
         Compass readings in the file frame.
-        turned_deg : float
+    turned_deg : float
         Correction that is added to all azimuths, degrees.
     north_doubt_deg : float
         Standard deviation of the common error of all azimuths, degrees.

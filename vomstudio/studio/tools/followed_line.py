@@ -28,7 +28,7 @@ class FollowedPath:
     ----------
     points : (n, 3) float64
         Points in the file frame of the model.
-        photo : str
+    photo : str
         Photo in which the path was followed, or "" if it was followed over the surface.
     voters : tuple of str
         Names of the other photos that were compared.
@@ -163,7 +163,7 @@ class FollowedLine:
         model_id : str
         way_points : sequence of Point
             Way-points in the file frame of the model.
-            live : bool
+        live : bool
             Whether a way-point is being dragged; in this case only the last missing leg is
             requested.
         """
@@ -186,7 +186,7 @@ class FollowedLine:
         model_id : str
         way_points : sequence of Point
             Way-points in the file frame of the model.
-            resolution : float
+        resolution : float
             Resolution of the model, in the unit of its file.
         cost : str
             Cost by which the line is followed, by default the current cost.

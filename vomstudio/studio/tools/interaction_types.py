@@ -115,7 +115,7 @@ class Area:
     ----------
     origin : (3,) float64
         Origin in the World frame.
-        corners : (k, 3, 3) or (k, 3) float32
+    corners : (k, 3, 3) or (k, 3) float32
         Triangles or points, in World coordinates minus `origin`.
     border : (b, 2, 3) float32
         Border edges, in World coordinates minus `origin`.
@@ -136,7 +136,7 @@ class BrushRing:
         Centre in the World frame.
         radius : float
             Radius in metres.
-        normal : (3,) float64 or None
+    normal : (3,) float64 or None
         Normal of the surface, or None if it is unknown.
     removes : bool
         Whether the brush erases.
