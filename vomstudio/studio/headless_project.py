@@ -505,7 +505,7 @@ class HeadlessProject:
         model : Model
         pairs : Pairs
             Points on the model and their coordinates in the World frame.
-            crs : str or None
+        crs : str or None
                 CRS of the pairs, "EPSG:n" in metres; None for a local frame.
         click_sigma_m : float, optional
             Standard deviation of a click on the model, metres; by default half of its
@@ -554,7 +554,7 @@ class HeadlessProject:
         pairs : Pairs or None
             Point pairs that define the initial placement. If None, the present placement is
             used.
-            crs : str or None
+        crs : str or None
                 CRS of the World frame.
         stable : str or Path, optional
             File with a mask of the stable part of the reference.

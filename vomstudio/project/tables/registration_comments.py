@@ -26,7 +26,7 @@ def registrations_of(
     Returns
     -------
     list of dict
-    models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and up, in
+        models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and up, in
         degrees squared; bowed_deg : possible difference in dip between the edges, if known.
     """
     ids = dict.fromkeys(f.model_id for f in features if isinstance(f, OnAModel))
