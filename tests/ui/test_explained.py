@@ -79,6 +79,7 @@ def selected(window, studio):
     add_bed(studio, "t1", "B01")
     studio.selection.set(["t1"])
     window.resize(1400, 900)
+    window.docks.bring_forward("properties")
     QApplication.processEvents()
     return window
 
