@@ -18,6 +18,8 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 def following(window, outcrop, picks):
     """The outcrop, a bed in view, and the trace tool that follows dark lines."""
     driver.open_outcrop(window, outcrop)
+    # The bed goes on below the net.
+    window.docks.close_page("stereonet")
     look_at(window, picks["B01"], 0.0, 10.0)
     key(window, Qt.Key.Key_T)
     box = driver.tool_panel(window, TracePanel).follow_box
