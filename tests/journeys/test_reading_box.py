@@ -44,6 +44,7 @@ def test_the_reading_never_lies_over_what_is_picked_nor_over_the_cursor(
 ):
     window.resize(*size)
     driver.open_outcrop(window, outcrop)
+    window.docks.close_page("stereonet")
     points = np.concatenate([picks["B04"][2:22:3], picks["B03"][4:20:5][::-1]])
     look_at(window, points, 0.0, 10.0)
     key(window, Qt.Key(ord(letter)))
