@@ -34,8 +34,8 @@ class ActiveToolPanel(QStackedWidget):
         self.addWidget(self._choice)
         for panel in dict.fromkeys(self.panels.values()):
             self.addWidget(panel)
-        boxes = {panel: panel.findChild(TypeBox) for panel in self.panels.values()}
-        self._type_boxes = {panel: box for panel, box in boxes.items() if box is not None}
+        boxes = {panel: getattr(panel, "type_box", None) for panel in self.panels.values()}
+        self._type_boxes = {panel: box for panel, box in boxes.items() if isinstance(box, TypeBox)}
         self._titles = {entry.name: entry.title for entry in TOOLS}
         self._show_title: Callable[[str], None] = lambda _: None
         # The dock is initially as wide as the widest panel, so that the outcrop does not move
