@@ -38,7 +38,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     parser.add_argument(
-        "benchmark", metavar="BENCHMARK", help=tr("mesh or point cloud that it is held against")
+        "benchmark", metavar="BENCHMARK", help=tr("mesh or point cloud to compare with")
     )
     add_options(parser, CompareOptions)
     parser.add_argument(

@@ -137,7 +137,7 @@ def draw_scale_bar(
     )
     if not orthographic:
         small = painting.system_font()
-        note = tr("at the pivot's distance")
+        note = tr("at the centre of rotation")
         painting.outlined_text(
             painter,
             right - QFontMetricsF(small).horizontalAdvance(note),

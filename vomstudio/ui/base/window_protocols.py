@@ -4,15 +4,29 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from PySide6.QtWidgets import QWidget
+
 
 class Docks(Protocol):
-    """Panels around the outcrop, identified by the name of their dock."""
+    """Pages of the window, identified by name."""
 
     def bring_forward(self, name: str) -> None:
-        """Show a panel in front of the others in the same tab bar."""
+        """Show a page."""
+
+    def close_page(self, name: str) -> None:
+        """Hide a page."""
+
+    def toggle_center(self, name: str) -> None:
+        """Move a page to the centre of the window, or back."""
 
     def ensure_height(self, name: str, height: int) -> None:
-        """Ensure that a docked panel is at least `height` pixels high."""
+        """Ensure that a docked page is at least `height` pixels high."""
+
+    def place_of(self, name: str) -> QWidget | None:
+        """Return the visible widget around a page, or None if the page is hidden."""
+
+    def titles(self) -> dict[str, str]:
+        """Return the titles of all pages by name."""
 
 
 class WorkspaceSwitcher(Protocol):

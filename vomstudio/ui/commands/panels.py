@@ -82,7 +82,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
         ),
         Command(
             "looked_at",
-            tr("What was &looked at…"),
+            tr("Co&verage…"),
             analysis_command("looked_at"),
             icon="grid",
             tip=tr("Lay a grid over the face and mark its cells as done, empty or unmeasurable."),

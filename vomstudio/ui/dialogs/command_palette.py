@@ -23,8 +23,6 @@ from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.search import SearchEntry, rank, synonyms_of
 
 MAX_RECENT = 20
-_recent: list[str] = []
-"""Keys of the entries that were opened since the program started, the last one first."""
 
 
 @dataclass(frozen=True)
@@ -88,10 +86,10 @@ class CommandPalette(QDialog):
         key = self.selected_command
         if key is None:
             return
-        if key in _recent:
-            _recent.remove(key)
-        _recent.insert(0, key)
-        del _recent[MAX_RECENT:]
+        if key in self._actions.recent:
+            self._actions.recent.remove(key)
+        self._actions.recent.insert(0, key)
+        del self._actions.recent[MAX_RECENT:]
         if key in self._commands:
             self._actions.run(key)
         else:
@@ -103,7 +101,7 @@ class CommandPalette(QDialog):
     def _fill(self, text: str) -> None:
         self._list.clear()
         self._actions.refresh()
-        ranked = rank(text, self._entries, _recent)
+        ranked = rank(text, self._entries, self._actions.recent)
         self._no_match.setVisible(not ranked)
         for entry in ranked:
             self._list.addItem(self._item(entry))

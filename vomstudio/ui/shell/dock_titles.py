@@ -2,39 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMenu, QSizePolicy, QToolButton, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel
+from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.shell.layout import INSPECTOR_TABS, REGIONS
 
 _MARGIN = 2
 
 
-class PageSwitcher(Protocol):
-    """Protocol of the docks for their title bars."""
-
-    def bring_forward(self, name: str) -> None:
-        """Show a page."""
-
-    def close_page(self, name: str) -> None:
-        """Hide a page."""
-
-    def toggle_center(self, name: str) -> None:
-        """Move a page to the centre of the window, or back to its dock."""
-
-    def titles(self) -> dict[str, str]:
-        """Return the titles of the pages, keyed by page name."""
-
-
 class DockTitle(QWidget):
     """Title bar of a dock, with tabs in the inspector or else the name of the page."""
 
-    def __init__(self, dock: QDockWidget, docks: PageSwitcher) -> None:
+    def __init__(self, dock: QDockWidget, docks: Docks) -> None:
         super().__init__(dock)
         self._dock, self._docks = dock, docks
         self._name = dock.objectName()
@@ -123,11 +106,6 @@ class DockTitle(QWidget):
         self._close.setVisible(floating or not self._tabs)
         self._enlarge.setVisible(not floating and not has_tabs)
         self._float.setIcon(theme.icon("dock-right" if floating else "dock-window"))
-
-    def changeEvent(self, event: QEvent) -> None:  # noqa: N802
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.FontChange:
-            self.updateGeometry()
 
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Show:

@@ -38,6 +38,13 @@ class PageHost(Protocol):
         """Return the widget of the page to its owner."""
 
 
+class OverlayHost(PageHost, Protocol):
+    """Host of a page over the outcrop."""
+
+    is_shown: bool
+    """Whether the page is here; it is visible only together with the outcrop."""
+
+
 class WindowDocks(Mapping[str, QDockWidget]):
     """Docks of a window, keyed by page name, which is also their object name."""
 
@@ -50,7 +57,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self.rearranged = self._watcher.rearranged
         """Emitted when a dock has been moved or resized."""
         self._center: PageHost | None = None
-        self._overlay: PageHost | None = None
+        self._overlay: OverlayHost | None = None
         self.center_page = ""
         """Name of the page in the centre of the window, or ""."""
         self._docked_before = False
@@ -102,7 +109,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             if isinstance(title, DockTitle):
                 title.name_tabs()
 
-    def set_hosts(self, center: PageHost, overlay: PageHost) -> None:
+    def set_hosts(self, center: PageHost, overlay: OverlayHost) -> None:
         """Set the hosts outside the docks, and move the net to its overlay."""
         self._center, self._overlay = center, overlay
 
@@ -111,7 +118,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         if self.center_page == name:
             return True
         if REGIONS[name] == "overlay" and not self.net_docked:
-            return self._overlay is not None and getattr(self._overlay, "is_shown", True)
+            return self._overlay is not None and self._overlay.is_shown
         return not self._docks[name].isHidden()
 
     def place_of(self, name: str) -> QWidget | None:
@@ -146,7 +153,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             return
         self._make(name)
         if REGIONS[name] == "overlay" and not self.net_docked:
-            if self._overlay is not None:
+            if self._overlay is not None and not self._overlay.is_shown:
                 self._overlay.show_page(name, self[name].windowTitle(), self._take(name))
             self.changed.emit()
             return

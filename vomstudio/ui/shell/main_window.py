@@ -412,7 +412,9 @@ class MainWindow(QMainWindow):
         overlay.closed.connect(lambda: self.docks.close_page("stereonet"))
         self.docks.changed.connect(self._cover_net)
         self.photo_tab.visible_page_changed.connect(self._cover_net)
-        self._place.page_close_requested.connect(self._close_center)
+        self._place.page_close_requested.connect(
+            lambda: self.docks.toggle_center(self.docks.center_page)
+        )
         self._place.outcrop_requested.connect(self.photo_tab.show_outcrop)
         self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
@@ -482,9 +484,6 @@ class MainWindow(QMainWindow):
 
     def _cover_net(self) -> None:
         self.net_overlay.cover(not self._place.shows_outcrop or self.start_page.isVisible())
-
-    def _close_center(self) -> None:
-        self.docks.bring_forward(self.docks.leave_center())
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()

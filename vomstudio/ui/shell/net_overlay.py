@@ -100,7 +100,7 @@ class NetOverlay(QFrame):
     # --- the net -----------------------------------------------------------------------------
     def show_page(self, _name: str, _title: str, widget: QWidget) -> None:
         """Take over the widget of the net and show it."""
-        if widget is not None and widget is not self._widget:
+        if widget is not self._widget:
             self._widget = widget
             widget.setParent(self)
             self._column.addWidget(widget, 1)

@@ -25,9 +25,10 @@ from shiboken6 import isValid
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.shell.tour_card import TourCard, TourFrame, card_place, frame_box
-from vomstudio.ui.shell.tour_steps import PagePlaces, TourStep, steps
+from vomstudio.ui.shell.tour_steps import TourStep, steps
 
 _LOOK_MS = 150
 _END = to_translate(
@@ -164,7 +165,7 @@ def commands(
     studio: Studio,
     actions: Mapping[str, QAction],
     view: OutcropView,
-    docks: PagePlaces,
+    docks: Docks,
     window: QWidget,
 ) -> list[Command]:
     """Return the commands of the tour. `actions` of the window may be added later."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from PySide6.QtGui import QAction
@@ -13,16 +13,10 @@ from PySide6.QtWidgets import QToolBar, QToolButton, QWidget
 from vomstudio.core.words import to_translate
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 _TURNED_DEG = 8.0
-
-
-class PagePlaces(Protocol):
-    """Protocol for locating the pages of the window."""
-
-    def place_of(self, name: str) -> QWidget | None:
-        """Return the visible host of a page, or None if the page is hidden."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +53,7 @@ def steps(
     studio: Studio,
     actions: Mapping[str, QAction],
     view: OutcropView,
-    docks: PagePlaces,
+    docks: Docks,
 ) -> list[TourStep]:
     """Return the steps of the tour for a window with these parts."""
 

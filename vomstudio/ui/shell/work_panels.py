@@ -48,7 +48,7 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
         ("repeats", to_translate("Repeats"), at("panels.repeatability_panel.RepeatsPanel", _all)),
         (
             "looked_at",
-            to_translate("Looked at"),
+            to_translate("Coverage"),
             at("panels.coverage.coverage_panel.CoveragePanel", _direction),
         ),
         (

@@ -151,7 +151,7 @@ class ComparePanel(QWidget):
         self.title.setText(
             Finding("action.no-model").message
             if model is None
-            else tr("{model} held against", model=model.name)
+            else tr("{model} compared with", model=model.name)
         )
         self.other.list_models_except("" if model is None else model.id)
         self._load_stored()

@@ -43,7 +43,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
     """Panel for sampling grids on faces and their coverage."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
-        super().__init__(studio, "looked_at", "fractures.md#what-was-looked-at", tr("Counting…"))
+        super().__init__(studio, "looked_at", "fractures.md#coverage", tr("Counting…"))
         self._view = view
         self._is_creating = False
         self.model = ModelBox(studio)
@@ -70,7 +70,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self.remove = QPushButton(theme.icon("delete-outline"), tr("Remove grid"))
         self.remove.setToolTip(tr("Its marks go with it; undo brings them back."))
         self.figures = FiguresPage(Finding("grid.not-begun").message)
-        self.figures.setAccessibleName(tr("What was looked at"))
+        self.figures.setAccessibleName(tr("Coverage"))
         self._arrange()
         self._connect()
 

@@ -35,7 +35,7 @@ MARKS = {
 class CellsPanel(QWidget):
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
-        explain(self, "fractures.md#what-was-looked-at")
+        explain(self, "fractures.md#coverage")
         self._studio = studio
         self.count = hint_label()
         column = narrow_column(self)
