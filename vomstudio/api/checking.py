@@ -197,7 +197,7 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
     Raises
     ------
     InputError
-        If there are no such columns.
+        If a coordinate has no matching column, or more than one.
     """
     plain_names = {column: normalise_name(str(column)) for column in columns}
     columns_found = []

@@ -49,11 +49,12 @@ def extend(
     Returns
     -------
     ExtendedPlane
-        ``beds`` (each ``bed``, its number upwards, 0 the plane itself, ``offset_m``,
-        ``traces``, ``length_m``, ``least_error95_m``, ``most_error95_m``), ``traces`` (each
-        ``bed``, ``points`` (n, 3) World, ``error95_m`` (n,) across the plane), ``bands``
-        (of the model's points, (n,) each: ``bed`` nearest, ``distance_m``, ``error95_m``,
-        ``inside``), ``max_error95_deg``.
+        ``beds`` (each with ``bed``, a number that increases upwards and is 0 for the plane
+        itself, ``offset_m``, ``traces``, ``length_m``, ``least_error95_m``,
+        ``most_error95_m``), ``traces`` (each with ``bed``, ``points`` (n, 3) in the World
+        frame, ``error95_m`` (n,) across the plane), ``bands`` (arrays (n,) for the model's
+        points: nearest ``bed``, ``distance_m``, ``error95_m``, ``inside``),
+        ``max_error95_deg``.
 
     Raises
     ------
@@ -64,9 +65,9 @@ def extend(
 
     Notes
     -----
-    The variance of a regression's prediction, s2 (1/n + u2/sum u2 + v2/sum v2), with as many
-    points as are independent along the trace; bands of Student's t. For planes on outcrops
-    Quinn & Ehlmann 2019, doi 10.1029/2018EA000416.
+    The variance is that of a regression's prediction, s2 (1/n + u2/sum u2 + v2/sum v2), where n
+    is the number of independent points along the trace. The bands use Student's t. For planes on
+    outcrops, see Quinn & Ehlmann 2019, doi 10.1029/2018EA000416.
 
     Examples
     --------

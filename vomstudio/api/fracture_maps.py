@@ -95,7 +95,7 @@ def fractures(
         ``P20_nodes_1_per_m2``, ``P21_1_per_m``, their 95 % intervals (``P21_95_1_per_m``,
         ...), ``dispersion``, ``nodes`` (``I``, ``Y``, ``X``), ``mended``, ``length``
         (``mean_m``, ``naive_mean_m``, ``censored_share``, ``distribution``, ``parameters``,
-        ...), ``sets``, ``P21_by_size``, ``scanline``, ``plane`` (of three-dimensional
+        ...), ``sets``, ``P21_by_size``, ``scanline``, ``plane`` (for three-dimensional
         lines: ``dip_deg``, ``scatter_m``, ``azimuths_from``, ...); None if undefined.
 
     Raises

@@ -154,7 +154,7 @@ def threepoint(
         ``dip_direction_error_deg`` (95 %, each separately), ``max_confidence95_deg``
         (half-angle of the joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the
         points about the plane (None for three points), ``sigma_m`` used for the errors,
-        ``warnings``, ``dropped_lines``. Values are None if the errors are unknown.
+        ``warnings``, ``dropped_lines``. Unknown errors are returned as None.
 
     Raises
     ------

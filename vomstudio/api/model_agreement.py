@@ -16,10 +16,10 @@ def agreement(first: Any, second: Any) -> Agreement:
     Parameters
     ----------
     first, second : (n, 3) array
-        Tables of planes: DataFrames as of ``vs.fit_planes``, ``vs.read_orientations`` or
-        ``Project.planes``, or paths of files. Of their columns ``name``, ``kind``, ``x``,
-        ``y``, ``z`` (World, metres), ``extent_m`` and ``total95_deg`` (else
-        ``max_confidence95_deg``) each is optional.
+        Tables of planes: DataFrames such as those from ``vs.fit_planes``,
+        ``vs.read_orientations`` or ``Project.planes``, or paths of files. The columns ``name``,
+        ``kind``, ``x``, ``y``, ``z`` (World, metres), ``extent_m`` and ``total95_deg``
+        (otherwise ``max_confidence95_deg``) are all optional.
 
     Returns
     -------
@@ -27,8 +27,9 @@ def agreement(first: Any, second: Any) -> Agreement:
         ``matched``, a pair per structure, with ``first``, ``second`` (names), ``by``
         ("name" or "nearness"), ``distance_m``, ``angle_deg`` (0 to 90), ``error95_deg``
         (root of the sum of squares of both 95 % half-angles) and ``agree``; ``n``,
-        ``by_name``, ``by_nearness``, ``unmatched`` (of the first, of the second),
-        ``median_angle_deg``, ``rms_angle_deg``, ``agree_share``. None if unknown.
+        ``by_name``, ``by_nearness``, ``unmatched`` (number of planes in the first and
+        in the second table), ``median_angle_deg``, ``rms_angle_deg``, ``agree_share``. Unknown
+        values are returned as None.
 
         Planes are matched by name if it is unique in each table, others by nearness: mutual
         nearest neighbours of the same kind, within half the extent of the longer one.
@@ -40,7 +41,7 @@ def agreement(first: Any, second: Any) -> Agreement:
 
     Notes
     -----
-    Source: the angle between two poles; independent errors add as squares.
+    The angle is that between the two poles. The squares of independent errors are added.
 
     Examples
     --------

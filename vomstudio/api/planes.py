@@ -44,7 +44,7 @@ Profile = Literal["error", "textbook"]
 
 @dataclass(frozen=True, repr=False)
 class OrientationFigures(Result):
-    """Columns of the orientation table; values are None if undefined or not applicable."""
+    """Columns of the orientation table; None means undefined or not applicable."""
 
     id: Any
     name: str | None
@@ -115,7 +115,7 @@ class OrientationFigures(Result):
 
     @property
     def centroid(self) -> FloatArray | None:
-        """Centroid (3,) of the points, or None if there is no position."""
+        """Centroid (3,) of the points, or None if the position is unknown."""
         if self.x is None or self.y is None or self.z is None:
             return None
         return np.array([self.x, self.y, self.z])
@@ -129,7 +129,7 @@ class PlaneFit(OrientationFigures):
     """Plane and its errors; the attributes are the columns of the orientation table.
 
     Angles are in degrees, lengths in metres, and coordinates in the frame of the points (World
-    frame: x East, y North, z Up). Values are None if they are undefined or not applicable.
+    frame: x East, y North, z Up). None means undefined or not applicable.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ class PlaneFit(OrientationFigures):
 class LineFit(OrientationFigures):
     """Lineation or fold axis; the attributes are the columns of the orientation table.
 
-    Values are None if they are undefined or not applicable.
+    None means undefined or not applicable.
 
     Attributes
     ----------

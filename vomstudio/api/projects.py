@@ -428,7 +428,7 @@ class Project:
         Raises
         ------
         vs.errors.DocumentError
-            If there is no step to undo.
+            If the project has no step to undo.
         """
         return self._open_desk().undo()
 

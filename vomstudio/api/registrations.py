@@ -148,7 +148,7 @@ def register(
         If there are fewer than three control points, the control points are collinear, or
         the observations do not determine the placement.
     vs.errors.UsageError
-        If there are no observations.
+        If no observations are given.
 
     Notes
     -----

@@ -65,7 +65,7 @@ def stats(
         with ``fisher_reason`` if the set is not a cluster), ``tensor`` (``eigenvalues``,
         ``axes``), ``woodcock`` (``K``, ``C``), ``vollmer`` (``P``, ``G``, ``R``),
         ``bingham`` (``k1``, ``k2``, ``confidence95`` of the three axes, ``fit_p``),
-        ``kent`` (of an elongated cluster), each None with a reason if it is undefined,
+        ``kent`` (for elongated clusters), each None with a reason if it is undefined,
         ``uniformity`` (``test``, ``statistic``, ``p``) and ``weights``. ``fit_p`` is the
         probability of data that fit the model as badly as these.
 
@@ -139,14 +139,14 @@ def fold(
     Returns
     -------
     TableFold
-        ``n``, ``used``, ``not_good`` (of those used; None without verdicts), ``left_out``,
-        ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of its joint 95 % region),
+        ``n``, ``used``, ``not_good`` (number among the planes used; None without verdicts),
+        ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of the joint 95 % region),
         ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``, ``arc_deg``, ``cone``
         (the best small circle), ``limbs`` (mean planes, interlimb angle and axial plane
         with errors), ``leave_one_out`` (the plane with the largest influence on beta),
         ``pairs`` (intersections of two sets), ``domains`` and ``one_axis``, ``valid`` (yes,
         conditional or no), ``verdict`` (cylindrical, conical, homoclinal, two axes,
-        scattered or undetermined; of sets common axis or two axes) and ``reasons``.
+        scattered or undetermined; for sets, common axis or two axes) and ``reasons``.
 
     Raises
     ------
@@ -288,7 +288,7 @@ def repeats(
         the ``factor`` by which the stated errors would have to be multiplied, ``within95``
         of ``n``), ``stated_errors_hold`` (yes, no or undetermined) with ``reasons``;
         ``interpreters`` and ``between`` (the F test of whether they differ); ``pairs`` and
-        ``left_out``. Undefined values are None.
+        ``left_out``. Undefined values are returned as None.
 
     Raises
     ------

@@ -88,7 +88,7 @@ def check(
     Raises
     ------
     vs.errors.InputError
-        If there are no photos.
+        If the folder contains no photos.
     vs.errors.UsageError
         For an invalid distance.
 

@@ -279,7 +279,7 @@ def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -
     """Convert rows of the orientation table to a DataFrame.
 
     Numbers are float64, with NaN if not applicable. Counts are integers if all rows have a count.
-    Missing texts are None.
+    Missing texts are represented by None.
 
     Parameters
     ----------

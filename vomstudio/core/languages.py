@@ -14,7 +14,7 @@ _LANGUAGE_VARIABLES = ("VOMSTUDIO_LANGUAGE", "LANGUAGE", "LC_ALL", "LC_MESSAGES"
 
 
 def use_user_language(folder: Path | None = None) -> None:
-    """Load the catalogue of the user's language, or use English if there is no valid one.
+    """Load the catalogue of the user's language, or use English if it is missing or invalid.
 
     The language is the value of VOMSTUDIO_LANGUAGE or, if that is not set, of the usual gettext
     variables.

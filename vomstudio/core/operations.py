@@ -24,15 +24,16 @@ class Operation:
     command_options : tuple of type
         Options classes that apply only to the command and the window, such as files to write.
     function : str
-        Name of the function in ``vomstudio``; empty if there is no function.
+        Name of the function in ``vomstudio``; empty for an operation without a function.
     command : str
         Name of the command if it differs from the name of the operation.
     window : str
-        Module and class of the panel or dialog below ``vomstudio.ui``; empty if there is none.
+        Module and class of the panel or dialog below ``vomstudio.ui``; empty for an operation
+        without either.
     method : str
-        Name of the method of ``vs.Project``; empty if there is no method.
+        Name of the method of ``vs.Project``; empty for an operation without a method.
     action : str
-        Action of ``vomstudio project``; empty if there is no action.
+        Action of ``vomstudio project``; empty for an operation without an action.
     missing : dict
         Reason for each interface that does not offer the operation.
     """

@@ -59,8 +59,7 @@ class Declaration:
     empty : str
         Text that a form shows for None.
     flag_value : str, optional
-        Value if the option is given without one. If `flag_value` is None, the option requires a
-        value.
+        Value if the option is given without one. Without `flag_value`, the option requires a value.
     is_required : bool
         Whether a value is required.
     is_repeated : bool

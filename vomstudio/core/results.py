@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding, plain
 HIDDEN = {"json": "hidden"}
 """Metadata of a field that is omitted from the object."""
 OPTIONAL = {"json": "optional"}
-"""Metadata of a field that is omitted from the object if it is None or empty."""
+"""Metadata of a field that is omitted from the object if its value is missing or empty."""
 FLAT = {"json": "flat"}
 """Metadata of a field that is replaced in the object by the fields of its value."""
 

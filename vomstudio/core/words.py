@@ -1,8 +1,8 @@
 """Translation of every string that is displayed to the user.
 
-The source code contains the English text, which is displayed if there is no catalogue or no valid
-entry. Codes, columns, JSON keys and the words of verdicts are data and are not translated. This
-module does not know any folder: the entry points load the catalogue.
+The source code contains the English text, which is displayed unless a catalogue has a valid entry.
+Codes, columns, JSON keys and the words of verdicts are data and are not translated. This module
+does not depend on any folder: the entry points load the catalogue.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def tr(message: str, /, **values: object) -> str:
     message : str
         English text with `str.format` placeholders such as ``{length:.2f}``.
     **values
-        Values of the placeholders. If there are none, braces are literal.
+        Values of the placeholders. Without values, braces are literal.
 
     Examples
     --------

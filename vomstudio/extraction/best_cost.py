@@ -56,7 +56,7 @@ Rank = tuple[int, float]
 
 @dataclass(frozen=True)
 class CostTrial:
-    """Cost that was compared, with the 95 % error of its plane (None if there is no plane)."""
+    """Cost that was compared, with the 95 % error of its plane (None without a plane)."""
 
     cost: str
     error95_deg: float | None
@@ -219,7 +219,7 @@ def rank_path(
     -------
     rank : Rank
     error95_deg : float or None
-        Stated 95 % error of the plane, degrees; None if there is no plane.
+        Stated 95 % error of the plane, degrees; None if no plane can be fitted.
     """
     try:
         fit = fit_plane(points)

@@ -124,7 +124,8 @@ class Elements:
         Second moments of each element about its position, divided by its area (xx, yy, zz, xy, xz,
         yz), or a single row of zeros for all.
     variation : (n,) array
-        Surface variation: 0 if flat, `NO_SURFACE` if there is no surface, NaN if unknown.
+        Surface variation: 0 if flat, `NO_SURFACE` for isolated or scattered points, NaN if
+        unknown.
     spacing, noise : (n,) arrays
         Mean local spacing of the points of the model, and their scatter about the surface.
     starts, near : int arrays
@@ -133,15 +134,14 @@ class Elements:
     rows : (n,) int array
         Face or point of the model for each element.
     row_of : int array
-        Element of each face or point of the model; -1 if there is none.
+        Element of each face or point of the model; -1 for those that do not belong to an element.
     warnings : tuple of Finding
     begun : (n,) int32 array, optional
         Facets known in advance; points inside them have no list of neighbours.
     around : int
         Number of points used for normals and variation; 0 for wide neighbourhoods.
     fewer : (n,) bool array, optional
-        Points for which the smallest number of neighbours is used; None if there are no such
-        points.
+        Points for which the smallest number of neighbours is used; None without such points.
     """
 
     of: Literal["face", "point", "cell"]

@@ -51,7 +51,7 @@ _MIN_JUMBLED_SHARE = 0.25
 
 @dataclass(frozen=True)
 class Exposure:
-    """Areas of a model by cover; a share is None if its denominator is zero.
+    """Areas of a model by cover; shares with a zero denominator are undefined (None).
 
     Parameters
     ----------

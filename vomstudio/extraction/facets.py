@@ -282,7 +282,7 @@ def build_facets(
     rows = np.flatnonzero(new_labels >= 0)
     old_label = np.zeros(len(facets), np.int64)
     old_label[new_labels[rows]] = labels[rows]
-    # The median spacing is reported because there is no growing distance.
+    # The median spacing is reported because no growing distance is used here.
     reach = float(np.median(elements.spacing))
     colors = _colors(cloud, elements)
     return _assemble(
@@ -335,7 +335,7 @@ def _fit_facets(
     min_coplanarity = thresholds.least_coplanarity if min_coplanarity is None else min_coplanarity
     pieces: list[IntArray] = [order[starts[i] : starts[i + 1]] for i in range(count)]
     fitted: list[Facet | None] = [None] * count
-    # Distribute the large facets, which come first, evenly over the threads.
+    # Distribute the large facets, which are at the start, evenly over the threads.
     balanced = np.argsort(np.arange(count) % _FIT_BLOCKS, kind="stable")
 
     def work(block: slice) -> None:

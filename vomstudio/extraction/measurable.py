@@ -82,17 +82,17 @@ class Measurable:
     elements : Elements
     trace_deg : (n,) array
         Expected 95 % error of a trace through each piece, degrees. 90 if any plane through the line
-        is possible; NaN if there is no line because the face is parallel to the plane or has no
+        is possible; NaN if no line exists because the face is parallel to the plane or has no
         normal.
     patch_deg : (n,) array
-        Expected 95 % error of the exposed patch, degrees; NaN if there is no patch, or if its size
-        is less than ten resolutions.
+        Expected 95 % error of the exposed patch, degrees; NaN outside patches, and for patches
+        smaller than ten resolutions.
     extent, relief : (n,) arrays
         Longest and shorter axes of the line, m.
     classes : (n,) int8 array
         Index into `CLASSES` for the better of trace and patch.
     patches : (n,) int32 array
-        Number of the patch of each piece; -1 if there is none.
+        Number of the patch of each piece; -1 outside patches.
     areas : (n,) array
         Area of each piece, m².
     resolutions : (n,) array

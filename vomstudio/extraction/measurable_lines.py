@@ -96,7 +96,7 @@ def intersection_moments(
     -------
     (n, 5) array
         Length of the line and resolution along it, m; larger and smaller variance, m²; number of
-        pieces. NaN if there is no line.
+        pieces. NaN for pieces without a line.
     """
     n = len(elements)
     moments = np.full((n, 5), np.nan)

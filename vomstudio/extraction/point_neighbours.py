@@ -163,7 +163,7 @@ def find_surroundings(
         Rows of the points.
     is_sparse : (cells,) bool array or None
         Cells with so few points around them that the smallest number of neighbours is sufficient:
-        noise of the same width is then smaller relative to the spacing. None if there are no cells.
+        noise of the same width is then smaller relative to the spacing. None without cells.
     known_count : int or None
         Number of neighbours, if already known.
     angle_deg : float

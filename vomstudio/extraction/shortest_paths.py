@@ -97,7 +97,7 @@ def path_with_turns(
     Returns
     -------
     (k,) ndarray of int or None
-        Nodes of the path; None if there is no path.
+        Nodes of the path; None if no path connects the two nodes.
     """
     n = len(graph.places)
     if turn <= 0.0:

@@ -83,7 +83,7 @@ class Graph:
 
     @cached_property
     def typical_arc(self) -> float:
-        """Median arc length in a regular sample of arcs; 0 if there are no arcs."""
+        """Median arc length in a regular sample of arcs; 0 for a graph without arcs."""
         if not len(self.near):
             return 0.0
         sample = np.linspace(0, len(self.near) - 1, min(len(self.near), _SAMPLE_ARCS)).astype(
@@ -538,7 +538,7 @@ def _divide_long_edges(
     first, second = first[long], second[long]
     count = (middle >= 0).sum(axis=1)
     rows = np.arange(len(triangles))
-    # Rotate triangles so that a single divided edge comes first, or a single undivided edge last.
+    # Rotate triangles to make a single divided edge the first, or a single undivided edge the last.
     rotation = np.where(count == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
     order = (rotation[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(triangles, order, axis=1).T

@@ -41,7 +41,7 @@ class BandFigures(PrintableResult):
     sets : tuple of BandSet
         Comparisons of sets with the band, in order of decreasing probability.
     none_probability : float or None
-        Probability that the plane belongs to none of the sets; None if there are no sets.
+        Probability that the plane belongs to none of the sets; None without sets.
     """
 
     trend_deg: float

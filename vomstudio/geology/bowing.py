@@ -133,7 +133,7 @@ def bowing_deg(lens_across95_deg: float | None, bowing: Bowing | None) -> float 
     Returns
     -------
     float or None
-        None if there is no information on bowing.
+        None without information on bowing.
     """
     if bowing is not None and bowing.significant:
         return bowing.across_deg

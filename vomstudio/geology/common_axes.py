@@ -2,9 +2,9 @@
 
 Each set is represented by its mean with equal weight, regardless of its number of planes. Two mean
 planes always intersect in a line. Three or more sets have a common axis if the poles of their means
-lie in one plane. The deviation from this plane is compared with the errors of the means (for three
-sets, the triple product of the means and its error) by chi-square or, if the variance is estimated,
-F.
+are coplanar. The deviation from their plane is compared with the errors of the means (for three
+sets, the triple product of the means and its error) by a chi-square test or, if the variance is
+estimated, an F test.
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ class OneAxisFigures:
         an axis.
     beds_off_deg : float or None
         Largest angle between the common axis and the mean bed of a domain of uniform dip, degrees;
-        None if there is no such domain.
+        None without such a domain.
     """
 
     serves_all: bool

@@ -41,7 +41,7 @@ class DoubtfulStretch:
 
 @dataclass(frozen=True, eq=False)
 class RemainingTrace:
-    """Plane of the points outside the doubtful stretches; `fit` is None if it has no error."""
+    """Plane of the points outside the doubtful stretches; None as `fit` if it has no error."""
 
     fit: FittedPlane | None
     stretches: tuple[DoubtfulStretch, ...]
@@ -89,7 +89,7 @@ def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> Remainin
     Returns
     -------
     RemainingTrace or None
-        None if there is no valid range.
+        None if none of the ranges is valid.
     """
     n = len(points)
     valid = [(a, b) for a, b in ranges if 0 <= a <= b < n]
@@ -120,7 +120,7 @@ def offset(points: FloatArray, stretch: Range, fit: FittedPlane | None) -> float
     Returns
     -------
     float
-        Signed distance in metres; 0 if there is no plane.
+        Signed distance in metres; 0 without a plane.
     """
     if fit is None:
         return 0.0

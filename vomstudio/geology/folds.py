@@ -91,7 +91,7 @@ class FoldAxis:
     arc_deg : float
         Shortest arc of the pi-plane that contains all (axial) poles, 0 to 180 degrees.
     max_confidence95_deg, min_confidence95_deg : float or None
-        Semi-axes of the joint 95 % region of beta, degrees; None if there is no redundancy.
+        Semi-axes of the joint 95 % region of beta, degrees; None without redundancy.
     confidence_direction_deg : float or None
         Direction in which beta is least certain, as a rake in the pi-plane, 0 to 180 degrees from
         its right-hand-rule strike.
@@ -269,7 +269,7 @@ def fold_axis(
 def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
     """Return the semi-axes of the joint 95 % region of beta for n poles, larger first.
 
-    The semi-axes are in degrees. They are None if there is no redundancy.
+    The semi-axes are in degrees. Returns None for fewer than three poles (no redundancy).
     """
     if n < 3:
         return None

@@ -168,7 +168,7 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     Raises
     ------
     GeometryError
-        If there are no planes.
+        If `planes` is empty.
     """
     if not planes:
         raise GeometryError(Finding("sets.no-members"))

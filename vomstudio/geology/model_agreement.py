@@ -14,7 +14,7 @@ from vomstudio.core.results import Result
 
 @dataclass(frozen=True, eq=False)
 class OrientedPlane:
-    """Plane measured on a model; unknown attributes are None.
+    """Plane measured on a model, with None for unknown attributes.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class OrientedPlane:
 
 @dataclass(frozen=True)
 class MatchedPlane:
-    """Pair of planes of the same structure; unknown attributes are None.
+    """Pair of planes of the same structure, with None for unknown attributes.
 
     Attributes
     ----------
@@ -78,9 +78,9 @@ class Agreement(Result):
     unmatched : (int, int)
         Number of planes without a match in the first and in the second set.
     median_angle_deg, rms_angle_deg : float or None
-        Angles between matched planes, degrees; None if there are no matches.
+        Angles between matched planes, degrees; None without matches.
     agree_share : float or None
-        Share of agreeing pairs among those with known errors; None if there are no such pairs.
+        Share of agreeing pairs among those with known errors; None without such pairs.
     """
 
     n: int

@@ -6,9 +6,9 @@ Planes are formatted in one of the `NOTATIONS`:
     "quadrant"     N42E 41SE     strike counted from North, dip and the quadrant of the dip
 
 These notations and their usual variants are parsed: other separators (132-41, 132 41, 132°/41°);
-the left-hand rule (222/41 LHR: the plane dips to the left); either end of the strike with the side
-of the dip (042/41 SE, 222/41 SE); N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or West;
-E-W 30N; strike 042 dip 41 SE; the dip first, followed by an arrow (41 → 132). Lines are given as
+the left-hand rule (222/41 LHR: the plane dips to the left); either end of the strike with the
+quadrant of the dip (042/41 SE, 222/41 SE); N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East
+or West; E-W 30N; strike 042 dip 41 SE; the dip followed by an arrow (41 → 132). Lines are given as
 trend/plunge (130/25, N50W 25) or as the plunge followed by an arrow (25 → 130). Decimal commas and
 minutes (7°30') are accepted. Invalid or ambiguous texts raise InputError with the reason.
 """

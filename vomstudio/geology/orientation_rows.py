@@ -18,7 +18,7 @@ class OrientationRows(Protocol):
     path : Path
         Path of the source, for error messages.
     ids, kinds, sets : (n,) tuple of str
-        Identifiers, kinds and sets; kinds and sets are None if the table has no such column.
+        Identifiers, kinds and sets; None for kinds or sets if the table has no such column.
     overturned : (n,) tuple of bool or None
         Whether a bed is overturned (younger side below); None if unknown.
     convention : str

@@ -128,7 +128,7 @@ def is_within_wander(
     resolution_m: float | None,
     outcrop_normal: npt.ArrayLike | None,
 ) -> bool:
-    """Return whether a trace in the outcrop face is no wider than the wander of its points.
+    """Return whether a trace in the outcrop face is not wider than the wander of its points.
 
     In this case, any plane through the line is possible. The error of the fit includes deviations
     normal to the face, but if the plane is the face, the residuals do not show deviations along it.
@@ -568,7 +568,7 @@ def judge_line(
     registration_deg: float | None = None,
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
-    """Judge a lineation, or a line derived from planes (if `fit` is None).
+    """Judge a lineation or, without `fit`, a line derived from planes.
 
     Parameters
     ----------

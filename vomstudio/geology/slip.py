@@ -41,9 +41,9 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
     Returns
     -------
     float or None
-        In degrees, in (-180, 180]. None if there is no sense, or if the sense does not determine
-        the direction: a normal or reverse movement along the strike or on a vertical plane, a
-        strike slip along the dip, and any sense on a horizontal plane.
+        In degrees, in (-180, 180]. None if `sense` is empty or does not determine the direction: a
+        normal or reverse movement along the strike or on a vertical plane, a strike slip along the
+        dip, and any sense on a horizontal plane.
     """
     if not sense or plane.undefined:
         return None

@@ -207,7 +207,7 @@ def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
 
 
 def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
-    """Return the margins of `wedge_sliding`, for which there are no lateral limits.
+    """Return the margins of `wedge_sliding`, which has no lateral limits.
 
     Parameters
     ----------

@@ -130,7 +130,7 @@ def axial_mean(vectors: npt.ArrayLike) -> Line:
     Raises
     ------
     GeometryError
-        If S1 = S2, so that there is no preferred axis.
+        If S1 = S2, so that the data have no preferred axis.
     """
     values, axes = orientation_tensor(vectors)
     if values[0] - values[1] < 1e-12:

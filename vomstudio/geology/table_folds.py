@@ -52,7 +52,7 @@ class _Reading:
     warnings: tuple[Finding, ...]
 
 
-# The fields of the last base class come first.
+# The fields of the last base class precede those of the other base classes.
 @dataclass(frozen=True, repr=False)
 class TableFold(PrintableResult, _Reading, _Domains, AxisFigures, _Counts):
     """Fold axis of the planes of a table. See `FoldAxis` for the figures of the axis.

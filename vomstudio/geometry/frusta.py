@@ -151,8 +151,8 @@ def frustum_at(
 ) -> int | None:
     """Find the camera at a pixel.
 
-    This is the camera with the nearest apex within `reach` pixels or, if there is none, with the
-    smallest outline that contains the pixel.
+    This is the camera with the nearest apex within `reach` pixels or, if no apex is that close, the
+    one with the smallest outline that contains the pixel.
 
     Parameters
     ----------

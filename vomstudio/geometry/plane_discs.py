@@ -39,7 +39,8 @@ def disc_of_fit(fit: FittedPlane | None) -> FloatArray | None:
     Returns
     -------
     (c, 3) ndarray or None
-        Vertices, or None if there is no plane or no extent, or the attitude is practically unknown.
+        Vertices, or None if the plane or its extent is missing, or the attitude is practically
+        unknown.
     """
     if fit is None or fit.extent is None or not known_well_enough(fit):
         return None

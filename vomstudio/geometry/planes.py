@@ -28,7 +28,7 @@ _AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class FittedPlane:
-    """One fitted plane with the fields of `PlaneFits`; undefined figures are None."""
+    """One fitted plane with the fields of `PlaneFits`, and None for undefined figures."""
 
     n: int
     centroid: FloatArray

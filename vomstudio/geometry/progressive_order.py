@@ -40,7 +40,7 @@ class ProgressiveOrder:
     spacing : (k,) ndarray
         Approximate distance between neighbouring points of the node and its ancestors together.
     parents : (k,) ndarray of int
-        Row of the parent node, -1 if there is none; a parent precedes its children.
+        Row of the parent node, -1 for a node without a parent; a parent precedes its children.
     """
 
     rows: IntegerArray

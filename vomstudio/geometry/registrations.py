@@ -105,7 +105,7 @@ class Registration:
     matrix : Matrix
         4x4 matrix from the file frame to the World frame.
     reconstruction_id : str
-        Id of the reconstruction, or "" if there is none.
+        Id of the reconstruction, or "" for a model without a reconstruction.
     rotation_error_deg : (float, float, float) or None
         One-sigma errors about up, east and north, degrees.
     scale_error : float or None
@@ -114,9 +114,8 @@ class Registration:
         RMS residual of the points, m.
     control : tuple of RegistrationPoint
     covariance : (7, 7) tuple or None
-        Of rotations about east, north and up (rad), relative scale and shift (m), about
-        `centre` in World;
-        None if only the three errors are known.
+        Covariance of rotations about east, north and up (rad), relative scale and shift (m), about
+        `centre` in the World frame; None if only the three errors are known.
     reach_m, normal : float, Point or None
         Distance from the centre of the model to its edge, and normal of its mean plane in the World
         frame (`geology.bowing.model_shape`); None if only points of the model are known.
@@ -124,7 +123,7 @@ class Registration:
         95 % limits of the effects of lens errors on a model reconstructed by this program:
         difference of dips between opposite edges, degrees, and relative scale of depths.
     read_north : ReadNorth or None
-        North reference of the azimuths used, or None if there are none.
+        North reference of the azimuths used, or None if no azimuths are used.
     observations : tuple of ObservationGroup
         Inputs of the adjustment by kind, empty if unknown.
     click_sigma_m : float or None

@@ -115,7 +115,7 @@ def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
 
 
 def _sampled_share(vertices: FloatArray, faces: IntegerArray, bend: float) -> float:
-    """Return the share of sampled vertices whose faces lie in one plane or in two."""
+    """Return the share of sampled vertices whose faces lie in at most two planes."""
     step = max(1, len(vertices) // SAMPLED_VERTICES)
     keys = place_keys(vertices)
     sampled_keys = np.unique(keys[step // 2 :: step])

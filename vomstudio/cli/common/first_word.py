@@ -47,7 +47,7 @@ COMMANDS = (
 
 
 def is_for_window(words: Sequence[str]) -> bool:
-    """Return whether to open the window: there are no words, or existing files and folders."""
+    """Return whether to open the window: without words, or with existing paths only."""
     if words and words[0] in COMMANDS:
         return False
     return all(not word.startswith("-") and _is_there(word) for word in words)

@@ -22,7 +22,7 @@ class Snapshot:
     stage : str
         Name of the stage, or empty before the first stage.
     done, total : int
-        Completed steps and total steps of the stage; `total` is None if unknown.
+        Completed steps of the stage, and its total number of steps (None if unknown).
     part : tuple of int, optional
         Number of the part and total number of parts.
     elapsed_s : float

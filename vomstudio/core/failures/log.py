@@ -58,7 +58,7 @@ def stop() -> None:
 
 
 def tail(lines: int) -> str:
-    """Return the last lines of the log, or an empty text if there is no log."""
+    """Return the last lines of the log, or an empty text if it is missing or unreadable."""
     try:
         with path().open("rb") as stream:
             stream.seek(0, os.SEEK_END)

@@ -25,7 +25,7 @@ def exit_without_finalising(code: int) -> None:
 
 def _exit(code: int) -> None:
     for stream in (sys.stdout, sys.stderr):
-        # The streams are None if the program was started from a desktop menu.
+        # A program that was started from a desktop menu has None instead of standard streams.
         with contextlib.suppress(AttributeError, OSError, ValueError):
             stream.flush()
     os._exit(code)

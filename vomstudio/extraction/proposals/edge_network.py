@@ -1,9 +1,9 @@
 """Edge detection in pictures by a local ONNX network, run with the dnn module of OpenCV.
 
 The input is a single picture, (1, 3, height, width), with red, green and blue from 0 to 1 (or one
-grey channel). The output is the edge probability of each pixel, (1, 1, height, width). If the size
-of a picture differs from that of the network, it is divided into overlapping tiles, only the
-central parts of which are used.
+grey channel). The output is the edge probability of each pixel, (1, 1, height, width). A picture
+whose size differs from that of the network is divided into overlapping tiles, and only the central
+part of each tile is used.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ def simulate_strengths(
     Returns
     -------
     (SURROGATES,) array
-        Strengths in ascending order; 0 if there is no line.
+        Strengths in ascending order; 0 for a surrogate without lines.
     """
     pool = np.sort(evidence)
     if cost in ("dark", "light") or cost not in (*COLOUR_COSTS, "curvature", ONNX):

@@ -3,8 +3,8 @@
 It is used to grow a piece of the surface from a seed, and to expand or shrink a selection by one
 ring. Faces are neighbours if they share an edge, regardless of the number of faces at this edge,
 or, for a ring, a corner. Corners at the same position are treated as one, because texture seams
-split them; meshes do not have to be manifold. Points are neighbours if they are in adjacent cells
-of a grid.
+split them; meshes do not have to be manifold. Points are neighbours if they are in adjacent grid
+cells.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ def _add(sums, w, x, y, z):  # type: ignore[no-untyped-def]
 
 @part
 def _plane(sums, plane):  # type: ignore[no-untyped-def]
-    """Write the centre and normal to plane[:6]; leave it unchanged if there is no plane."""
+    """Write the centre and normal to plane[:6]; leave it unchanged without a plane."""
     w = sums[0]
     if not w > 0.0:
         return

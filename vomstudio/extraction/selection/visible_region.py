@@ -46,8 +46,8 @@ class ViewSnapshot:
     ratio : float
         Number of picture pixels per window pixel.
     depth : (height, width) float32 array, optional
-        Depth along the direction in metres, starting with the top row; infinite where there is no
-        surface.
+        Depth along the direction in metres, starting with the top row; infinite for pixels without
+        a surface.
     clip : ClipBox, optional
         Box outside which everything is clipped.
     """

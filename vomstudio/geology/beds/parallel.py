@@ -326,8 +326,8 @@ def _informative_axes(
 ) -> BoolArray:
     """Select the axes (G, 2) along which each trace determines the tilt of its plane.
 
-    A straight trace that is no wider than its deviation from the common plane follows the face that
-    it crosses, so its width would give the attitude of the face.
+    A straight trace whose width does not exceed its deviation from the common plane follows the
+    face that it crosses, so its width would give the attitude of the face.
 
     Parameters
     ----------

@@ -70,11 +70,10 @@ class FaceCoverage(PrintableResult):
     features : int
         Number of features in cells that are marked as done or empty.
     density_1_per_m2 : float or None
-        Number of midpoints of features in these cells per covered area; None if there are no such
-        cells.
+        Number of midpoints of features in these cells per covered area; None without such cells.
     P21_1_per_m : float or None
-        Length of the features in these cells per covered area, in the view; None if there are no
-        such cells.
+        Length of the features in these cells per covered area, in the view; None without such
+        cells.
     """
 
     cells: int

@@ -194,7 +194,7 @@ def measure_spread(structures: Sequence[RepeatedStructure]) -> PickSpread | None
     Returns
     -------
     PickSpread or None
-        None if there are no repeats.
+        None without repeats.
     """
     return _spread_from_squares(
         sum(s.squares() for s in structures), sum(len(s.rows) - 1 for s in structures)
@@ -223,7 +223,7 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     Returns
     -------
     StatedErrorTest or None
-        None if there is no pair of picks with stated errors.
+        None if no pair of picks has stated errors.
     """
     from scipy.stats import beta, chi2
 

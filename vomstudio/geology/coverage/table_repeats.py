@@ -90,7 +90,7 @@ class TableRepeats(PrintableResult):
     structures, repeats : int
         Number of picks that were repeated, and number of repeats.
     spread : PickSpread or None
-        Scatter of the picks about their structures; None if there are no repeats.
+        Scatter of the picks about their structures; None without repeats.
     stated95_deg : float or None
         RMS of both semi-axes of the stated errors, degrees; None if one of them is not stated.
     test : StatedErrorTest or None

@@ -32,7 +32,7 @@ _NAMED = 8
 
 @dataclass(frozen=True)
 class Pair:
-    """Displacement of a pair of points, or its separations; the other one is None."""
+    """Displacement of a pair of points, or its separations, with None for the other one."""
 
     name: str
     displacement: Displacement | None
@@ -92,7 +92,7 @@ def displacements(
     Raises
     ------
     GeometryError
-        If there is no result for any pair.
+        If none of the pairs has a result.
     UsageError
         If an attitude cannot be parsed, or if a rake is given for a horizontal fault.
     """

@@ -44,8 +44,8 @@ class ThreePoints(PrintableResult):
     ----------
     dip_error_deg, dip_direction_error_deg : float or None
         Individual errors of dip and dip direction, degrees; the larger side if they are asymmetric.
-        The error of the dip direction is None if it exceeds 90 degrees, if the plane is uncertain
-        by 20 degrees or more, and for four points with an estimated error.
+        The error of the dip direction is undefined (None) if it exceeds 90 degrees, if the plane is
+        uncertain by 20 degrees or more, and for four points with an estimated error.
     max_confidence95_deg : float or None
         Half-angle of the 95 % cone in the least certain direction, degrees; None if the errors of
         the points are unknown.
@@ -149,8 +149,8 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
 def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
     """Return whether the width of points about their line may be due to errors alone.
 
-    The width is compared with the given error. If there is none, the roundness of the cross-section
-    is tested: for two errors of equal size, W ** ((n - 3) / 2) is uniformly distributed, where W =
+    The width is compared with the error, if given. Otherwise the roundness of the cross-section is
+    tested: for two errors of equal size, W ** ((n - 3) / 2) is uniformly distributed, where W =
     4 a b / (a + b) ** 2 for the sums of squares a and b.
     """
     from scipy.stats import chi2
@@ -181,8 +181,8 @@ def _angle_errors(
 ) -> tuple[float, float | None]:
     """Return the errors of dip and dip direction over the planes of a cone, degrees.
 
-    The error of the dip direction is None if it exceeds a right angle. `tilts` are the tilts of the
-    cone along the first two axes, radians.
+    An error of the dip direction that exceeds a right angle is returned as None. `tilts` are the
+    tilts of the cone along the first two axes, radians.
     """
     normal = axes[2] if axes[2] @ plane.normal() > 0 else -axes[2]
     long, short = tilts

@@ -63,7 +63,8 @@ def lone_plane_finding(
     error95_deg : float
         95 % error of beta, degrees.
     other : FoldVerdict or None
-        Verdict on the other planes if `turn_deg` is None; None if they have a uniform dip.
+        Verdict on the other planes, used if `turn_deg` is not given; None if they have a uniform
+        dip.
 
     Returns
     -------

@@ -80,7 +80,7 @@ class Limbs:
     doubt : str
         Reason to doubt that the groups are limbs of one fold: "hinge" if one group may contain both
         limbs of a tight fold and the other group its hinge, "arc" if one group is an arc rather
-        than a limb, "mixed" if only some planes of a limb are overturned; "" if there is no doubt.
+        than a limb, "mixed" if only some planes of a limb are overturned; otherwise "".
     """
 
     poles: tuple[FloatArray, FloatArray]
@@ -237,7 +237,7 @@ def find_lone_limb(poles: FloatArray) -> int | None:
     Returns
     -------
     int or None
-        Row of the plane; None if there is no such plane.
+        Row of the plane; None if no plane is the only one of its limb.
     """
     if len(poles) < 4:
         return None

@@ -65,7 +65,7 @@ class FacetFace:
 class CriticalShare:
     """Number of critical planes or intersections out of a total `of`.
 
-    `share` is None if `of` is 0.
+    `share` is undefined (None) if `of` is 0.
     """
 
     critical: int
@@ -119,7 +119,7 @@ class FacetSlopes(PrintableResult):
     warnings: tuple[Finding, ...]
 
     def shares(self, mode: str) -> FloatArray:
-        """Return the critical shares (facets,) of one of MODES; NaN if there are no planes."""
+        """Return the critical shares (facets,) of one of MODES; NaN without planes."""
         shares = [getattr(facet, mode).share for facet in self.facets]
         return np.array([np.nan if share is None else share for share in shares], np.float64)
 

@@ -56,7 +56,7 @@ def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) 
     Returns
     -------
     low, high : float
-        `high` is None if no trace has a positive weight.
+        None for `high` if no trace has a positive weight.
     """
     from scipy.special import gammaincinv
 

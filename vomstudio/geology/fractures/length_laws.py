@@ -40,7 +40,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Parameter:
-    """Value with its 95 % interval from `low` to `high`; the limits are None if not estimated."""
+    """Value with its 95 % interval from `low` to `high` (None if not estimated)."""
 
     value: float
     low: float | None

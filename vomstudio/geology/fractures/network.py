@@ -70,8 +70,8 @@ class SamplingRegion:
 class Densities:
     """P20, node-based P20 and P21 of the traces in an area, with their 95 % intervals.
 
-    The dispersion is the variance of P21 relative to that of independent traces. The values are
-    None if there is no area.
+    The dispersion is the variance of P21 relative to that of independent traces. Without an area,
+    all values are undefined (None).
     """
 
     P20_1_per_m2: float | None = None
@@ -130,8 +130,8 @@ class FractureSet:
     """Figures of a set of n trace pieces.
 
     `strike_deg` is the length-weighted mean azimuth, 0 to 180 degrees, together with its resultant.
-    Densities and their 95 % intervals are those of `Densities`, None if there is no area; `spacing`
-    is None if there is no scanline.
+    Densities and their 95 % intervals are those of `Densities`, or None without an area; `spacing`
+    is undefined (None) without a scanline.
     """
 
     name: str
@@ -304,7 +304,7 @@ def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
 def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
     """Describe the trace lengths of the pieces in an area.
 
-    If there is no area, no length is censored.
+    Without an area, no length is censored.
 
     Parameters
     ----------
@@ -360,8 +360,8 @@ def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None
     mean : float or None
         Mean restricted to the longest length.
     median : float or None
-        None if more than half of the lengths are censored before it. Both are None if there are no
-        complete lengths.
+        None if more than half of the lengths are censored before it. Without complete lengths, both
+        values are undefined (None).
     """
     from scipy.stats import CensoredData, ecdf
 

@@ -31,7 +31,7 @@ class SnappedEnd:
         Kind of correction: the end stopped short of a trace, overshot a trace, or stopped short of
         the edge of the area.
     trace, other : int
-        Indices of the traces; `other` is None at an edge.
+        Indices of the traces; None for `other` at an edge.
     x, y : float
         Position of the end as drawn, m.
     distance_m : float

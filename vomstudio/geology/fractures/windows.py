@@ -47,7 +47,7 @@ class CircleEstimates:
 
     According to Mauldon, Dunne & Rohrbaugh 2001, Journal of Structural Geology 23, 247-258, n
     crossings of the circle and m ends inside it give the intensity n / 4r, the density m / 2 pi r^2
-    and the mean length pi r n / 2m, which is None if there are no ends.
+    and the mean length pi r n / 2m, or None without ends.
     """
 
     n: int
@@ -95,7 +95,7 @@ def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
     Returns
     -------
     Parameter or None
-        None if there is no end inside the window.
+        None if no end is inside the window.
     """
     traces = (2.0 - cut_ends) / 2.0
     total = float(traces.sum())
@@ -198,7 +198,7 @@ def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, 
     Returns
     -------
     tuple of IntensityAtSize
-        Empty if no circle fits into the area, or if there are no traces.
+        Empty without traces, or if no circle fits into the area.
     """
     import shapely
 

@@ -128,7 +128,7 @@ class KentFigures:
 class UniformityFigures:
     """Result of a test of uniformity: "Bingham" for axes, "Rayleigh" for directions.
 
-    p is None if there are fewer than 5 vectors.
+    For fewer than 5 vectors, p is undefined (None).
     """
 
     test: str

@@ -2,9 +2,9 @@
 
 Bingham's distribution (1974, Annals of Statistics 2, 1201-1225) describes axes by the density
 exp(k1 (x.v3)^2 + k2 (x.v2)^2), k1 <= k2 <= 0, where v1, v2, v3 are the axes of the orientation
-tensor: a cluster, a girdle (k2 near 0) or an intermediate shape. Kent's distribution (1982, Journal
-of the Royal Statistical Society B 44, 71-80) describes directions in one elongated cluster by
-exp(kappa x.g1 + beta ((x.g2)^2 - (x.g3)^2)), 2 beta < kappa. Constants and moments are sums over
+tensor: a cluster, a girdle (k2 near 0) or an intermediate shape. Kent's distribution (1982,
+Journal of the Royal Statistical Society B 44, 71-80) describes directions in one elongated cluster
+by exp(kappa x.g1 + beta ((x.g2)^2 - (x.g3)^2)), 2 beta < kappa. Constants and moments are sums over
 Gauss-Legendre nodes that are adapted to the density; they are accurate from uniform scatter to
 clusters of a thousandth of a degree.
 

@@ -19,7 +19,7 @@ def mean_plane(table: OrientationRows, set_name: str | None = None) -> Plane:
     UsageError
         If the table does not contain the set.
     GeometryError
-        If there are no planes, or if they have no mean.
+        If the table or set contains no planes, or if they have no mean.
     """
     is_selected = np.asarray(table.is_plane, bool)
     if set_name is not None:

@@ -272,7 +272,7 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
     Returns
     -------
     tuple of float or None
-        Shortest and longest distance, m; None if there is no such range.
+        Shortest and longest distance, m; None if noise dominates at all distances.
     """
     resolved = np.flatnonzero(_is_resolved(variations, noise))
     return (

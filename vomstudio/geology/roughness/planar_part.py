@@ -1,4 +1,4 @@
-"""Planar part of a surface, the largest part that lies in one plane.
+"""Planar part of a surface, the largest part that fits a single plane.
 
 A plane is fitted robustly (iteratively reweighted least squares: first absolute deviations, then
 Tukey's biweight; Holland & Welsch 1977, Communications in Statistics A6, 813-827). Areas larger

@@ -99,7 +99,7 @@ class Discontinuity:
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Arrangement of the planes of a set; values are None if their inputs are unknown.
+    """Arrangement of the planes of a set, with None for values whose inputs are unknown.
 
     Attributes
     ----------

@@ -1,9 +1,9 @@
-"""Bend of a whole face, which makes its plane the attitude of this place only.
+"""Bend of a whole face, which makes its plane only a local attitude.
 
-A face whose roughness is as long as itself is a piece of a wave: its plane may be well known, but
-the attitude of the surface over several such faces differs by as much as the face bends. A
-quadratic surface through the means of equal cells measures the bend; it explains little of shorter
-roughness.
+A face with a roughness wavelength as long as the face itself is a piece of a wave. Its plane may be
+well known, but the attitude of the surface over several such faces differs from it by an angle as
+large as the bend of the face. The bend is measured by a quadratic surface through the means of
+equal cells, which explains little of any shorter roughness.
 """
 
 from __future__ import annotations

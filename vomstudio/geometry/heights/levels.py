@@ -159,7 +159,7 @@ def _gap_between_cells(
 ) -> float | None:
     """Return the gap between levels of cells.
 
-    If there is no step, the scatter of the cells is below `max_scatter`.
+    Without a step, the scatter of the cells is below `max_scatter`.
     """
     for start_slopes in (slopes, np.zeros(2)):
         if float(np.std(mean - start_slopes[0] * a - start_slopes[1] * b)) < max_scatter:

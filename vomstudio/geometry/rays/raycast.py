@@ -20,7 +20,7 @@ class GridHits:
     Attributes
     ----------
     face : ndarray of int32
-        Row of the triangle, -1 if there is no hit.
+        Row of the triangle, -1 without a hit.
     depth : ndarray
         z of the point, infinite without a hit.
     weights : (..., 2) ndarray

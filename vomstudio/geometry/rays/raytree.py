@@ -31,11 +31,11 @@ class RayHits:
     Attributes
     ----------
     index : (n,) ndarray of int
-        Row of the face or point, -1 if there is no hit.
+        Row of the face or point, -1 without a hit.
     distance : (n,) ndarray
-        Distance from the start, in multiples of the direction vector; infinite if there is no hit.
+        Distance from the start, in multiples of the direction vector; infinite without a hit.
     weights : (n, 3) ndarray
-        Barycentric weights of the vertices of the face; NaN for points and if there is no hit.
+        Barycentric weights of the vertices of the face; NaN for points and without a hit.
     """
 
     index: IntArray

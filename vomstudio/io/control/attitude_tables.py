@@ -75,7 +75,7 @@ class AttitudeTable:
     places : (n, 2) float64
         Longitude and latitude; NaN if unknown.
     notes : tuple of Finding
-        Assumptions, or the reasons why there are no photos.
+        Assumptions, or the reasons why the table contains no photos.
     """
 
     photos: tuple[str, ...]

@@ -30,8 +30,8 @@ def read_marks(path: str | Path) -> list[Mark]:
 def crs_of(path: str | Path) -> str | None:
     """Return the CRS of the points in a file ("EPSG:n" or WKT, in metres), or None.
 
-    Points in degrees are converted to their UTM zone. The result is None if the file states no CRS.
-    Raises InputError.
+    Points in degrees are converted to their UTM zone. Returns None if the file does not state a
+    CRS. Raises InputError.
     """
     path = Path(path)
     return choose_format(path).crs(path)

@@ -37,7 +37,7 @@ class GeoFile:
     line : int
         Line number of the header.
     places : (n, 3) float64
-        Coordinates as written; NaN if there is no height.
+        Coordinates as written; NaN for a missing height.
     angles : (n, 3) float64
         Yaw, pitch and roll; NaN if not stated.
     sigma : (n, 2) float64

@@ -2,7 +2,7 @@
 
 The observations are pairs of points, scale bars, camera positions, level lines in photos, and
 compass readings of parts of the model. Columns are identified by their header, in any order; a
-header that begins with `#`, as in Metashape, is valid. If there is no header, the columns have the
+header that begins with `#`, as in Metashape, is valid. Without a header, the columns must have the
 order given here.
 """
 
@@ -102,8 +102,8 @@ def _joined_covariance(*tables: Pairs) -> FloatArray | None:
 class ScaleBar:
     """Distance between two points of the pairs.
 
-    `sigma_m` is None if not stated, `check` marks a bar that is not used for the registration, and
-    `file` and `line` are None if the bar was not read from a file.
+    None as `sigma_m` means that it is not stated, and None as `file` and `line` that the bar was
+    not read from a file. `check` marks a bar that is not used for the registration.
     """
 
     first: str
@@ -122,7 +122,7 @@ class Positions:
     Attributes
     ----------
     places : (n, 3) float64
-        Coordinates as written; NaN if there is no height.
+        Coordinates as written; NaN for a missing height.
     degrees : bool
         Whether x and y are longitude and latitude.
     sigma : (n, 3) float64

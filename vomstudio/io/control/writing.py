@@ -27,14 +27,14 @@ _CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 def write_control(
     path: Path, points: Iterable[ControlPoint], crs: str | None = None
 ) -> Path | None:
-    """Write the table of points, completely or not at all, or remove it if there are none.
+    """Write the table of points completely or not at all, or delete it if `points` is empty.
 
     Parameters
     ----------
     path : Path
     points : iterable of ControlPoint
     crs : str or None
-        "EPSG:n" of the points, or WKT on one line, which is written as a comment of the table.
+        CRS of the points as "EPSG:n" or WKT on one line; it is written as a comment of the table.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
 
 
 def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
-    """Write the table of marks, completely or not at all, or remove it if there are none.
+    """Write the table of marks completely or not at all, or delete it if `marks` is empty.
 
     The return value and the errors are those of `write_control`.
     """

@@ -1,9 +1,9 @@
 """Orientations and points of surfaces for GemPy and LoopStructural.
 
-- GemPy 3 (`gempy.API.io_API`): orientations as X, Y, Z, azimuth (of the dip), dip, polarity (-1 if
-  overturned) and formation; points on surfaces as X, Y, Z, formation. `nugget` is the variance that
-  GemPy adds to the gradient of an orientation: the variance of the plane (whose 95 % region has a
-  half-angle of 2.45 standard deviations), or GemPy's default of 0.01 if it is unknown.
+- GemPy 3 (`gempy.API.io_API`): orientations as X, Y, Z, azimuth (dip direction), dip, polarity (-1
+  if overturned) and formation; points on surfaces as X, Y, Z, formation. `nugget` is the variance
+  that GemPy adds to the gradient of an orientation: the variance of the plane (whose 95 % region
+  has a half-angle of 2.45 standard deviations), or GemPy's default of 0.01 if it is unknown.
 - LoopStructural (`GeologicalModel.data`): X, Y, Z, feature_name, and nx, ny, nz of the upward
   normal (downward for an overturned bed, that is, towards the younger side); points on surfaces by
   `interface`, one number for each surface of a feature.

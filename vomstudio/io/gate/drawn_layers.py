@@ -316,7 +316,7 @@ def _unreadable(path: Path) -> InputError:
 
 
 def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -> str | None:
-    """Return the only layer that may contain such shapes, or None if there is none."""
+    """Return the only layer that may contain such shapes, or None if no layer qualifies."""
     layers = list_layers(path, lambda: _unreadable(path), progress)
     symbols = symbol_layers(layer.name for layer in layers)
     # In GDAL, None means no geometry, and Unknown means any kind.

@@ -56,7 +56,7 @@ class FrameOptions(Options):
 
     @property
     def first_given(self) -> str | None:
-        """Flag of the first option that is given, or None if there is none."""
+        """Flag of the first option that is given, or None if no option is given."""
         options = given_options(self)
         return next((each.flag for each in declarations(type(self)) if each.name in options), None)
 

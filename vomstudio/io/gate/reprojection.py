@@ -60,7 +60,7 @@ class Reprojection:
         Parameters
         ----------
         points : (n, 3) float
-            x, y, z in the unit of the source CRS; longitude comes first in a geographic CRS.
+            x, y, z in the unit of the source CRS; x is the longitude in a geographic CRS.
 
         Returns
         -------

@@ -232,7 +232,7 @@ def unit_text(unit: str) -> str:
 
 
 def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
-    """Return the findings about converted or assumed units; there are none for metres."""
+    """Return the findings about converted or assumed units; empty for metres."""
     flat, _, high = axes.units
     findings: list[Finding] = []
     if axes.has_heights and flat == "unknown":

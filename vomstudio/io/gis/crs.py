@@ -151,7 +151,7 @@ def convergence_deg(code: str, x: float, y: float) -> float | None:
 
 
 def utm_zone(longitude_deg: float, latitude_deg: float) -> str:
-    """Return "EPSG:n" of the UTM zone (WGS 84) that contains a point given in degrees."""
+    """Return the code "EPSG:n" for the UTM zone (WGS 84) of a point given in degrees."""
     zone = min(int((longitude_deg + 180) // 6) + 1, 60)
     return f"EPSG:{(32600 if latitude_deg >= 0 else 32700) + zone}"
 
@@ -220,7 +220,7 @@ def to_degrees(
     Returns
     -------
     longitude, latitude : (n,) float
-        Coordinates in degrees. The result is None if the CRS does not cover a point.
+        Coordinates in degrees. Returns None instead if the CRS does not cover a point.
     """
     import numpy as np
 

@@ -46,7 +46,8 @@ def projected_systems() -> tuple[NamedCrs, ...]:
 def search_systems(text: str, max_count: int = 50) -> list[NamedCrs]:
     """Find systems whose code, name or area contains every word of a text.
 
-    Systems with all words in code and name come first, and shorter names precede longer ones.
+    Systems with all words in code and name precede the others, and shorter names precede longer
+    ones.
 
     Parameters
     ----------

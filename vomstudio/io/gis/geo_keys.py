@@ -87,7 +87,7 @@ def decode_keys(keys: Keys) -> NamedKeys:
 
 
 def read_tiff_keys(path: Path) -> Keys:
-    """Return the keys of the first picture of a GeoTIFF; empty if there are none."""
+    """Return the keys of the first picture of a GeoTIFF; empty for a picture without keys."""
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:

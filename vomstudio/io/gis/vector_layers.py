@@ -46,7 +46,7 @@ class VectorLayer:
     crs : str or None
         CRS as stated by the file.
     described : str
-        Description, or "" if there is none.
+        Description, or "" for a layer without one.
     shapes : (n,) array of bytes or None
         Geometries as WKB.
     columns : mapping of str to (n,) array

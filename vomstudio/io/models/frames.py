@@ -48,7 +48,7 @@ class FrameWithFindings:
 
     @property
     def placement(self) -> Frame | Registration:
-        """Registration or, if there is none, the frame."""
+        """Registration or, without a registration, the frame."""
         return self.registration or self.frame
 
     def to_world(self) -> Matrix:

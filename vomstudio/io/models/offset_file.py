@@ -53,7 +53,7 @@ def offset_path(model: Path) -> Path:
 
 
 def read_offset(model: Path) -> Offset:
-    """Read the `NAME.offset.txt` file of a model; the result is empty if there is none."""
+    """Read `NAME.offset.txt` of a model; the result is empty if the file is missing."""
     path = offset_path(model)
     try:
         text = decode_text(read_small(path, MAX_BYTES))

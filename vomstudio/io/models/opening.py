@@ -62,8 +62,8 @@ def read_model(
     Damaged parts of the file are omitted and reported in `warnings`. If neither the options nor the
     file state a CRS, that in `NAME.prj` next to the file is used. x, y and z have the same unit,
     that of the horizontal axes of the CRS: heights in another unit are converted, which is
-    reported. `content_hash` is the SHA-256 of the file itself (of an OBJ file without its MTL and
-    images, because measurements depend only on the geometry).
+    reported. `content_hash` is the SHA-256 of the file itself; for an OBJ file, the MTL and images
+    are not included because measurements depend only on the geometry.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ def _mean_of(distance: FloatArray) -> float:
 
 
 def _first_positive(distance: FloatArray) -> FloatArray:
-    """Return the distance to the nearest distinct neighbour, or NaN if there is none."""
+    """Return the distance to the nearest distinct neighbour; NaN if all distances are 0."""
     positive = distance > 0
     nearest = distance[np.arange(len(distance)), positive.argmax(axis=1)]
     return np.where(positive.any(axis=1), nearest, np.nan)

@@ -38,8 +38,8 @@ def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
     """Return at most `count` points distributed over a LAS, LAZ or COPC file, quickly.
 
     For COPC, these are the first levels of the octree; for LAZ, the thinned beginnings of chunks
-    that are evenly spaced over the file; for LAS, short runs of points at even spacing. The result
-    is None for other or damaged files; reading the whole file then reports the error.
+    that are evenly spaced over the file; for LAS, short runs of points at even spacing. Returns
+    None for other or damaged files; reading the whole file then reports the error.
     """
     path = Path(path)
     try:

@@ -34,7 +34,7 @@ class LoadedModel:
         Findings about data that were wrong, skipped or guessed.
     path : Path
     content_hash : str
-        SHA-256 of the file in hex (of an OBJ file without its MTL and images). A reader may leave
+        SHA-256 of the file in hex (for an OBJ file, without its MTL and images). A reader may leave
         it empty because `read_model` sets it.
     turned_about : tuple of float or None
         For formats with y up, the point in the frame of `data` about which the reader has rotated

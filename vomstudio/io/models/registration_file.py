@@ -6,8 +6,8 @@ World coordinates and the 7 x 7 covariance of that similarity transformation.
 
 For a model that was written in the World frame, as by ``register -o`` and ``reconstruct``, the
 matrix is the identity, and the covariance is that of its placement. The matrix differs from the
-identity only if the coordinates of the file are not World coordinates, such as for a piece cut out
-of a model that was registered in a project.
+identity only if the coordinates of the file are not World coordinates, such as for a piece that was
+cut from a model registered in a project.
 """
 
 from __future__ import annotations

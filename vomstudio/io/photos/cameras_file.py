@@ -71,7 +71,7 @@ def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Pa
 def has_known_scale(model: str | Path) -> bool | None:
     """Return whether the model next to a `cameras.json` has a known scale and north.
 
-    Returns None if there is no such file.
+    Returns None if the file is missing or cannot be read.
     """
     try:
         return read_cameras(Path(model).with_name(FILE_NAME)).scaled

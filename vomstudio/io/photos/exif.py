@@ -26,7 +26,7 @@ _UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 
 @dataclass(frozen=True)
 class Exif(PhotoTags):
-    """EXIF tags; a value is None if the tag is missing or invalid.
+    """EXIF tags, with None for missing or invalid tags.
 
     Attributes
     ----------

@@ -9,7 +9,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoTags:
-    """EXIF tags of a photo; a value is None if the tag is missing.
+    """EXIF tags of a photo, with None for missing tags.
 
     focal_mm : focal length of the lens; focal_35mm : its equivalent on 36 x 24 mm film
     orientation : 1 to 8, turns the pixels for viewers
@@ -51,7 +51,8 @@ class Photo(PhotoTags):
     focal_px : focal length by the rule that `focal_source` names
     relative_altitude_m : height of a drone above the place of take-off
     exif_altitude_m : height in EXIF if its sign contradicts that of XMP, which altitude_m then is
-    yaw_deg, pitch_deg, roll_deg : of the optical axis: from north, above the horizon, about it
+    yaw_deg, pitch_deg, roll_deg : angle of the optical axis from north and above the horizon, and
+        rotation about it
     has_zero_angles : these three are exactly 0 as written; has_comment_angles : they are from
         EXIF `UserComment`
     down : the direction in which things fall, by the phone's accelerometer, in the frame of the

@@ -65,9 +65,9 @@ def comment_text(value: Any) -> str | None:
 def comment_angles(text: str | None) -> Angles | None:
     """Return yaw, pitch and roll of the camera in degrees (None if not stated).
 
-    Angles named after the gimbal or camera take precedence over unqualified ones; those of the
-    aircraft are ignored. The result is None if yaw or pitch is missing, stated twice with different
-    values, or impossible.
+    Angles named after the gimbal or camera take precedence over unqualified ones; angles named
+    after the aircraft are ignored. Returns None if yaw or pitch is missing, stated twice with
+    different values, or impossible.
     """
     if not text:
         return None

@@ -27,7 +27,7 @@ def commented_rows(
     ----------
     lines : sequence of str
     sample : sequence of str or list of str
-        Some rows, split or not. If there are none, two numbers in a comment are sufficient.
+        Some rows, split or not. Without rows, two numbers in a comment are sufficient.
     width : int
         Number of columns.
     delimiter : str

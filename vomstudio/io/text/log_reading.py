@@ -61,7 +61,7 @@ class Boundaries:
 def extract_boundaries(table: TextTable) -> Boundaries:
     """Return the points of a table with their name, lithology and notes, if present.
 
-    If there is no header, the first three columns are x, y and z.
+    Without a header, the first three columns are x, y and z.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Text tables with alternative column names, such as those of other programs.
 
-Columns are identified by the header, in any order. A header may begin with `#`, as in Metashape. If
-there is no header, the columns have the order stated by the caller.
+Columns are identified by the header, in any order. A header may begin with `#`, as in Metashape.
+Without a header, the columns have the order stated by the caller.
 """
 
 from __future__ import annotations

@@ -125,8 +125,8 @@ class OrientationColumns:
         Returns
         -------
         tuple of bool or None
-            None for an empty cell; an unknown word counts as False and is reported. The result is
-            None if there is no such column.
+            None for an empty cell; an unknown word counts as False and is reported. Returns None
+            instead of a tuple if the table has no such column.
         """
         cells = self.words("overturned", rows)
         if cells is None:

@@ -111,7 +111,7 @@ def read_orientations(
     ----------
     path : str or Path
     azimuth : {"strike", "dipdir"}, optional
-        Meaning of a column named `azimuth`, or of the first column if there is no header.
+        Meaning of a column named `azimuth`, or of the first column in a table without a header.
     repeats : bool
         Whether to include rows that repeat another pick according to the column `repeat_of`.
 

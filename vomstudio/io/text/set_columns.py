@@ -36,7 +36,7 @@ def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | No
     Returns
     -------
     Pieces or None
-        Pieces, or None if there are no coordinates.
+        Pieces, or None without coordinates.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
 
 
 def parse_rings(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
-    """Return the corners (k, 3) of each border in WKT; empty if there is no text.
+    """Return the corners (k, 3) of each border in WKT; empty for a missing text.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def parse_rings(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
 def _outer_ring(shape: Any) -> FloatArray:
     """Return the corners (k, 3) of the largest polygon of a geometry with z coordinates.
 
-    The first corner is not repeated. The result is empty if there is no such polygon.
+    The first corner is not repeated. The result is empty for a geometry without such a polygon.
     """
     import shapely
 

@@ -236,8 +236,7 @@ class _Row:
         slip_rake_deg : float
             Directed rake.
         off_plane_deg : float
-            Angle between the striae and the plane. For an incomplete row, the result is None
-            instead.
+            Angle between the striae and the plane. Returns None instead for an incomplete row.
         """
         dip, strike = self._number("dip"), self._number("strike")
         azimuth = self._number("dip_direction")

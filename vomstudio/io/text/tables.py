@@ -50,7 +50,7 @@ class TextTable:
 
     path: Path
     names: tuple[str, ...] | None
-    """Cells of the header, or None if there is no header."""
+    """Cells of the header, or None for a table without a header."""
     header_line: int | None
     width: int
     delimiter: str

@@ -13,7 +13,7 @@ _BRACKET = re.compile(r"[()]")
 
 
 def parse_wkt(texts: Sequence[str | None]) -> list[Any]:
-    """Parse the geometry of each text; the result is None if there is no text.
+    """Parse the geometry of each text, with None for a missing text.
 
     Raises
     ------

@@ -61,7 +61,8 @@ class PictureSize:
         Additional memory that the decoder needs: a strip or tile, the coefficients of a
         progressive JPEG, or the canvas of a WebP picture.
     tiles_bytes : int
-        Total bytes of all tiles, which may extend far beyond the picture; 0 if there are no tiles.
+        Total bytes of all tiles, which may extend far beyond the picture; 0 if the picture is not
+        tiled.
     """
 
     width: int

@@ -251,7 +251,7 @@ def _check_photo(file: BinaryIO, min_pixel_bytes: int) -> None:
 def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: int | None) -> None:
     """Raise _TooLarge if a picture exceeds its limit.
 
-    `min_pixel_bytes` is None if only the header is read.
+    Pass None as `min_pixel_bytes` if only the header is read.
     """
     if picture is None:
         return

@@ -1,7 +1,7 @@
 """Ground control file `gcp_list.txt` of OpenDroneMap.
 
 The first line states the projection. Each further line is a mark `x y z pixel_x pixel_y photo
-[label]`. If there are no labels, marks with the same coordinates belong to the same point.
+[label]`. Marks without labels belong to the same point if their coordinates are equal.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_EXTENSIONS, read_table
 
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
-"""Order of the columns if there is no header."""
+"""Order of the columns in a table without a header."""
 _PHOTO_COLUMN = tuple(name for name in PHOTO if name not in LABEL)
 _X_COLUMNS = ("x", "x px", "pixel x", "px", "u", "column", "col")
 _Y_COLUMNS = ("y", "y px", "pixel y", "py", "v", "row", "line")

@@ -71,8 +71,8 @@ def companion_files(path: Path) -> list[Path]:
 class Document:
     """A .gltf or .glb file.
 
-    `content_hash` is the hash of the file and its buffer files, or empty if there are no buffer
-    files.
+    `content_hash` is the hash of the file and its buffer files, or empty for a document without
+    buffer files.
     """
 
     def __init__(self, path: Path, progress: Progress) -> None:

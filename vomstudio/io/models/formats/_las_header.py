@@ -74,9 +74,9 @@ def check_header(path: Path) -> int:
 
 
 def with_empty_chunk_table(path: Path, size: int) -> io.BytesIO | None:
-    """Return a LAZ file with an empty chunk table if its own is truncated or invalid, or None.
+    """Return a LAZ file with an empty chunk table if its own is truncated or invalid.
 
-    The result is None if the file does not need this.
+    Returns None if the file does not need this.
 
     The table is at the end of the file, and the decoder reads it first although it is not needed
     for sequential reading. lazrs trusts the table and aborts the process if it requires too much

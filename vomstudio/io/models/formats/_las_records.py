@@ -144,8 +144,8 @@ def mask_no_data(values: AnyArray, stored: AnyArray, no_data: tuple[float, ...])
 def replacement_rows(withheld: AnyArray) -> AnyArray | None:
     """Return rows (n,) that replace each withheld point by the previous valid point.
 
-    This is for files whose rows must keep their numbers; the result is None if no point or every
-    point is withheld.
+    This is for files whose rows must keep their numbers. Returns None if no point or every point is
+    withheld.
     """
     if not withheld.any() or withheld.all():
         return None

@@ -174,7 +174,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """Read the points or faces of a drawing.
 
     Faces become a mesh: they are triangulated, equal corners are merged, and each layer is one
-    material. If there are no faces, points become a cloud.
+    material. In a drawing without faces, points become a cloud.
 
     Raises
     ------

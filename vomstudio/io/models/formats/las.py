@@ -62,7 +62,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
     Colours have 8 bits; the fields are those standard fields that are not 0 everywhere, and all
     extra fields. The CRS is that of the file. For a truncated file, the available points are
-    returned with a warning. Raises InputError if there are no points.
+    returned with a warning. Raises InputError if the file contains no points.
     """
     import laspy
     import lazrs

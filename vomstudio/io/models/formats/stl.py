@@ -47,8 +47,8 @@ def matches(path: Path, head: bytes) -> bool:
 def read(path: Path, progress: Progress) -> LoadedModel:
     """Read the triangles of an STL file and merge equal corners.
 
-    The origin in `NAME.offset.txt` is added in float64. Raises InputError if there are no valid
-    triangles.
+    The origin in `NAME.offset.txt` is added in float64. Raises InputError if the file contains
+    no valid triangles.
     """
     data = read_whole(path, progress)
     messages: list[Finding] = []
@@ -154,7 +154,7 @@ def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
             for match in _VERTEX.finditer(block, max(0, len(block) - LOOK_BACK_BYTES)):
                 last = match.start()
             if last == 0:
-                # There is no corner near the end of the block, so enlarge it until there is one.
+                # Enlarge the block until it contains a corner near its end.
                 size *= 2
                 continue
             block = block[:last]

@@ -342,8 +342,8 @@ _EXACT_DIGITS = 15
 def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
     """Return the columns of a small table of plain numbers, exactly as pandas reads them.
 
-    Any parser rounds numbers with so few digits only once. The result is None for any other table.
-    This avoids importing pandas, which takes longer than reading the table.
+    Any parser rounds numbers with so few digits only once. Returns None for any other table. This
+    avoids importing pandas, which takes longer than reading the table.
     """
     try:
         lines = data.decode("ascii").split("\n")[layout.skip :]

@@ -1,8 +1,9 @@
 """Cameras of Metashape and PhotoScan: XML files written by "Export Cameras".
 
-The transform of a camera maps from the camera (x right, y down, z forward) to the chunk, and that
-of the chunk (or component) maps to its reference system, which is in metres, or geocentric for a
-CRS on Earth (Metashape manual, appendix "Camera models"; Python reference, `Chunk.transform`).
+The transform of a camera maps from the camera (x right, y down, z forward) to the chunk. The
+transform of the chunk (or component) maps to its reference system, which is in metres, or
+geocentric for a CRS on Earth (Metashape manual, appendix "Camera models"; Python reference,
+`Chunk.transform`).
 """
 
 from __future__ import annotations

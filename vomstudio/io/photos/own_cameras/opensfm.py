@@ -2,8 +2,8 @@
 
 The rotation of a shot is an angle times an axis, from the World frame to the camera, with x right,
 y down, z forward. `reconstruction.json` contains the translation from the World frame to the
-camera, and `shots.geojson` contains the camera centre in UTM coordinates. Lenses are given in units
-of the longer side of the photo.
+camera, and `shots.geojson` contains the camera centre in UTM coordinates. Lens parameters are
+in units of the longer side of the photo.
 """
 
 from __future__ import annotations

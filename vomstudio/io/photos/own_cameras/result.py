@@ -47,7 +47,7 @@ def cameras_of_views(
     photos: Path | None = None,
     warnings: Sequence[Finding] = (),
 ) -> OwnCameras:
-    """Return cameras from views. Raises InputError if names repeat or there are no views."""
+    """Return cameras from views. Raises InputError if names repeat or `views` is empty."""
     views_by_name: dict[str, View] = {}
     for view in views:
         if view.name in views_by_name:
