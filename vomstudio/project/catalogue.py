@@ -1,4 +1,4 @@
-"""Figures shared by several kinds; those of planes and lines are in table order."""
+"""Figures shared by several kinds, with the figures of planes and lines in table order."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _line(name: str) -> Value:
 
 
 def _fit_value(plane_name: str, line_name: str) -> Value:
-    """Return the value of a fitted plane, or of a fitted line if there is no plane."""
+    """Return the value of a fitted plane, otherwise of a fitted line."""
 
     def value(s: Subject) -> Any:
         fit, line = s.measured.fit, s.measured.line_fit

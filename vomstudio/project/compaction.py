@@ -1,8 +1,8 @@
 """Compaction: removal of journal rows and files that can no longer be reached.
 
-Every step that can be undone or redone is kept, as are the records of the last save and the draft
-of an unfinished tool. Steps that were undone and then replaced are removed, and joined steps are
-merged. The previous journal stays next to the new one until the project is closed, so that the
+Every step that can be undone or redone is kept, as are the records of the last save and the
+draft of an unfinished tool. Steps that were undone and then replaced are removed, and joined steps
+are merged. The previous journal stays next to the new one until the project is closed, so that the
 compaction itself can be undone.
 """
 
@@ -132,7 +132,7 @@ def write_compacted_journal(
     journal : SqliteJournal or None
         Previous journal with times and versions, or None if it cannot be read.
     settings : mapping or None
-        Current settings, used if there is no previous journal.
+        Current settings, used without a previous journal.
 
     Returns
     -------
@@ -236,7 +236,7 @@ def undo_compaction(
     Raises
     ------
     DocumentError
-        If there is no backup.
+        If the backup is missing.
     TargetError
         If the project cannot be written. In this case nothing has changed, and the call can be
         repeated.

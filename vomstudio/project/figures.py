@@ -31,8 +31,8 @@ with two significant digits. index: three significant digits. ratio: two signifi
 class Subject:
     """Feature with the data from which its figures are computed.
 
-    `feature` is None for a fit that does not belong to a project. `nearest` is called only when
-    needed because it depends on other features.
+    A fit that does not belong to a project has no `feature`. `nearest` is called only when needed
+    because it depends on other features.
     """
 
     feature: Any

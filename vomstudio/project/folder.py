@@ -58,7 +58,7 @@ class ProjectFolder:
         *,
         settings: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
-        """Open the session. `lock` is None if the folder is not writable."""
+        """Open the session, without a `lock` if the folder is not writable."""
         self.folder = folder
         self._lock = lock
         self._cache = folder / "cache" if lock is not None else _temporary_folder(folder / "cache")

@@ -75,7 +75,7 @@ class Sketch:
     anchor : (3,) float64
         Position of the label.
     sign : (3,) float64 or None
-        Position of the orientation symbol, or None if there is no symbol.
+        Position of the orientation symbol, or None without a symbol.
     faces : Painted or None
         Part of a model that is painted instead of the line while the model is open.
     label : str or None
@@ -108,8 +108,8 @@ class GisLayer:
     Attributes
     ----------
     shape : callable
-        Function that returns the points (n, 3) of a subject in the World frame, or None if there
-        are none; the first point of a ring is not repeated.
+        Function that returns the points (n, 3) of a subject in the World frame, or None if it has
+        no points; the first point of a ring is not repeated.
     figures : tuple of Figure
         Attributes of the layer; counts are stored as integers.
     sparse : bool
@@ -187,7 +187,7 @@ class Kind:
         Attributes that the user may change; tool that creates and continues a feature.
     sketch
         Function that creates the 3-D drawing, given access to other measurements, or returns None
-        if there is no position.
+        if the position is unknown.
     net, layer
         Style on the stereonet; layer in files.
     group, color, tint
@@ -323,7 +323,7 @@ def midpoint(line: FloatArray) -> FloatArray:
 
 
 def centre(measured: Measurement) -> FloatArray:
-    """Return the centre (3,) of the fitted plane, or of the points if there is no fit."""
+    """Return the centre (3,) of the fitted plane, or of the points if no plane is fitted."""
     middle = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
     return np.asarray(middle, float)
 

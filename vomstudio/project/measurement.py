@@ -42,7 +42,7 @@ _NO_POINTS: FloatArray = np.zeros((0, 3))
 class Measurement:
     """Results of measuring one feature, in World coordinates.
 
-    A field is None if it does not apply to the feature or cannot be computed.
+    Fields that do not apply to the feature or cannot be computed are set to None.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Measurement:
         Whether these two values were measured with the current rule. If False, the errors derived
         from the plane stay as the project has reported them until the user updates the measurement.
     fit, line_fit
-        Fit of a trace or patch, and fit of a lineation. If there is no fit, `problem` contains the
+        Fit of a trace or patch, and fit of a lineation. Without a fit, `problem` contains the
         reason.
     plane, line
         Orientation from any source.
@@ -147,7 +147,7 @@ class Measurement:
 
     @property
     def attitude_scale(self) -> Literal["local", "regional"] | None:
-        """Whether a fitted plane is the attitude of this location only; None if there is no fit."""
+        """Whether a fitted plane is the attitude of this location only; None without a fit."""
         if self.fit is None or self.fit.error is not None:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"

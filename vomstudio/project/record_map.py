@@ -36,7 +36,7 @@ class RecordMap(Mapping[str, Record]):
         self.revision = 0
 
     def apply(self, after: Mapping[str, Record | None]) -> None:
-        """Insert records, and remove those whose value is None. Called only by the session."""
+        """Insert records, and remove those with the value None. Called only by the session."""
         self.revision += 1
         self._cached = {}
         for id_, new in after.items():
@@ -91,7 +91,7 @@ class RecordMap(Mapping[str, Record]):
         return max(numbers, default=0)
 
     def count_by(self, key_of: Callable[[Record], K | None]) -> Mapping[K, int]:
-        """Return the number of records per key, excluding records whose key is None."""
+        """Return the number of records per key, excluding records with the key None."""
         if key_of not in self._counts:
             keys = map(key_of, self._records.values())
             self._counts[key_of] = Counter(key for key in keys if key is not None)

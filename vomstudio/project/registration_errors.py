@@ -57,8 +57,7 @@ def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray 
     measured : Measurement
     model : Model or None
         Model on which the plane was measured. The covariance of its registration's rotation is
-        added; if there is no registration, the measured registration error applies in all
-        directions.
+        added; if it is unknown, the measured registration error applies in all directions.
 
     Returns
     -------
@@ -126,7 +125,7 @@ def bowing_limit_deg(registration: Registration) -> float | None:
 def max_bowing_deg(models: Iterable[Model | None]) -> float | None:
     """Return the possible difference in dip between the edges of the most bowed model.
 
-    The result is None if nothing is known about bowing.
+    Returns None if the bowing of all models is unknown.
     """
     registrations = {m.registration.id: m.registration for m in models if m and m.registration}
     limits = [bowing_limit_deg(registration) for registration in registrations.values()]

@@ -20,7 +20,7 @@ class Verification:
     """Result of a verification.
 
     `schema` is the schema version of the journal, `steps` is the number of steps that can be
-    undone, and `sound` is True if there are no problems.
+    undone, and `sound` is True if the project has no problems.
     """
 
     schema: int

@@ -160,7 +160,7 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
     Raises
     ------
     GeometryError
-        If there are no observations.
+        If `kinds` contains no observations.
     """
     if not any(len(kind.labels) for kind in kinds):
         raise GeometryError(Finding("registration.no-observations"))

@@ -115,8 +115,8 @@ def match_attitudes(
 class AttitudeMiss:
     """Difference between the placed and the stated attitude of a photo, degrees.
 
-    The angles are placed minus stated, about the axes of `error_axes`. They are None if the photo
-    does not state them.
+    The angles are placed minus stated, about the axes of `error_axes`, or None if the photo does
+    not state them.
     """
 
     photo: str

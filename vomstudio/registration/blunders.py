@@ -439,7 +439,7 @@ def exclude_labels(
 def leave_one_out(
     kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float
 ) -> list[LeaveOneOut]:
-    """Leave out each of a few directions in turn; the most suspicious direction comes first.
+    """Leave out each of a few directions in turn, and list the most suspicious first.
 
     This applies to placements by a few directions alone. A wrong direction attracts the placement
     and is hidden in the residuals; if no accuracies are stated, it also inflates the estimated

@@ -106,7 +106,7 @@ class Evidence:
     resolution: float | None = None
     """Effective resolution of the model in its unit, or None if unknown."""
     mark_scatter_px: float | None = None
-    """Error of a mark in one direction, or None if there are no marks."""
+    """Error of a mark in one direction, or None without marks."""
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
     """Measured camera positions, metres."""
@@ -152,7 +152,7 @@ class Evidence:
 
     @property
     def empty(self) -> bool:
-        """Whether there are no observations."""
+        """Whether no observations are given."""
         observations = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
         return all(observation is None for observation in (*observations, self.reference)) and not (
             self.lengths or self.azimuths or self.level_lines or self.plumb_lines

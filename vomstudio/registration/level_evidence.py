@@ -1,8 +1,8 @@
 """Level and plumb lines as observations, and checks of lines marked in photos.
 
 A horizon or the axis of a levelled photo shows the horizontal direction in the photo. A level line
-on the outcrop that runs away from the camera does not, because perspective tilts it like the eaves
-of a roof seen from below.
+on the outcrop that runs away from the camera does not, because perspective tilts it, as it tilts
+the eaves of a roof seen from below.
 """
 
 from __future__ import annotations

@@ -76,7 +76,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
     Returns
     -------
     AttitudeTable
-        Attitudes. If there are none, the notes contain a finding that explains why.
+        Attitudes. If the table is empty, its notes contain a finding that explains why.
 
     Raises
     ------

@@ -103,7 +103,7 @@ def place(
     Raises
     ------
     GeometryError
-        If there are no observations, or only points that are too few or collinear.
+        If no observations are given, or only points that are too few or collinear.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
     if not kinds and check is not None and len(check.labels):

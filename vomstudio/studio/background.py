@@ -136,8 +136,8 @@ class Background:
             request.
         expected : tuple of exception types
             Exceptions that are expected while reading, in addition to `VomError`. All others are
-            reported as uncaught and delivered as a `VomError`. If `on_error` is None, every
-            error is reported.
+            reported as uncaught and delivered as a `VomError`. Without `on_error`, every error
+            is reported.
         """
         self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
 

@@ -56,7 +56,7 @@ class DerivedQuantities:
         return self.measurements.measure(self._projects.records, feature)
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
-        """Return the pick nearest to a compass reading, or None if there is no pick."""
+        """Return the pick nearest to a compass reading, or None without a pick."""
         if self._nearest is None:
             self._nearest = nearest_picks(self._projects.records, self.measurements)
         return self._nearest.get(reading_id)

@@ -109,7 +109,7 @@ class Display:
             self._tell("fields")
 
     def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
-        """Set the clipping box, and switch clipping on or off unless `on` is None."""
+        """Set the clipping box, and switch clipping on or off if `on` is given."""
         was_clipping, self.box = self.clipping, box
         if on is not None:
             self.clipping = on and box is not None

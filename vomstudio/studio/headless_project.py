@@ -239,7 +239,7 @@ class HeadlessProject:
 
     # --- lookup -------------------------------------------------------------------------------
     def find_model(self, name: str | None) -> Model:
-        """Return a model by its id or name, ignoring case, or the only model if it is None.
+        """Return a model by its id or name, ignoring case, or by default the only model.
 
         Raises
         ------
@@ -661,7 +661,7 @@ class HeadlessProject:
         return len(measured), tuple(findings)
 
     def undo(self) -> str:
-        """Undo the last edit and return its label. Raises DocumentError if there are no edits."""
+        """Undo the last edit and return its label. Raises DocumentError if no edit is left."""
         label = self.session.undo_label
         if label is None:
             raise DocumentError(Finding("edit.nothing-to-undo"))

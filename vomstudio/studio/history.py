@@ -65,7 +65,7 @@ class History:
     # --- undo ---------------------------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
-        """Label of the action that `undo` would undo, or None if there is no such action."""
+        """Label of the action that `undo` would undo, or None if nothing can be undone."""
         tool = self._tools.open_tool
         if tool is not None and (tool.paints or tool.undo_label is not None):
             # A stroke that is being painted is not a step yet; it must be kept or discarded
@@ -126,7 +126,7 @@ class History:
 
     @property
     def redo_label(self) -> str | None:
-        """Label of the action that `redo` would redo, or None if there is no such action."""
+        """Label of the action that `redo` would redo, or None if nothing can be redone."""
         if (stepping := self._steppable_tool()) is not None:
             return stepping.redo_label
         if (discarded := self._discardable()) is not None:

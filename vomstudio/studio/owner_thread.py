@@ -11,7 +11,7 @@ from typing import Protocol
 Call = Callable[[], object]
 
 PICTURE_FIRST_S = 1.0
-"""Delay of work that nobody requested after a project or model has been opened. A thread that
+"""Delay of work that was not requested after a project or model has been opened. A thread that
 imports modules or compiles code blocks the drawing thread, whatever its priority."""
 
 

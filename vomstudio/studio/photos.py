@@ -35,7 +35,7 @@ _REACH_SPACINGS = 1.0
 
 @dataclass(frozen=True, eq=False)
 class ModelPhotos:
-    """Photos of a model; their `folder` is None if they were not found."""
+    """Photos of a model, and their folder, or None if they were not found."""
 
     model_id: str
     name: str

@@ -94,7 +94,7 @@ class FeatureValues(Options):
     Raises
     ------
     UsageError
-        If all values are None.
+        If no value is given.
     """
 
     type: str | None = option(

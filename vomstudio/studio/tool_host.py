@@ -119,7 +119,7 @@ class ToolHost:
 
     @property
     def open_tool(self) -> Tool | None:
-        """Tool with an unfinished feature, or None if there is no unfinished feature."""
+        """Tool with an unfinished feature, or None if no tool has one."""
         return next((tool for tool in self.tools.values() if tool.open), None)
 
     def finish(self) -> None:

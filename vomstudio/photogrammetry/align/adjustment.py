@@ -81,7 +81,7 @@ def cross_validation_error(
 
     Every fifth tie point is left out when the cameras are adjusted.
 
-    Only points seen in at least three photos are used; the result is NaN if there are none.
+    Only points seen in at least three photos are used; without any, the result is NaN.
     `reconstruction` is not changed. Raises Cancelled.
     """
     pycolmap = colmap()

@@ -2,8 +2,8 @@
 
 The work folder contains `features/KEY.npz` (one file per photo, named by its content and the
 settings) and `database.db` (COLMAP's database of all compared pairs). When the alignment has
-finished, it also contains `alignment.json` and the folders `part0`, `part1` and so on: the scenes
-of the connected components, largest first, each with COLMAP's binary model.
+finished, it also contains `alignment.json` and a folder for the scene of each connected component:
+`part0`, `part1` and so on, largest first, each with COLMAP's binary model.
 """
 
 from __future__ import annotations

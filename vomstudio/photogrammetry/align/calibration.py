@@ -31,7 +31,7 @@ def calibrate(
 ) -> tuple[Any, list[Calibration]]:
     """Adjust the free parameters of each camera, and fix those that are poorly determined.
 
-    The focal lengths come first, then the other lens parameters in the same way. Returns the
+    The focal lengths are adjusted before the other lens parameters, in the same way. Returns the
     adjusted reconstruction, which may be a new object, and its cameras. Raises Cancelled.
     """
     images = sorted(reconstruction.reg_image_ids())

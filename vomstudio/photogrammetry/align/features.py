@@ -88,7 +88,7 @@ class Features:
     width, height : int
         Size of the photo as stored in its file.
     problem : Finding or None
-        Reason why there are no features.
+        Reason why the photo has no features.
     """
 
     keypoints: Float32Array

@@ -123,8 +123,8 @@ def _incremental(
     settings.min_model_size = 2
     settings.ba_refine_focal_length = free != "none"
     settings.mapper.abs_pose_refine_focal_length = free != "none"
-    # With many photos, points seen in only two of them are more often wrong matches. If there are
-    # only two photos, there are no other points.
+    # With many photos, points seen in only two of them are more often wrong matches. With only two
+    # photos, every point is seen in two.
     settings.triangulation.ignore_two_view_tracks = len(photos) > 3
     if free == "unknown":
         settings.constant_cameras = _known_cameras(database)
@@ -325,7 +325,7 @@ def point_errors(scene: SparseScene) -> Float32Array:
 
 
 def mean_error(scene: SparseScene) -> float:
-    """Return the mean error over the points in pixels, or 0 if there are no points."""
+    """Return the mean error over the points in pixels, or 0 without points."""
     errors = point_errors(scene)
     return float(np.nanmean(errors)) if len(errors) else 0.0
 

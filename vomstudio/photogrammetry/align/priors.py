@@ -14,7 +14,7 @@ it. They do so if the freed value differs by `FAR_FROM_EXIF` or more and by seve
 and if the cross-validation error of the tie points falls below `CONTRADICTED` times the previous
 one. (If EXIF is right, the error decreases by a few hundredths at best, because the freed value
 absorbs the misfit of the lens model.) An unknown focal length is freed; if it cannot be determined,
-that of a typical lens is assumed, and this is reported. Radial distortion is determined by the
+a typical focal length is assumed, and this is reported. Radial distortion is determined by the
 overlap of any two photos, so it is free for a camera with enough photos.
 
 If there are enough photos, other lens parameters are tested: k2, without which a block of parallel

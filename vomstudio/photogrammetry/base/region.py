@@ -54,7 +54,7 @@ class Region:
     def views_of(self, scene: SparseScene) -> frozenset[int]:
         """Return the photos (rows) that see enough of the region.
 
-        Raises GeometryError if there are none.
+        Raises GeometryError if fewer than two photos do.
         """
         is_inside = self.inside(scene.points, scene.origin)
         is_inside_track = np.repeat(is_inside, np.diff(scene.track_offsets))

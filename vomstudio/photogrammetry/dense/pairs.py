@@ -94,7 +94,7 @@ class DepthMapPlans:
     left_out: tuple[Finding, ...]
 
     def select_views(self, views: Collection[int]) -> DepthMapPlans:
-        """Return the plans of the given views. Raises GeometryError if there are none."""
+        """Return the plans of the given views. Raises GeometryError if none of them has one."""
         plans = tuple(plan for plan in self.plans if plan.view in views)
         if not plans:
             raise GeometryError(

@@ -53,7 +53,8 @@ class UndistortTask:
 class Undistorted:
     """Undistorted photo.
 
-    photo, mask : contents of image files; the mask (black: unused) is None if all pixels are used
+    photo : contents of the image file
+    mask : contents of the mask file (black: unused), or None if all pixels are used
     view : view with PINHOLE intrinsics of the new size
     """
 

@@ -92,8 +92,7 @@ class ControlReport(Placement):
     points : tuple of PointFit
         All points of the table, in its order.
     control_rms_m, check_rms_m : float or None
-        RMS length of the residuals of the control and check points; None if there are no such
-        points.
+        RMS length of the residuals of the control and check points; None without such points.
     mark_scatter_px : float
         Error of a mark in one direction; the stated errors include it.
     drift : float

@@ -135,7 +135,7 @@ def noise_px(scene: SparseScene) -> float:
     good = np.isfinite(misses).all(axis=1)
     if not good.any():
         return 1.0
-    # RMS of a two-dimensional Gaussian from its mean length, which few outliers hardly affect.
+    # RMS of a two-dimensional Gaussian from its mean length, which is robust to a few outliers.
     rms = float(np.linalg.norm(misses[good], axis=1).mean()) / math.sqrt(math.pi / 2)
     return max(_MIN_NOISE_PX, rms * correlated_factor(int(good.sum()), len(scene.views)))
 

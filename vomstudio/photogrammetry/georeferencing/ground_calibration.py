@@ -1,12 +1,13 @@
 """Adjustment of a registered scene to ground control, with fixed or free focal lengths.
 
 Control points and accurate camera positions can distinguish a longer lens from rock farther away
-when the photos alone cannot. Their information on a focal length is the total information minus
-that of the tie points. If the tie points determine the focal length with error a, and both together
-with error b, ground control alone determines it with error 1 / sqrt(1 / b² - 1 / a²), times the
-ratio of its residuals to their errors. If this error is `MAX_SIGMA` or less, well below the errors
-of focal lengths from EXIF (2 to 5 %), the focal length is estimated. Otherwise it remains
-unchanged, because a compromise between a guess and the misfit of the lens model would be no better.
+when the photos alone cannot. Their information on a focal length is the total information minus the
+information of the tie points. If the tie points determine the focal length with error a, and both
+together with error b, ground control alone determines it with error 1 / sqrt(1 / b² - 1 / a²),
+times the ratio of its residuals to their errors. If this error is `MAX_SIGMA` or less, well below
+the errors of focal lengths from EXIF (2 to 5 %), the focal length is estimated. Otherwise it
+remains unchanged, because a compromise between a guess and the misfit of the lens model would be no
+better.
 """
 
 from __future__ import annotations

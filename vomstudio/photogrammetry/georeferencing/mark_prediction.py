@@ -285,7 +285,7 @@ class PlacedPhotos:
             return np.zeros((0, 2))
         (view, pixel), other = mine[0], views[photo]
         apart = float(np.linalg.norm(other.centre - view.centre))
-        # Near the camera the steps must be small; far away the pixel hardly changes.
+        # Steps must be small near the camera; far away, the pixel changes very little.
         away = np.geomspace(0.05, 2000.0, 600)[:, None] * apart
         pixels = other.project(view.centre + away * view.rays(pixel))
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
@@ -447,7 +447,7 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
 
 
 def _too_few_marks(points: Iterable[str]) -> str:
-    """List points with their numbers of marks as text; empty if there are no points."""
+    """List points with their numbers of marks as text; empty without points."""
     names = ", ".join(points)
     return names and tr("Too few marks: {points}.", points=names)
 

@@ -177,8 +177,8 @@ class PhotoViews:
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
         """Return the photos that show World points (n, 3).
 
-        Photos that show most of the points come first, and among these the one with the finest
-        pixels on the surface.
+        Photos are sorted by their share of visible points, in fifths and largest first, then by
+        pixel size on the surface, finest first.
         """
         local = self.local(world)
         if not len(local) or not self.views:

@@ -30,11 +30,11 @@ class ControlTables:
     Attributes
     ----------
     points, marks : tuple
-        Points and marks; empty if there is no such table.
+        Points and marks; empty if the table is not given.
     crs : str or None
         CRS of the points, "EPSG:n" (or WKT). If None, they are in a local frame in metres.
     hashes : tuple
-        Hashes of the files of points and of marks; None if there is no such file.
+        Hashes of the files of points and of marks; None if the file is not given.
     """
 
     points: tuple[ControlPoint, ...]

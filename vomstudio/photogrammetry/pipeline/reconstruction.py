@@ -268,7 +268,7 @@ class _Run:
         return results.at(stage.folder), stage
 
     def _dense_size(self, placed: _Registered) -> int:
-        """Return the size of depth maps: that of an earlier run if it still fits."""
+        """Return the size of depth maps, at most the size used by an earlier run."""
         from vomstudio.photogrammetry.dense.memory_limits import fitting_size
 
         requested_px, lenses = (

@@ -75,7 +75,7 @@ def write_models(
 def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
     """Write the registration of `reconstruction.json` beside mesh and cloud.
 
-    Models without external observations do not have one; those of an earlier run are removed.
+    Models without external observations have no registration; files of an earlier run are removed.
     """
     from vomstudio.io.models.reconstruction_file import result_registration
     from vomstudio.io.models.registration_file import registration_path, write_registration

@@ -19,8 +19,8 @@ def pull_to_points(vertices, normals, near, points, point_normals, width, farthe
     and the difference of the normals, so that edges between facets remain sharp (Oztireli,
     Guennebaud and Gross 2009, Feature preserving point set surfaces).
 
-    near : rows of `points`, by distance; width : of the weights; farthest : maximum shift, vertices
-    beyond it are unchanged
+    near : rows of `points`, by distance; width : width of the weights; farthest : maximum shift,
+    vertices beyond it are unchanged
     """
     k = near.shape[1]
     spread = 0.5 * width

@@ -33,7 +33,7 @@ def smooth_quality(starts, views, quality, across, rounds, spare):  # type: igno
 
 @kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], f8, i8, i4[::1])")
 def choose_views(starts, views, quality, across, joining, sweeps, labels):  # type: ignore[no-untyped-def]
-    """Select the view from which each face is drawn; -1 if there is none.
+    """Select the view from which each face is drawn, or -1 for a face without views.
 
     The view maximises its quality relative to the best view of the face, plus `joining` for each
     neighbour with the same view (iterated conditional modes).

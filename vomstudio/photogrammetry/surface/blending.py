@@ -28,7 +28,7 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.topology import edge_keys, neighbours
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 
-# Quality factor of barely visible faces, which are drawn only if there is no better photo.
+# Quality factor of barely visible faces, which are drawn only without a better photo.
 _POOR_QUALITY = 1e-3
 _EQUAL_VIEW_GAIN = 0.12
 # Sharpness relative to the median photo above which photos are equally good.
@@ -49,7 +49,7 @@ class Blend:
     Attributes
     ----------
     views : (m,) array
-        Photo from which each face is drawn; -1 if there is none.
+        Photo from which each face is drawn; -1 if it is not drawn from a photo.
     seen_by : (m,) array
         Number of photos with a good view of each face.
     draw_face, draw_view, draw_weights, draw_offsets
@@ -206,7 +206,7 @@ def _photo_numbers(parts: Sequence[Int32Array]) -> Int32Array:
 
 @dataclass(frozen=True, eq=False)
 class _Links:
-    """Neighbours of vertices: those of v are others[starts[v]:starts[v + 1]]."""
+    """Neighbours of vertices; vertex v has the neighbours others[starts[v]:starts[v + 1]]."""
 
     starts: Int32Array
     others: Int32Array

@@ -96,7 +96,7 @@ class Textured:
     pages : tuple of (h, w, 3) uint8 array
         RGB, one for each material.
     drawn_from : (m,) array
-        Photo from which each face of `mesh` is drawn; -1 if there is none.
+        Photo from which each face of `mesh` is drawn; -1 if it is not drawn from a photo.
     """
 
     mesh: Mesh

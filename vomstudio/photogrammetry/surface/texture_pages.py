@@ -53,7 +53,8 @@ class TileTask:
     """Rectangle of a page.
 
     left, top, width, height : texels of the page
-    corners (m, 3, 2) : of the faces on the page; fallback (m, 3, 3) : colours at them
+    corners (m, 3, 2) : corners of the faces on the page
+    fallback (m, 3, 3) : colours at the corners
     """
 
     left: int

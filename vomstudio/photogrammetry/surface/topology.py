@@ -14,7 +14,7 @@ def edge_keys(faces: Int32Array) -> IntArray:
 
 
 def neighbours(faces: Int32Array) -> Int32Array:
-    """Return the face (m, 3) across each edge; -1 if there is none, or several."""
+    """Return the face (m, 3) across each edge; -1 unless the edge joins exactly two faces."""
     keys = edge_keys(faces).ravel()
     order = np.argsort(keys, kind="stable")
     ranked = keys[order]

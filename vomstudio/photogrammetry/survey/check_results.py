@@ -17,7 +17,7 @@ _ORDER = {"error": 0, "warning": 1, "info": 2}
 
 @dataclass(frozen=True)
 class PhotoFigures:
-    """Figures of one photo; unknown values are None.
+    """Figures of one photo, with None for unknown values.
 
     Parameters
     ----------

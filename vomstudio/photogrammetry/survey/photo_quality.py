@@ -39,7 +39,7 @@ class PhotoQuality:
     ----------
     blur_px : float or None
         Sigma of the strongest edges in pixels of the full photo. About 0.5 to 1 is sharp. None if
-        there are no edges.
+        the photo has too few edges.
     brightness : float
         Mean linear light, 0 to 1.
     burnt : float
@@ -161,7 +161,7 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
     ratio = ratio[ratio > 1.005]
     if len(ratio) < 30:
         return None
-    # Variance of the smoothing, and of differences over two pixels, i.e. of a box of this width.
+    # Variance of the smoothing, plus the variance of a box two pixels wide for the differences.
     own_variance = _SMOOTH**2 + 1.0 / 3.0
     variance = _SIGMA0**2 / (ratio**2 - 1.0) - own_variance
     return float(np.sqrt(max(float(np.quantile(variance, _EDGE_QUANTILE)), 0.04)))

@@ -17,7 +17,8 @@ from vomstudio.io.text.rows import shorten
 class PlanCamera:
     """Camera with sensor and picture in landscape format.
 
-    focal_mm : of the lens, not its 35 mm equivalent; f_number : of a fixed aperture, else None
+    focal_mm : focal length of the lens, not its 35 mm equivalent; f_number : f-number of a fixed
+    aperture, else None
     """
 
     name: str
@@ -40,7 +41,8 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     Numbers are sensor in mm, focal length in mm and pixels, as `23.5x15.6,35,6000x4000` or
     `sensor=23.5 focal=35 pixels=6000`.
 
-    focal_mm : of the lens, replaces any other value. Raises UsageError, InputError for a photo.
+    focal_mm : focal length that replaces any other value. Raises UsageError, and InputError for a
+    photo.
     """
     words = words.strip()
     if focal_mm is not None and not 0 < focal_mm < 1e5:

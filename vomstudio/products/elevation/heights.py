@@ -51,7 +51,7 @@ def draw_heights(
     Returns
     -------
     heights : (h, w) float32 array
-        Heights along the upward normal of the reference plane, m; NaN where there is no surface.
+        Heights along the upward normal of the reference plane, m; NaN outside the surface.
     limit : float or None
         Maximum side used; None for a mesh.
 
@@ -84,7 +84,7 @@ def draw_heights(
 
 
 class MeshHeights:
-    """Source of depths of a mesh; NaN where there is no surface."""
+    """Source of depths of a mesh; NaN outside the surface."""
 
     def __init__(self, view: FloatArray, faces: Int32Array, grid: Grid) -> None:
         """Store the vertices `view` (n, 3) in the axes of the frame."""

@@ -26,7 +26,7 @@ class ElevationPicture:
     Parameters
     ----------
     rgba : (h, w, 4) uint8 array
-        Colours; transparent where there is no height.
+        Colours; transparent in cells without a height.
     heights : (h, w) float32 array
         Heights in metres.
     step : float
@@ -80,7 +80,7 @@ def colour_heights(heights: Float32Array, step: float) -> ElevationPicture:
     Parameters
     ----------
     heights : (h, w) array
-        Heights in metres; NaN where there is no surface.
+        Heights in metres; NaN outside the surface.
     step : float
         Cell size, m.
     """

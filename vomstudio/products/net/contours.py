@@ -30,7 +30,7 @@ OPACITY = 0.6
 
 @dataclass(frozen=True, eq=False)
 class ContourGroup:
-    """Density of one set, or of all features together if `of` is None, on a grid.
+    """Density of one set, or of all features together without `of`, on a grid.
 
     x, y (k,) and values (k, k) are as returned by `density_grid`.
     """
@@ -43,7 +43,7 @@ class ContourGroup:
 
 @dataclass(frozen=True, eq=False)
 class ContourPlan:
-    """Groups and levels of contours; if there are no levels, nothing is drawn."""
+    """Groups and levels of contours; without levels, nothing is drawn."""
 
     method: str
     sigma: float

@@ -68,7 +68,7 @@ class NetArtists:
     positions: list[FloatArray]
     """Net positions (n, 2) of the poles or lines of each set."""
     arcs: list[FloatArray]
-    """Great circles (m, k, 2) of each set as drawn; m is 0 if there are none."""
+    """Great circles (m, k, 2) of each set as drawn; m is 0 for a set without great circles."""
     arc_rows: list[IndexArray]
     """For each set, the rows (m,) of the features to which the arcs belong."""
     poles: list[Line2D]

@@ -14,7 +14,7 @@ from vomstudio.products.net.style import PRINT, NetStyle
 
 @dataclass(frozen=True)
 class FigureStyle:
-    """Style of a printed figure; a size that is None has its default.
+    """Style of a printed figure; sizes that are not given have their defaults.
 
     Parameters
     ----------

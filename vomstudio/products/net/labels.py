@@ -36,7 +36,7 @@ def find_label_place(
     Returns
     -------
     (float, float) or None
-        Left end and middle height of the label; None if there is no space.
+        Left end and middle height of the label; None if it does not fit.
     """
     width, half = text_width(text, sheet.font), 0.62 * sheet.font
     best, cost = None, math.inf

@@ -128,8 +128,7 @@ class NetPage:
                 self.net.averages, self.font, self.width - 2 * self.pad
             )
             self.whole = self.whole and sum(map(len, rows)) == len(self.entries)
-            # Beside the net, the name of the bar is above it; at the right edge there is no space
-            # for it.
+            # Beside the net, the name of the bar is above it; at the right edge it does not fit.
             if self.bar is not None and not self.net.compact:
                 full = f"{self.bar.name}; {self.bar.unit}"
                 fits = text_width(full, self.font) <= self.width - 2 * self.pad

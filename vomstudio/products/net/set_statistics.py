@@ -77,7 +77,7 @@ def fit_girdles(
 def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     """Find the density maximum of each set, or of all features if contoured together.
 
-    The method is that of the contours or, if there are none, Kamb's with an exponential kernel.
+    The method is that of the contours or, without contours, Kamb's with an exponential kernel.
     """
     method = net.contour or "exponential_kamb"
     look = net.contouring
@@ -106,7 +106,7 @@ def describe_sets(
     """Describe each set in a sentence with n, the mean and its method, kappa and alpha95.
 
     For sets that are not clusters, the sentence contains the axes of the orientation tensor and the
-    reason why there is no mean.
+    reason why the set has no mean.
     """
     return tuple(_average(s, notation, decimals) for s in sets if len(s))
 

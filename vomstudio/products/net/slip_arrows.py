@@ -36,7 +36,7 @@ def draw_slip_arrows(
     ax : Axes
     at : (n, 2) array
     slips : (n, 3) array
-        Slip vectors of the hanging wall; NaN if there is none.
+        Slip vectors of the hanging wall; NaN if unknown.
     color, width_pt, zorder
     half : float
         Half the length of an arrow, in radii of the net.

@@ -281,9 +281,8 @@ def project_lines(
 def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatArray:
     """Return the matrix (3, 3) from the drawing's units to pixels.
 
-    It is derived from the embedded picture with the name of the orthophoto or, if there is none,
-    from a picture of the same shape. If the drawing contains no pictures, it is derived from the
-    page.
+    It is derived from the embedded picture with the name of the orthophoto, otherwise from a
+    picture of the same shape. If the drawing contains no pictures, it is derived from the page.
     """
     ratio = sidecar.width / sidecar.height
     stem = Path(sidecar.image).stem.casefold()

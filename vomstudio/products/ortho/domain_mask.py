@@ -2,8 +2,8 @@
 
 If each domain has its own axis, a picture along one direction is valid for only one domain. The
 extent of a domain is derived from its features. A fault separates two domains if all features of
-one domain are on one side of it, and all features of the other domain on the other side. If there
-is no such fault, the nearest feature decides.
+one domain are on one side of it, and all features of the other domain on the other side. Without
+such a fault, the nearest feature decides.
 """
 
 from __future__ import annotations

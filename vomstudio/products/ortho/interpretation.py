@@ -66,7 +66,7 @@ class Item:
     domain : str
         Domain of the structure to which the feature belongs; "" if none.
     quality : str
-        Verdict on the plane; "" if there is none.
+        Verdict on the plane; "" if it has not been judged.
     """
 
     layer: str

@@ -106,7 +106,7 @@ def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
 
 
 def explain_symbols(entries: Sequence[LegendEntry]) -> str:
-    """Explain the ticks and symbols of the entries; empty if there are none."""
+    """Explain the ticks and symbols of the entries; empty if they have neither."""
     if any(entry.overturned for entry in entries):
         return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")
     if any(entry.mapped for entry in entries):

@@ -335,7 +335,7 @@ def create_source(data: Mesh | PointCloud, plan: OrthophotoPlan) -> TileSource:
 
 
 def picture_facts(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
-    """Return the sidecar facts of a planned picture; `crs` is None unless it is a map."""
+    """Return the sidecar facts of a planned picture; only a map has a `crs`."""
     transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view
     unit = "metres" if view.metric else "units"

@@ -19,7 +19,7 @@ _GLYPH_MM, _GAP_MM = 7.0, 1.6
 
 
 class Legend:
-    """Legend in columns for a page width; `height_mm` is 0 if there are no entries."""
+    """Legend in columns for a page width; without entries, `height_mm` is 0."""
 
     def __init__(self, entries: Sequence[LegendEntry], width_mm: float, font_pt: float) -> None:
         self._font = font_pt

@@ -302,7 +302,7 @@ class PlacedLabel:
 
     @property
     def color(self) -> str:
-        """Colour of the text: that of the shape, unless it would be invisible on its area."""
+        """Colour of the text; equals the colour of the shape unless the shape is filled."""
         return INK if self.shape.filled else self.shape.color
 
 
@@ -562,7 +562,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
 def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, FloatArray]]:
     """Return each labelled shape with the centre (3,) of its text.
 
-    Texts for which there is no free position overlap, since a CAD drawing can be enlarged.
+    Texts without a free position overlap others, since a CAD drawing can be enlarged.
     """
     tall = 0.001 * scale * _LABEL_MM
     placed = {id(label.shape): label for label in place_labels(drawing, scale, _LABEL_MM)}

@@ -19,7 +19,9 @@ _MAX_LABELS = 25
 
 
 def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
-    """Draw the residuals from above and from the side as HTML; "" if there are no points.
+    """Draw the residuals of at least three points from above and from the side, as HTML.
+
+    Returns "" for fewer points.
 
     Parameters
     ----------

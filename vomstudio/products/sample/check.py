@@ -48,7 +48,7 @@ class Check(Result):
     error : float
         Error of the measurement in `unit`.
     stated_95 : float or None
-        Stated 95 % error in `unit`. If it cannot be estimated, it is None, and so is `within`.
+        Stated 95 % error in `unit`. Like `within`, None if it cannot be estimated.
     within : bool or None
         Whether the true value lies within `stated_95`.
     unit : str

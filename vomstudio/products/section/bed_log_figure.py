@@ -54,8 +54,7 @@ class LogPage:
     column_mm : float
         Height of the column.
     rows_mm : (n,) array
-        Height of the text of each bed above the base of the column; NaN if there is no space for
-        it.
+        Height of the text of each bed above the base of the column; NaN if the text does not fit.
     lowest_mm, highest_mm : float
         Lower and upper limits of the drawing, relative to the base of the column.
     """

@@ -76,8 +76,8 @@ class ProjectionDirections:
 def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirections:
     """Assign each domain its own axis.
 
-    A fault between domains belongs to none of them. Of the axes of the domains that end at it, it
-    is projected along the one that is closest to its plane.
+    A fault between domains belongs to none of them. It is projected along the domain axis that is
+    closest to its plane.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class DomainProjection:
     angle_deg : float
         Smallest angle between the direction and the section.
     text : str
-        Description of the direction, or the reason why there is none.
+        Description of the direction, or the reason why the projection is perpendicular.
     faults : int
         Number of faults outside the domains that are projected along the direction.
     valid : {"yes", "conditional"} or None
@@ -173,7 +173,7 @@ def domain_projections(
 
 
 def angle_to(panel: Panel, along: FloatArray | None) -> float:
-    """Return the angle in degrees between a direction (3,) and a panel; 90 if it is None."""
+    """Return the angle in degrees between a direction (3,) and a panel; by default 90."""
     if along is None:
         return 90.0
     return math.degrees(math.asin(min(abs(float(along @ panel.normal)), 1.0)))

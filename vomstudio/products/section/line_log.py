@@ -211,13 +211,13 @@ class _Bed(NamedTuple):
 def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
     """Determine the attitude of the beds.
 
-    It is the plane given by the user if there is one. Otherwise it is fitted to the traces that are
-    boundaries or, if there are none, to the traces near the line.
+    It is the plane given by the user, if any. Otherwise it is fitted to the traces that are
+    boundaries or, if no trace is a boundary, to the traces near the line.
 
     Raises
     ------
     InputError, GeometryError
-        If there are no traces near the line, or if these do not determine a plane.
+        If no traces are near the line, or if these do not determine a plane.
     """
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 

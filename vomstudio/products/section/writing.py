@@ -354,7 +354,7 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
 
 
 def projection_words(figures: SectionFigures) -> list[str]:
-    """Describe the projection of features; empty if there are no features."""
+    """Describe the projection of features; empty without features."""
     if not figures.features:
         return []
     domain_lines = [each.words for each in figures.domains or ()]

@@ -162,11 +162,11 @@ class SurfaceFigures(PrintableResult):
     trim : Trim or None
         Part for which the plane is not valid; None if the plane fits the whole patch.
     hurst, smoothest : Hurst or None, SmoothestLine or None
-        Hurst exponent and smoothest direction. If one is None, `hurst_reason` or `smoothest_reason`
-        states why.
+        Hurst exponent and smoothest direction. If one cannot be determined, `hurst_reason` or
+        `smoothest_reason` states why.
     warnings : tuple of Finding
     deviations : (rows, columns) array
-        Map of the deviations, m; NaN where there are no data.
+        Map of the deviations, m; NaN in cells without data.
     plan : HeightPlan or None
         Geometry of the map.
     at_points : (n,) array
@@ -391,7 +391,7 @@ def _roughness(
     edge: float,
     rounding: float,
 ) -> dict[str, Any]:
-    """Return `bent_share`, `hurst`, `smoothest`, and the reasons if they are None.
+    """Return `bent_share`, `hurst` and `smoothest`, or the reasons for missing values.
 
     Parameters
     ----------

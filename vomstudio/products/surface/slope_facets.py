@@ -194,7 +194,7 @@ def _read_overhangs(table: OrientationTable) -> dict[str, bool]:
 
 
 def _areas(table: OrientationTable) -> list[float | None]:
-    """Return the areas in m²; they are None if the table has no such column."""
+    """Return the areas in m², with None for cells that are missing or not numbers."""
     try:
         cells = table.column("area_m2")
     except UsageError:

@@ -22,7 +22,7 @@ _NOTES = {"notes", "note", "comment", "comments", "remark", "remarks", "descript
 
 @dataclass(frozen=True)
 class Guess:
-    """Guessed columns by role. `notation` is None if the user has to decide."""
+    """Guessed columns by role, and the notation, or None if the user has to select it."""
 
     columns: Mapping[str, int]
     notation: str | None
@@ -30,7 +30,7 @@ class Guess:
 
 
 def guess(table: FieldTable) -> Guess:
-    """Guess the roles of the columns from the header or, if there is none, from the cells."""
+    """Guess the roles of the columns from the header or, without a header, from the cells."""
     if table.names is None:
         return _guess_without_names(table)
     names = [normalise_name(name) for name in table.names]

@@ -66,7 +66,7 @@ def fallback_folder(project: Path, photos: Path) -> Path:
 def sidecar_tables(project: Path, photos: Path) -> tuple[Path | None, Path | None]:
     """Return the tables of control points and of marks, next to the photos or in the project.
 
-    A table is None if it is in neither folder.
+    Returns None for a table that is in neither folder.
     """
     folders = [photos, fallback_folder(project, photos.resolve())]
     paths = [

@@ -85,5 +85,5 @@ _BY_NAME = {kind.name: kind for kind in KINDS}
 
 
 def kind_named(name: str) -> Kind | None:
-    """Return the kind with this name on disk, or None if there is no such kind."""
+    """Return the kind with this name on disk, or None if the name is unknown."""
     return _BY_NAME.get(name)

@@ -1,7 +1,7 @@
 """Line or plane of known attitude or length that is used to register a model.
 
 It is either a line that is level or vertical or has a known azimuth or length, or a plane or line
-of the project that was measured with a compass.
+in the project that was measured with a compass.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class Lineation(Picked, Repeatable, Typed):
     Attributes
     ----------
     plane_id : str
-        ID of the feature whose plane contains the lineation, or "" if there is none. The direction
+        ID of the feature whose plane contains the lineation, or "" without a plane. The direction
         is projected onto that plane and has a rake.
     slip : str
         Movement of the hanging wall along the lineation.
@@ -159,7 +159,7 @@ def _registration_covariance(
 ) -> FloatArray | None:
     """Return the covariance (3, 3) due to the registrations of the models of line and plane.
 
-    The result is None if neither is known.
+    Returns None if neither is known.
     """
     plane = None if base is None else get_feature(at.records, feature.plane_id)
     turns = turns_of([at.model(feature.model_id), model_of(at.records, plane)])

@@ -1,4 +1,4 @@
-"""Types of features: what they represent and how they are displayed."""
+"""Types of features, with their meaning and display style."""
 
 from __future__ import annotations
 

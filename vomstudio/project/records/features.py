@@ -39,7 +39,7 @@ class Typed(Feature):
     """Feature with one of the project's feature types, optionally in a set.
 
     `domain` is the part of the structure that contains the feature, regardless of its type (hanging
-    wall, footwall, dip domain), or "" if there is none.
+    wall, footwall, dip domain), or "" without a domain.
     """
 
     type_id: str
@@ -57,8 +57,8 @@ class OnAModel(Feature):
 class Repeatable(OnAModel):
     """Feature that may be picked a second time without the first pick being visible.
 
-    `repeat_of` is the ID of the feature that it repeats, and `interpreter` the person who picked
-    it. A value is None if the feature is not a repeat or the interpreter is unknown.
+    `repeat_of` is the ID of the feature that it repeats, or None if it is not a repeat.
+    `interpreter` is the person who picked it, or None if unknown.
     """
 
     repeat_of: str | None
@@ -130,5 +130,5 @@ def get(records: Mapping[str, Any], id_: str | None, cls: type[R]) -> R | None:
 
 
 def get_feature(records: Mapping[str, Any], id_: str | None) -> Feature | None:
-    """Return the feature with an ID, or None if there is no such feature."""
+    """Return the feature with an ID, or None if no feature has this ID."""
     return get(records, id_, Feature)

@@ -59,7 +59,7 @@ _PLAIN_TYPES = {str, bool, int, NoneType}
 
 
 def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
-    """Return a row with those figures of the subject that have a column; others are None."""
+    """Return a row with the figures of the subject that have a column, and None elsewhere."""
     row: Row = dict.fromkeys(COLUMNS)
     for name, value in _table_figures(tuple(figures)):
         row[name] = plain(value(subject))

@@ -39,7 +39,7 @@ class ProjectTable:
     skipped: list[dict[str, Any]]
     """ID, name and reason of each skipped feature."""
     crs: str | None
-    """Common CRS of all rows, or None if there is none or there are several."""
+    """CRS of all rows, or None if they have no common CRS."""
     north: str
     files: tuple[Path, ...] = ()
     """Files written by an export."""

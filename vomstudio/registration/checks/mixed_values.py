@@ -52,7 +52,7 @@ def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | Non
     Returns
     -------
     MixedValues or None
-        Rows, or None if there are none.
+        Rows, or None if no rows fit far better.
     """
     n = len(model)
     misfit = residual_misfit(model, world) if _MIN_POINTS <= n <= _MAX_POINTS else None

@@ -99,7 +99,7 @@ def select_group_at_model(
     which : (n,) ndarray of bool
         True for the points of one group.
     inside : (n,) ndarray of bool
-        Mask of the points in the area of use of the CRS; all False if there is no CRS.
+        Mask of the points in the area of use of the CRS; all False without a CRS.
 
     Returns
     -------

@@ -81,7 +81,7 @@ def robust_place(marks: Marks) -> FloatArray:
     Returns
     -------
     (3,) ndarray
-        Position, NaN if there is none.
+        Position, NaN if it cannot be determined.
     """
     count = len(marks.views)
     if count < 3:

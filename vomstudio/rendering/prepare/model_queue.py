@@ -85,7 +85,7 @@ class ModelQueue:
         return bool(self._inbox)
 
     def next(self) -> tuple[str, Event] | None:
-        """Return the next result with the id of its model, or None if there are no results."""
+        """Return the next result with the id of its model, or None if the queue is empty."""
         while self._inbox:
             model_id, stop, event = self._inbox.popleft()
             if self._stops.get(model_id) is stop:

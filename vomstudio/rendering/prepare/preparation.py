@@ -70,7 +70,7 @@ def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[sli
 
 
 def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
-    """Return the bounds (2, 3) of the finite points, or zeros if there are none."""
+    """Return the bounds (2, 3) of the finite points, or zeros without finite points."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in pieces(len(points), stop):
         # Reduces long rows, because a reduction along rows of three elements is eight times

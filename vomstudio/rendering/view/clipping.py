@@ -55,7 +55,7 @@ def along_axis(
 ) -> float | None:
     """Return the coordinate on an axis-parallel line of the point nearest to a ray.
 
-    The result is None if the ray is parallel to the line.
+    Returns None if the ray is parallel to the line.
     """
     along = np.zeros(3)
     along[axis] = 1.0

@@ -179,8 +179,8 @@ def order_by_importance(
 ) -> IntArray:
     """Return the order in which labels or symbols (n,) are placed.
 
-    Selected features come first, and larger features precede smaller ones. Previously shown
-    labels precede all others while the view moves, and at rest those that are not much larger.
+    Selected features precede all others, and larger features precede smaller ones. Previously shown
+    labels precede new ones while the view moves, and at rest those that are not much larger.
     Labels that appear and disappear at every step would be illegible.
     """
     weight = extents if moving else extents * np.where(was_shown, 1.5, 1.0)

@@ -112,8 +112,8 @@ NAMED_CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
         (to_translate("good"), "#009e73"),
     ),
 }
-"""Names and colours of the codes 0, 1, ... of a field, keyed by the part of the field name before a
-comma."""
+"""Names and colours of the codes 0, 1 and so on in a field, keyed by the part of the field name
+before a comma."""
 
 AZIMUTH_NAMES = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
 CODE_NAMES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")

@@ -69,7 +69,7 @@ class Fault:
     job : int
         Number of the job that was running, or 0 if no job was running.
     what : str
-        Short description; see `Failure.what`.
+        Short description, as in `Failure`.
     """
 
     job: int

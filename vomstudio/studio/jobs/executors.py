@@ -55,7 +55,7 @@ class Threads:
             check()
 
     def close(self) -> None:
-        """Do nothing, because there are no resources to release."""
+        """Do nothing, because the executor has no resources to release."""
 
 
 class Cluster:

@@ -52,8 +52,8 @@ class TracesRequest:
 class FoundTraces:
     """Proposed traces in order of decreasing reliability.
 
-    The file `out` contains the points `places` (n, 3) in the file frame of the model; those of
-    trace i are `places[cuts[i]:cuts[i + 1]]`. For each trace, it contains `length_m`,
+    The file `out` contains the points `places` (n, 3) in the file frame of the model; trace i
+    consists of `places[cuts[i]:cuts[i + 1]]`. For each trace, it contains `length_m`,
     `evidence`, `doubt`, `resolution` (file units, NaN if unknown) and `outcrop_normal` (3,)
     (file frame, NaN if unknown).
     """

@@ -12,7 +12,7 @@ TASKS: dict[str, Job[Any, Any]] = {}
 
 
 def find_task(name: str) -> Job[Any, Any] | None:
-    """Return the job with a name, or None if there is no such job.
+    """Return the job with a name, or None if the name is unknown.
 
     Modules are imported one by one until the job is found, because opening a model must not wait
     for the modules of photos.

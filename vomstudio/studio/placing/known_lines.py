@@ -160,9 +160,9 @@ def up_direction(model: Model) -> FloatArray | None:
 def photo_up(path: Path) -> FloatArray | None:
     """Return the mean up direction (3,) of the photos in the file frame of a photo model.
 
-    The result is None if the model was made by another program or has been registered. The z
-    axis of a photo model that is not registered is aligned with the mean up direction of the
-    photos (`photogrammetry.georeferencing.local_frame`).
+    Returns None if the model was made by another program or has been registered. The z axis of a
+    photo model that is not registered is aligned with the mean up direction of the photos
+    (`photogrammetry.georeferencing.local_frame`).
     """
     return np.array([0.0, 0.0, 1.0]) if has_known_scale(path) is False else None
 
@@ -266,7 +266,7 @@ def known_after_placement(placed: Placed, model: Model) -> Known:
 
 
 def frame_after_placement(placed: Placed, model: Model, crs: str | None) -> Frame:
-    """Return the frame after a placement; `crs` of the points is None for a local frame."""
+    """Return the frame after a placement; points without a `crs` are in a local frame."""
     if placed.known.all:
         return Frame("local") if crs is None else Frame("crs", crs=crs)
     known = known_after_placement(placed, model)

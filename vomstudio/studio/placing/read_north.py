@@ -74,8 +74,8 @@ def to_register_options(
 ) -> RegisterOptions | None:
     """Return the options of `register` with the same azimuth correction.
 
-    The result is None if the command cannot know the location of the readings. In this case,
-    corrected azimuths are passed to it. Their common error is always stated.
+    Returns None if the command cannot compute the same correction. In this case, corrected azimuths
+    are passed to it. Their common error is always stated.
     """
     if compass is None or compass.north == "grid":
         return RegisterOptions(north_sigma_deg=used.doubt_deg or None)

@@ -404,7 +404,7 @@ def _turn_to_grid(
 ) -> ReadNorth | None:
     """Convert azimuths and compass readings to grid north.
 
-    Returns their north reference, or None if there are no such readings.
+    Returns their north reference, or None without such readings.
     """
     if not (evidence.azimuths or evidence.compass):
         return None

@@ -28,7 +28,8 @@ def resolve_plane(
 ) -> Plane | None:
     """Return the plane that is specified by a text.
 
-    The result is None if the text is not valid, the feature is missing, or the set has no mean.
+    Returns None if the text is not valid, the feature is missing or has no plane, or the set has no
+    mean.
     """
     if source.startswith(PLANE_PREFIX):
         try:

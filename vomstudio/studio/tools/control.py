@@ -32,8 +32,8 @@ from vomstudio.studio.tools.tool_entry import StatelessTool, ToolEntry
 class ControlTool(StatelessTool):
     """Tool that locates control points; each click is an edit.
 
-    A click locates the current point, and the next point without a location becomes current. If
-    there is no such point, a click creates a point, whose coordinates are entered afterwards.
+    A click locates the current point, and the next point without a location becomes current. If all
+    points are located, a click creates a point, whose coordinates are entered afterwards.
     """
 
     name: ClassVar[str] = "control"
@@ -143,7 +143,7 @@ class ControlTool(StatelessTool):
         return next(iter(edit.ids))
 
     def _next(self, point: ControlPoint) -> str:
-        """Return the id of the next point without a location, or "" if there is none.
+        """Return the id of the next point without a location, or "" if all are located.
 
         Because of "", an additional click does not move a point.
         """

@@ -49,12 +49,12 @@ class ElementSelection:
 
     @property
     def last_step(self) -> str | None:
-        """Label of the last step, or None if there is no step to undo."""
+        """Label of the last step, or None if no step can be undone."""
         return self._steps[-1][0] if self._steps else None
 
     @property
     def next_step(self) -> str | None:
-        """Label of the last undone step, or None if there is no step to redo."""
+        """Label of the last undone step, or None if no step can be redone."""
         return self._ahead[-1][0] if self._ahead else None
 
     def ids(self) -> IntArray:
@@ -80,7 +80,7 @@ class ElementSelection:
         return self._unpacked(self._steps[-1][1])
 
     def undo(self) -> bool:
-        """Undo the last step. Return False if there is no step."""
+        """Undo the last step. Return False if no step can be undone."""
         if not self._steps:
             return False
         step, mask_before = self._steps.pop()
@@ -89,7 +89,7 @@ class ElementSelection:
         return True
 
     def redo(self) -> bool:
-        """Redo the last undone step. Return False if there is no such step."""
+        """Redo the last undone step. Return False if no step can be redone."""
         if not self._ahead:
             return False
         step, mask_after = self._ahead.pop()

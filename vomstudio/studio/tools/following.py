@@ -124,7 +124,7 @@ class FollowingTool(PolylineTool[F]):
     def votes(self) -> str | None:
         """Describe the photos in which the open feature is followed, and their confirmation.
 
-        The result is None if the feature is not followed in a photo.
+        Returns None if the feature is not followed in a photo.
         """
         if self._feature is None or not self.followed:
             return None

@@ -131,7 +131,7 @@ class SteppedFeature(Generic[F]):
             self.cancel()
 
     def undo(self) -> bool:
-        """Undo the last step of the open feature. Return False if there is no step."""
+        """Undo the last step of the open feature. Return False if no step can be undone."""
         if self._feature is None or self.undo_label is None:
             return False
         ahead = [*self._ahead, (self._feature, self._steps)]
@@ -145,7 +145,7 @@ class SteppedFeature(Generic[F]):
         return True
 
     def redo(self) -> bool:
-        """Redo the last undone step. Return False if there is no such step."""
+        """Redo the last undone step. Return False if no step can be redone."""
         if not self._ahead:
             return False
         *remaining, (feature, steps) = self._ahead

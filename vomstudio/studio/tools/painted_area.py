@@ -58,7 +58,7 @@ def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | No
 def enclosed_area(ring: FloatArray, model: Model, surface: PaintSurface) -> Area | None:
     """Return the area inside an outline (n, 3) in the file frame, without a border.
 
-    The result is None if the area is unknown, as it is for point clouds.
+    Returns None if the area is unknown, as it is for point clouds.
     """
     corners = surface.part_inside(ring)
     if corners is None or not len(corners):

@@ -357,7 +357,7 @@ class PatchTool(NoSteps):
         self._context.tool_changed()
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Return False, because strokes are edits and there are no drafts."""
+        """Return False, because strokes are edits and the tool has no drafts."""
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:

@@ -40,11 +40,11 @@ class Tool(Protocol):
 
     @property
     def undo_label(self) -> str | None:
-        """Label of the step that `undo` would revert, or None if there is no step."""
+        """Label of the step that `undo` would revert, or None if no step can be undone."""
 
     @property
     def redo_label(self) -> str | None:
-        """Label of the step that `redo` would repeat, or None if there is no step.
+        """Label of the step that `redo` would repeat, or None if no step can be redone.
 
         It is still available after undo has reverted the first step, although the tool is not
         open any more.
@@ -62,10 +62,10 @@ class Tool(Protocol):
     def pointer(self, event: PointerEvent) -> None: ...
 
     def undo(self) -> bool:
-        """Undo the last step of the unfinished feature. Return False if there is no step."""
+        """Undo the last step of the unfinished feature. Return False if no step can be undone."""
 
     def redo(self) -> bool:
-        """Redo the last undone step. Return False if there is no such step."""
+        """Redo the last undone step. Return False if no step can be redone."""
 
     def finish(self) -> str | None:
         """Finish the feature and return its id, or show a message and return None."""

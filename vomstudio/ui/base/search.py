@@ -136,9 +136,9 @@ def rank(
 ) -> list[SearchEntry]:
     """Return the entries that contain all words of a query, the best first.
 
-    A title or synonym that equals the query comes first. Otherwise titles count before synonyms
-    and descriptions, and whole words before prefixes before parts of words. Recently used entries
-    come first on a tie; without words, all entries are returned in their order.
+    A title or synonym that equals the query ranks highest. Otherwise titles rank above synonyms and
+    descriptions, and whole words above prefixes above parts of words. Ties are broken by recent
+    use, then by the order of the entries; a query without words returns all entries.
     """
     words = _words(query)
     scored = []

@@ -215,8 +215,8 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
 def project_place(studio: Studio) -> Place:
     """Return the CRS of the project and the centre of its open models in the World frame.
 
-    The CRS is None unless all models that have a CRS share it. Only models with north contribute to
-    the centre, which is missing if there are none.
+    The CRS is returned only if all models that have a CRS share it. The centre is computed from the
+    models with north, and is missing without such models.
     """
     from vomstudio.ui.dialogs.readings_dialog import Place
 

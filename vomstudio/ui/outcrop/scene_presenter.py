@@ -490,8 +490,8 @@ def feature_extent(measured: Measurement) -> float:
 def feature_disc(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
     """Return the outline (c, 3) of a disc with the size of a feature, and a small symbol.
 
-    The symbol replaces a disc that is small on the screen. Both are None for a plane without
-    extent or with an undefined dip.
+    The symbol replaces a disc that is small on the screen. A plane without extent or with an
+    undefined dip has neither.
     """
     fit, ring = measured.fit, disc_of_fit(measured.fit)
     if fit is None or fit.extent is None or ring is None:

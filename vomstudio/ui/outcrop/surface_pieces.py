@@ -73,7 +73,7 @@ class SurfacePieces:
     def outlined_area(self, feature: Picked) -> Area | None:
         """Return the area that the outline of a feature encloses.
 
-        The area is computed in a worker thread; until then, the result is None.
+        The area is computed in a worker thread; until it is available, None is returned.
         """
         opened = self._open(feature.model_id)
         if opened is None:

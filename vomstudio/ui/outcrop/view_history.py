@@ -118,7 +118,7 @@ class ViewHistory(QObject):
 
     # --- back and forward --------------------------------------------------------------------
     def why_not_back(self) -> Finding | None:
-        """Return why there is no earlier view, or None if there is one."""
+        """Return the reason why `back` is not possible, or None if it is possible."""
         # A camera move that is not recorded yet is also a step.
         moving = (
             self._settle_timer.isActive()
@@ -128,7 +128,7 @@ class ViewHistory(QObject):
         return None if self._back or moving else Finding("view.no-earlier")
 
     def why_not_forward(self) -> Finding | None:
-        """Return why there is no later view, or None if there is one."""
+        """Return the reason why `forward` is not possible, or None if it is possible."""
         return None if self._forward else Finding("view.no-later")
 
     def back(self) -> None:

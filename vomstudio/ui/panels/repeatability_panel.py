@@ -162,7 +162,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._mark((middle - 0.5 * radius * toward, radius * ring))
 
     def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
-        """Draw the ring, which cannot be selected, or remove it if `ring` is None."""
+        """Draw the ring, which cannot be selected, or remove it if `ring` is not given."""
         viewport = self._view.viewport
         if viewport is None:
             return

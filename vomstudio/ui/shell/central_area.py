@@ -104,7 +104,7 @@ class CentralArea(QWidget):
         """Set the message bar, which covers the top of the area."""
         self._bar = bar
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- visible page ------------------------------------------------------------------------
     @property
     def shows_outcrop(self) -> bool:
         """Whether the outcrop is visible."""

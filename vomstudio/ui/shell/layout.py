@@ -48,7 +48,7 @@ class WorkspaceLayout:
     Attributes
     ----------
     title, purpose : str
-        Texts that are marked for translation. The purpose is shown while there are no data.
+        Texts that are marked for translation. The purpose is shown while the workspace is empty.
     needs : str
         Data without which the workspace is empty.
     inspector, drawer : tuple of str
@@ -142,7 +142,7 @@ DRAWER_SHARE, MIN_DRAWER_HEIGHT = 0.34, 190
 
 
 def workspace_of(name: str) -> WorkspaceLayout:
-    """Return the workspace with a name, or the default workspace if there is none."""
+    """Return the workspace with a name, or the default workspace for an unknown name."""
     return _BY_NAME.get(name, _BY_NAME[FIRST])
 
 

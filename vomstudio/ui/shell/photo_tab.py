@@ -102,7 +102,7 @@ class PhotoTab(QObject):
         for action in outcrop_actions:
             action.triggered.connect(self._outcrop_used)
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- visible photo -----------------------------------------------------------------------
     @property
     def visible_page(self) -> PhotoPage | None:
         """Photo that is visible in the centre of the main window, or None."""

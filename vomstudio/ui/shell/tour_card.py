@@ -99,7 +99,7 @@ def frame_box(target: QRect, window: QSize) -> QRect:
 def card_place(target: QRect | None, card: QSize, window: QSize) -> QPoint:
     """Return the position of the card in the window.
 
-    The card is completely visible beside the target, and covers it only if there is no space
+    The card is completely visible beside the target, and covers it only if it does not fit
     elsewhere. Without a target, it is centred.
     """
     far_x, far_y = window.width() - card.width() - _GAP, window.height() - card.height() - _GAP

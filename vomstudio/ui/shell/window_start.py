@@ -88,7 +88,7 @@ def run_window(paths: Sequence[str]) -> int:
             QMessageBox.critical(window, "VOM Studio", escape_markup(str(error)))
             application.exit(error.exit_code)
             return
-        except Exception as error:  # noqa: BLE001 - a window that is half there helps nobody
+        except Exception as error:  # noqa: BLE001 - an incomplete window is of no use
             notices.show_fatal(error)
             application.exit(1)
             return

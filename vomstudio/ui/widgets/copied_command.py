@@ -124,7 +124,7 @@ def copy_with_file(
 def find_model_arguments(studio: Studio, model: Model) -> CommandArguments | None:
     """Return the file of a model and the option for its placement in the project.
 
-    The result is None if the file was not found.
+    Returns None if the file was not found.
     """
     path = studio.project.find_model(model)
     return None if path is None else [path, ("--project", studio.project.folder)]

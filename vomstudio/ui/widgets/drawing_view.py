@@ -70,7 +70,7 @@ class DrawingView(QWidget):
         return QSize(360, 220)
 
     def show_drawing(self, drawing: Drawing | None, message: str = "") -> None:
-        """Show a drawing, or a text if it is None."""
+        """Show a drawing, or a text if no drawing is given."""
         self.drawing = drawing
         self._message = message or self._empty
         self.update()

@@ -160,7 +160,7 @@ class FitView(QWidget):
         layout.addWidget(self._reasons)
 
     def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
-        """Show a measurement, or dashes if it is None.
+        """Show a measurement, or dashes if no measurement is given.
 
         Parameters
         ----------

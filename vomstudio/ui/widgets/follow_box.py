@@ -25,7 +25,7 @@ COSTS = (
 
 
 class FollowBox(ComboBox):
-    """List of costs and of the open models' fields; `currentData` is None for no cost."""
+    """List of costs and of the open models' fields, with the data None for a straight line."""
 
     def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()

@@ -14,7 +14,7 @@ from vomstudio.ui.base.long_boxes import fit_to_screen
 
 
 def open_page(parent: QWidget, path: Path) -> None:
-    """Open a page in the browser, or in a dialog if there is no browser.
+    """Open a page in the browser, or in a dialog if no browser is found.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ class Picture:
     size : tuple of float
         Size of the full-resolution picture in pixels, the unit of all marks.
     problem : str
-        Reason why there is no image.
+        Reason why the image is missing.
     """
 
     title: str

@@ -13,7 +13,7 @@ class FiguresPage(QTextBrowser):
         self.placeholder = empty
 
     def show_reason(self, reason: str) -> None:
-        """Clear the page and show why there are no figures."""
+        """Clear the page and show why the figures are missing."""
         self.placeholder = reason
         self.clear()
         self.viewport().update()

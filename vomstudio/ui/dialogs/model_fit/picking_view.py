@@ -41,7 +41,7 @@ class PickingView(Viewport):
         self.pointer.connect(self._handle_pointer)
 
     def show_model(self, model: OtherModel | None) -> None:
-        """Show a model from its exposed side, or clear the view if it is None."""
+        """Show a model from its exposed side, or clear the view if no model is given."""
         self.models.remove(_MODEL_ID)
         self.model = model
         self.show_marks({}, None, None)

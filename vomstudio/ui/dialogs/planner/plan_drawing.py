@@ -31,7 +31,7 @@ class PlanDrawing(QWidget):
         return QSize(560, 520)
 
     def show_plan(self, plan: SurveyPlan | None) -> None:
-        """Draw a plan, or clear the drawing if it is None."""
+        """Draw a plan, or clear the drawing if no plan is given."""
         self._plan = plan
         self.update()
 

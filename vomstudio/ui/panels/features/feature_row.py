@@ -71,7 +71,7 @@ class Row(Subject):
 
     @property
     def quality(self) -> str | None:
-        """Verdict (good, doubtful or poor), or None if there is no verdict."""
+        """Verdict (good, doubtful or poor), or None if the feature has not been judged."""
         return self.measured.verdict.quality if self.measured.verdict else None
 
     @property

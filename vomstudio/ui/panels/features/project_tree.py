@@ -214,7 +214,7 @@ class ProjectTree(QWidget):
     ) -> tuple[QTreeWidgetItem, QTreeWidgetItem | None]:
         """Return the item of a record, which is created if necessary, and its new parent.
 
-        The new parent is None if the item is already in the right group.
+        An item that is already in the right group has no new parent.
         """
         parent = self._items.get(group) or self._add_group(group, group.capitalize(), "1")
         item = self._items.get(record.id)
@@ -484,7 +484,7 @@ class ProjectTree(QWidget):
             menu.exec(self.tree.viewport().mapToGlobal(position))
 
     def create_item_menu(self, item: QTreeWidgetItem | None) -> QMenu:
-        """Create the context menu of an item, or of the whole tree if `item` is None."""
+        """Create the context menu of an item, or of the whole tree if no item is given."""
         photos = QMenu(self)
         photos.setToolTipsVisible(True)
         if item is not None and self._photos.fill_menu(photos, item):

@@ -186,7 +186,7 @@ class FeaturePhoto(QObject):
         self.canvas.set_marker(spot)
         selected = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
-        # Selected features come first, since drawing takes time.
+        # Selected features are drawn before all others, since drawing takes time.
         drawings = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
         )

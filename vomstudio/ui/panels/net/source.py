@@ -137,7 +137,7 @@ class NetSource:
         return replace(planes, azimuth_deg=azimuth, dip_deg=dip, turns=None)
 
     def repeat_notes(self) -> tuple[str, ...]:
-        """Return a note on the number of omitted repeated picks; empty if there are none."""
+        """Return a note on the number of omitted repeated picks; empty if none are omitted."""
         studio = self._studio
         repeats = studio.session.records.cached(net_features)[1]
         count = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in repeats)

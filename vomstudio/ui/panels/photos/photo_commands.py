@@ -89,7 +89,7 @@ class PhotoOpening(QObject):
         return self._page
 
     def open(self, name: str | None = None) -> None:
-        """Open the photo with this name, or the first photo of the panel if `name` is None."""
+        """Open the photo with this name, or by default the first photo of the panel."""
         from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
         self._pending_request = None

@@ -62,7 +62,7 @@ class PhotoDocument(QObject):
         studio.history_changed.connect(self._follow_project)
 
     def set_folder(self, folder: Path | None) -> None:
-        """Show the records of a folder, or no records if `folder` is None."""
+        """Show the records of a folder, or no records if no folder is given."""
         self.folder = folder
         self._last = None
         self._masks = self.masks()

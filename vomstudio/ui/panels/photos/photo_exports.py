@@ -344,7 +344,7 @@ def _is_same(first: Marking, second: Marking) -> bool:
 
 
 def _hash_file(path: Path | None) -> str:
-    """Return the SHA-256 of a file, or an empty string if there is no file."""
+    """Return the SHA-256 of a file, or an empty string without a readable file."""
     try:
         if path is None:
             return ""

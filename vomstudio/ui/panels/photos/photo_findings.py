@@ -78,7 +78,7 @@ def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
 
 
 def _registration_rms(registration: Mapping[str, Any]) -> Finding | None:
-    """Return the residual RMS of control and check points, or None if there are none."""
+    """Return the residual RMS of control and check points or of positions, if known."""
     control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
     if control is not None and check is not None:
         return Finding("registration.check-rms", control_m=control, check_m=check)

@@ -148,7 +148,7 @@ class PhotoSurvey(QObject):
 
     @property
     def control_facts(self) -> ControlFacts | None:
-        """Facts about the control points; None if there are none or they have not been checked."""
+        """Facts about the control points; None without points or before they are checked."""
         return None if self.forecast is None else self.forecast.control
 
     def output_folder(self) -> Path | None:
@@ -364,7 +364,7 @@ class PhotoSurvey(QObject):
 
     # --- masks and marks ---------------------------------------------------------------------
     def tables(self) -> tuple[Path | None, Path | None]:
-        """Return the files of the control points (None if there are none) and of the marks."""
+        """Return the files of the control points and of the marks, or None if missing."""
         if self.folder is None:
             return None, None
         if (sidecars := find_control(self.folder)) is not None:

@@ -101,7 +101,7 @@ def find_alignment(out: Path, photos: Path) -> Path | None:
 def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Return the photo folder and settings of the newest reconstruction.
 
-    The result is None if there is no reconstruction or its photos are missing.
+    Returns None if the project has no reconstruction or the photos are missing.
     """
     paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
     requests = [path for path in paths if is_regular(path)]
@@ -116,7 +116,7 @@ def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
 
 
 def read_survey_report(out: Path) -> SurveyReport | None:
-    """Return the survey report of a completed reconstruction, or None if there is no report."""
+    """Return the survey report of a completed reconstruction, or None if unreadable."""
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
     try:
@@ -142,7 +142,7 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
     Returns
     -------
     bool or None
-        True if north is known, False in a local frame, None if there is no alignment.
+        True if north is known, False in a local frame, None if no alignment can be read.
     """
     if not (out / FILE_NAME).exists():
         return None

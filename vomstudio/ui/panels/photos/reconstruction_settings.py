@@ -32,8 +32,8 @@ class ReconstructionSettings:
     Attributes
     ----------
     control, marks : Path or None
-        Files of ground control. If `control` is None, the GPS positions of the cameras or a local
-        frame are used. If `marks` is None, the marks are read from the control file or from
+        Files of ground control. Without `control`, the GPS positions of the cameras or a local
+        frame are used. Without `marks`, the marks are read from the control file or from
         `marks.csv` beside it.
     has_sidecar_control : bool
         Whether the control files were found beside the photos rather than selected by the user.

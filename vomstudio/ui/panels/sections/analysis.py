@@ -136,7 +136,7 @@ def build_curtain(plane: object, through: FloatArray | None, line: FloatArray | 
     Parameters
     ----------
     plane : Plane
-        Plane of the section, used if `line` is None.
+        Plane of the section, used if `line` is not given.
     through : (3,) float64 or None
         Point on the plane.
     line : (n, 2) or (n, 3) float64 or None

@@ -53,7 +53,7 @@ class CompassDialog(QDialog):
         previous: Compass | None,
         find_north_inputs: Callable[[Compass], North],
     ) -> None:
-        """Show the previous compass record, or the default if there is none.
+        """Show the previous compass record, or the default if none is given.
 
         Parameters
         ----------
@@ -240,7 +240,7 @@ def parse_place(text: str) -> tuple[float, float] | None:
 
 
 def format_north(compass: Compass | None, read_north: ReadNorth | None) -> str:
-    """Format the north reference for a button; it is incomplete if `read_north` is None."""
+    """Format the north reference for a button; it is incomplete without `read_north`."""
     if compass is None:
         return tr("Grid north, not doubted: say if not")
     name = {"grid": tr("Grid north"), "true": tr("True north"), "magnetic": tr("Magnetic north")}

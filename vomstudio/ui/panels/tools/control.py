@@ -153,7 +153,7 @@ class ControlPanel(QWidget):
         column.addWidget(self.lines)
         column.addWidget(self.summary)
         column.addWidget(self.map, 2)
-        # The table and the map are hidden if there are no points.
+        # The table and the map are hidden without points.
         column.addStretch(0)
         for signal in (studio.project_opened, studio.edited, studio.selection_changed):
             signal.connect(self.refresh)

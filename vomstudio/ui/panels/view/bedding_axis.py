@@ -49,7 +49,7 @@ class BeddingAxis:
 
     @property
     def is_known(self) -> bool:
-        """Whether the axis, or the reason why there is none, has been computed."""
+        """Whether the axis, or the reason why it is undefined, has been computed."""
         return self._axis is not None
 
     def why_not(self) -> Finding | None:

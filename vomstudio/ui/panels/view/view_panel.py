@@ -264,7 +264,7 @@ class ViewPanel(QWidget):
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
         """Return the measurement that defines a direction, and its 95 % error in degrees.
 
-        The error is None if it is unknown.
+        An unknown error is returned as None.
         """
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
