@@ -53,6 +53,8 @@ class CommandPalette(QDialog):
         empty_pixmap.fill(Qt.GlobalColor.transparent)
         self._empty_icon = QIcon(empty_pixmap)
         self._list = QListWidget()
+        self._list.setTextElideMode(Qt.TextElideMode.ElideRight)
+        self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._list.itemActivated.connect(lambda _: self._accept_selection())
         self._list.itemClicked.connect(lambda _: self._accept_selection())
         self._no_match = Label(tr("No command matches."))
@@ -120,6 +122,7 @@ class CommandPalette(QDialog):
         item = QListWidgetItem(icon, title)
         item.setData(Qt.ItemDataRole.UserRole, entry.key)
         if reason is not None:
+            item.setToolTip(reason.message)
             item.setForeground(self.palette().placeholderText())
         return item
 
