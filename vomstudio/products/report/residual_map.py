@@ -104,7 +104,7 @@ def embed_figure(figure: Any, caption: str) -> str:
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
     text = escape(caption)
     return (
-        f'<figure><img src="data:image/svg+xml;base64,{data}" alt="{text}">'
+        f'<figure><p><img src="data:image/svg+xml;base64,{data}" alt="{text}"></p>'
         f'<figcaption class="small">{text}</figcaption></figure>'
     )
 

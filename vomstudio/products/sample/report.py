@@ -50,7 +50,7 @@ def format_html(
         for cells, check in zip(body, checks, strict=True)
     )
     pictures = "\n".join(
-        f'<figure><img src="{escape(name)}" alt="{escape(text)}">'
+        f'<figure><p><img src="{escape(name)}" alt="{escape(text)}"></p>'
         f"<figcaption>{escape(text)}</figcaption></figure>"
         for name, text in images.items()
     )
