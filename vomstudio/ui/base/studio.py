@@ -165,10 +165,6 @@ class Studio(QObject):
         return self.workspace.has_work_to_save
 
     @property
-    def has_unsaved_reconstructions(self) -> bool:
-        return self.workspace.projects.unsaved_reconstructions
-
-    @property
     def tool_name(self) -> str:
         return self.workspace.tools.active_name
 
