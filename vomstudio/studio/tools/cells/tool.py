@@ -152,7 +152,7 @@ def _in_file(grid: FaceGrid) -> SquareGrid:
 
 TOOL = ToolEntry(
     CellsTool,
-    label=to_translate("Ce&lls"),
+    label=to_translate("&Cells"),
     icon="grid",
     key="Shift+C",
     tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
