@@ -1,8 +1,9 @@
-"""Tables that follow from the declarations: options in `docs/cli.md`, doors in
+"""Tables that follow from the code: options in `docs/cli.md`, doors and packages in
 `docs/architecture.md`; ``python -m tests.architecture.operation_tables`` renews them."""
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,9 +14,11 @@ from vomstudio.core.options import Declaration, declarations
 from vomstudio.studio.operations import OPERATIONS
 from vomstudio.studio.project_options import ACTION_OPTIONS
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
 COMMANDS, ARCHITECTURE = DOCS / "cli.md", DOCS / "architecture.md"
 DOORS_BEGIN, DOORS_END = "<!-- doors -->\n", "<!-- end of doors -->"
+PACKAGES_BEGIN, PACKAGES_END = "<!-- packages -->\n", "<!-- end of packages -->"
 
 
 def renewed_commands(page: str) -> str:
@@ -80,9 +83,27 @@ def _row(option: Declaration) -> str:
 
 
 def renewed_architecture(page: str) -> str:
-    """Return the page with today's table of operations and doors."""
-    start = page.index(DOORS_BEGIN) + len(DOORS_BEGIN)
-    return page[:start] + doors_table() + page[page.index(DOORS_END) :]
+    """Return the page with today's tables of packages and of operations and doors."""
+    tables = (
+        (PACKAGES_BEGIN, PACKAGES_END, packages_table()),
+        (DOORS_BEGIN, DOORS_END, doors_table()),
+    )
+    for begin, end, table in tables:
+        start = page.index(begin) + len(begin)
+        page = page[:start] + table + page[page.index(end) :]
+    return page
+
+
+def packages_table() -> str:
+    """Return the table of all packages with the first lines of their docstrings."""
+    rows = ["| package | contents |", "|---|---|"]
+    for module in sorted((ROOT / "vomstudio").rglob("__init__.py")):
+        package = module.parent.relative_to(ROOT / "vomstudio").as_posix()
+        text = ast.get_docstring(ast.parse(module.read_text("utf-8"))) or ""
+        summary = " ".join(text.partition("\n\n")[0].split()).rstrip(".")
+        if package != ".":
+            rows.append(f"| `{package}` | {summary} |")
+    return "\n".join(rows) + "\n"
 
 
 def doors_table() -> str:

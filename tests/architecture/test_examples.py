@@ -1,4 +1,4 @@
-"""The examples in docs/architecture.md work, and pass the tests, in a copy of the repository."""
+"""The examples in docs/extending.md work, and pass the tests, in a copy of the repository."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "architecture.md"
+PAGE = ROOT / "docs" / "extending.md"
 NEW = re.compile(r"^`([\w/]+\.py)`:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CHANGED = re.compile(
     r"^In `([\w/]+\.\w+)`:\n\n((?:```diff\n.*?^```\n\n?)+)", re.MULTILINE | re.DOTALL
