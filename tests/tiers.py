@@ -15,6 +15,7 @@ the default tier. The hooks are imported by ``conftest.py``.
 from __future__ import annotations
 
 import os
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -27,6 +28,7 @@ REPORT_CPU_S = 3.0
 MAX_CPU_S = 15.0
 """A default-tier test above this processor time fails the run, unless it is in `EXPENSIVE`."""
 SLOWEST_COUNT = 30
+COSTLIEST_COUNT = 20
 
 EXPENSIVE: dict[str, str] = {
     "tests/journeys/test_facets_in_window.py"
@@ -59,6 +61,14 @@ class Costs:
         """Return the default-tier tests above a limit, the most expensive first."""
         ranked = sorted(self.default_tier, key=lambda node_id: -self.seconds[node_id])
         return [node_id for node_id in ranked if self.seconds[node_id] > limit_s]
+
+    def by_folder(self) -> list[tuple[str, float]]:
+        """Return the `COSTLIEST_COUNT` costliest folders of default-tier tests, costliest first."""
+        totals: defaultdict[str, float] = defaultdict(float)
+        for node_id in self.default_tier:
+            totals[node_id.partition("::")[0].rpartition("/")[0]] += self.seconds[node_id]
+        ranked = sorted(totals.items(), key=lambda item: -item[1])
+        return ranked[:COSTLIEST_COUNT]
 
     def over_limit(self) -> list[str]:
         """Return the default-tier tests that fail the run."""
@@ -139,6 +149,9 @@ def pytest_terminal_summary(
         for node_id in slow:
             write(f"{costs.seconds[node_id]:8.1f}  {node_id}")
     if rows:
+        terminalreporter.section("default tier: costliest folders")
+        for folder, seconds in costs.by_folder():
+            write(f"{seconds:8.0f}  {folder}")
         total = sum(costs.seconds.values())
         write(f"{len(costs.seconds)} tests took {total:.0f} processor seconds")
     for node_id in costs.over_limit():
