@@ -308,7 +308,7 @@ def test_mistakes_while_navigating(ready):
         lambda: drag(window.viewport, at[0], at[0] + QPoint(60, 10)),
         lambda: drag(window.viewport, at[0], at[0] + QPoint(60, 10), modifier=SHIFT),
         lambda: key(window, Qt.Key.Key_Home),
-        lambda: key(window, Qt.Key.Key_2),
+        lambda: key(window, Qt.Key.Key_2, Qt.KeyboardModifier.AltModifier),
         lambda: key(window, Qt.Key.Key_O),
         lambda: window.actions_table.run("clipping_box"),
         lambda: key(window, Qt.Key.Key_F),
