@@ -86,7 +86,7 @@ tool.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit))
 session.apply(edits.set_attributes(session.records, [remark.id], notes="slickensides here"))
 session.save()
 project.close()
-again = Project.open(here / "p.vom")
+again = ProjectFolder.open(here / "p.vom")
 (remark,) = again.session.of(Remark)
 result["remark"] = [remark.name, remark.notes, list(remark.vertices[0])]
 result["kind"] = kind_named("remark").title

@@ -39,7 +39,7 @@ def test_beds_that_come_to_a_panel_that_is_open_are_described(window, studio) ->
     window.workspaces.switch("results")
     window.docks.bring_forward("statistics")
     made = window.findChild(StatisticsPanel)
-    driver.wait(lambda: made.of.count() == 1 and made.isVisible(), "the empty panel")
+    driver.wait(lambda: made.group_box.count() == 1 and made.isVisible(), "the empty panel")
     add_cliff(studio)
     beds = [
         Reading(f"r{i}", f"r{i}", "bedding", "plane", 90.0 + i, 30.0 + i, set_name="")
@@ -47,7 +47,7 @@ def test_beds_that_come_to_a_panel_that_is_open_are_described(window, studio) ->
     ]
     assert studio.attempt(edits.add_readings, beds)
     driver.wait(lambda: "3 poles" in made.figures.toPlainText(), "the figures")
-    assert made.of.currentText() == "Bedding"
+    assert made.group_box.currentText() == "Bedding"
 
 
 def choose(panel, text: str) -> str:
