@@ -140,9 +140,10 @@ def stereonet(
     >>> type(ax).__name__, ax.get_legend().get_texts()[-1].get_text()
     ('EqualAreaAxes', 'Cone 275/50/10')
     """
-    from vomstudio.products.net import stereonet_axes
     from vomstudio.products.net.figure_style import FigureStyle
+    from vomstudio.products.net.net_axes import is_stereonet_axes
     from vomstudio.products.net.preparation import contouring_of, read_wishes
+    from vomstudio.products.net.script_net import draw_net, new_axes
     from vomstudio.products.net.table_net import net_of_table
 
     options = options_from_arguments(
@@ -181,7 +182,7 @@ def stereonet(
         style = FigureStyle.from_options(figure)
     with arguments_named(StereonetOptions):
         contents = read_wishes(options)
-    if ax is not None and not stereonet_axes.is_stereonet_axes(ax):
+    if ax is not None and not is_stereonet_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
         raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
@@ -196,9 +197,8 @@ def stereonet(
     with arguments_named(StereonetOptions):
         net = contents.net(net, rows)
     if ax is None:
-        size = None if size_mm is None else style.size_mm
-        ax = stereonet_axes.new_axes(projection, size, len(stereonet_axes.text_below(net)))
-    stereonet_axes.draw_net(ax, net, style)
+        ax = new_axes(net, style, None if size_mm is None else style.size_mm)
+    draw_net(ax, net, style)
     return ax
 
 

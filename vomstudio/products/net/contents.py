@@ -155,11 +155,9 @@ class NetEllipse:
         largest, smallest = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
         return cls(plane, float(largest), float(smallest), rake_deg)
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the outline as polylines (k, 2) in net coordinates."""
-        return nets.pole_ellipse(
-            self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg, projection
-        )
+    def outline(self) -> list[FloatArray]:
+        """Return the outline as polylines (k, 3) on the lower hemisphere."""
+        return nets.pole_ellipse(self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg)
 
     def pole_ellipse(self) -> NetLineEllipse:
         """Ellipse of the pole, treated as a line."""
@@ -184,10 +182,10 @@ class NetLineEllipse:
         line = Line.from_vector(vector)
         return cls(line, region.largest_deg, region.smallest_deg, region.axis)
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the outline as polylines (k, 2) in net coordinates."""
+    def outline(self) -> list[FloatArray]:
+        """Return the outline as polylines (k, 3) on the lower hemisphere."""
         return nets.confidence_ellipse(
-            self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
+            self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg
         )
 
 
@@ -226,13 +224,13 @@ class NetCircle:
         """Line style, which distinguishes great from small circles."""
         return "--" if self.half_angle_deg == 90.0 else ":"
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the circle as polylines (k, 2) in net coordinates."""
+    def outline(self) -> list[FloatArray]:
+        """Return the circle as polylines (k, 3) on the lower hemisphere."""
         axis = self.axis.vector()
         first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         first /= np.linalg.norm(first)
         half = self.half_angle_deg
-        return nets.cone_curve(axis, first, np.cross(axis, first), half, half, projection, 361)
+        return nets.cone_curve(axis, first, np.cross(axis, first), half, half, 361)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,9 +239,9 @@ class NetBand:
 
     edges: tuple[FloatArray, FloatArray]
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the edges as polylines (k, 2) in net coordinates."""
-        return [part for edge in self.edges for part in nets.split_at_primitive(edge, projection)]
+    def outline(self) -> list[FloatArray]:
+        """Return the edges as polylines (k, 3) on the lower hemisphere."""
+        return [part for edge in self.edges for part in nets.split_at_primitive(edge)]
 
 
 AnyEllipse = NetEllipse | NetLineEllipse | NetBand

@@ -32,12 +32,11 @@ OPACITY = 0.6
 class ContourGroup:
     """Density of one set, or of all features together without `of`, on a grid.
 
-    x, y (k,) and values (k, k) are as returned by `density_grid`.
+    steps (k,) and values (k, k) are as returned by `density_grid`.
     """
 
     of: NetSet | None
-    x: FloatArray
-    y: FloatArray
+    steps: FloatArray
     values: FloatArray
 
 
@@ -59,9 +58,7 @@ class ContourPlan:
             return None
         look = net.contouring
         parts = tuple(
-            ContourGroup(
-                s, *densities.density_grid(v, net.contour, net.projection, sigma=look.sigma)
-            )
+            ContourGroup(s, *densities.density_grid(v, net.contour, sigma=look.sigma))
             for s, v in groups
         )
         top = max(float(part.values.max()) for part in parts)

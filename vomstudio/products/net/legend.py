@@ -44,7 +44,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
             terse = tr("{set}, lines", set=terse)
         entries.append(
             NetLegendEntry(
-                f"{terse} ({len(s):,})" if net.compact else _set_text(s, net.poles),
+                f"{terse} ({len(s):,})" if net.compact else set_text(s, net.poles),
                 style.color(s.color),
                 s.marker if net.poles else None,
                 "-" if circles else None,
@@ -95,7 +95,7 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
-def _set_text(s: NetSet, poles: bool) -> str:
+def set_text(s: NetSet, poles: bool) -> str:
     """Return the full legend text of a set."""
     if s.kind == "line":
         return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))

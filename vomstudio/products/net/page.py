@@ -1,26 +1,18 @@
-"""Page with a net: its layout, and drawing of everything except the selection."""
+"""Page with a net: its layout, labels and legend."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.core.arrays import FloatArray, IndexArray
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_attitude
-from vomstudio.products.net.contents import (
-    AUTO_CIRCLES,
-    NetContents,
-    NetLineEllipse,
-    fold_ellipse,
-    shows_all_circles,
-)
+from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
 from vomstudio.products.net.contours import ContourPlan, bar_height, bar_space
 from vomstudio.products.net.labels import Box, find_label_place
 from vomstudio.products.net.legend import (
@@ -30,12 +22,11 @@ from vomstudio.products.net.legend import (
     text_width,
     wrap_text,
 )
-from vomstudio.products.net.slip_arrows import draw_slip_arrows
-from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer, symbol_scale
+from vomstudio.products.net.net_axes import NORTH_LETTERS, NORTH_SIZE, add_net
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 PROJECTION_NAMES = {
     "area": to_translate("Equal area, lower hemisphere"),
@@ -46,14 +37,14 @@ _MAX_LEGEND_LETTERS = 24.0
 """Maximum width of a legend beside the net, in letter widths."""
 _MIN_CONNECTED_LETTERS = 1.5
 """Minimum distance, in letter widths, at which a line connects a label to its mark."""
-_SLIP_HALF_LENGTH = 0.1
-"""Half the length of a slip arrow, which extends beyond the symbol of its striae."""
 
 
 class NetPage:
     """Layout of a figure, in points from its bottom left corner."""
 
     def __init__(self, figure: Figure, net: NetContents, style: NetStyle) -> None:
+        from matplotlib.transforms import Affine2D
+
         self.net, self.style = net, style
         self.width, self.height = (72.0 * float(v) for v in figure.get_size_inches())
         self.px = figure.dpi / 72.0
@@ -74,15 +65,15 @@ class NetPage:
         self.whole = True
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
-        self.outlines: list[FloatArray] = []
-        """Points along curves on the net that labels should avoid."""
         self._arrange()
-        self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        r = self.radius
-        self.axes.set_xlim(-self.cx / r, (self.width - self.cx) / r)
-        self.axes.set_ylim(-self.cy / r, (self.height - self.cy) / r)
-        self.axes.set_axis_off()
-        self.axes.set_autoscale_on(False)
+        self.points = Affine2D().scale(1.0 / 72.0) + figure.dpi_scale_trans
+        self.axes = add_net(figure, self._net_box(), style, net.projection, north="")
+
+    def _net_box(self) -> Box:
+        """Return the square around the net."""
+        x_left, y_low = self.cx - self.radius, self.cy - self.radius
+        side = 2.0 * self.radius
+        return x_left / self.width, y_low / self.height, side / self.width, side / self.height
 
     # Layout
 
@@ -195,8 +186,16 @@ class NetPage:
             x += need + 1.6 * self.font
         return rows
 
-    def net_of(self, x: float, y: float) -> tuple[float, float]:
-        return (x - self.cx) / self.radius, (y - self.cy) / self.radius
+    def to_page(self, vectors: FloatArray, *, flip: bool = True) -> FloatArray:
+        """Return the positions (n, 2) of vectors (n, 3), in points."""
+        at = nets.project(vectors, self.net.projection, flip=flip)
+        return np.asarray(np.array([self.cx, self.cy]) + self.radius * at)
+
+    def plot(self, x: Sequence[float], y: Sequence[float], **look: Any) -> None:
+        """Draw a line or a symbol at positions in points."""
+        from matplotlib.lines import Line2D
+
+        self.axes.add_artist(Line2D(x, y, transform=self.points, clip_on=False, **look))
 
     def text(
         self,
@@ -218,8 +217,10 @@ class NetPage:
         half = 0.5 * self.font * size
         self.text_boxes.append((x_left, y - half, x_left + width, y + half))
         artist = self.axes.text(
-            *self.net_of(x, y),
+            x,
+            y,
             text,
+            transform=self.points,
             ha=align,
             va="center_baseline",
             fontsize=self.font * size,
@@ -234,196 +235,42 @@ class NetPage:
 
     # Drawing
 
-    def draw_frame(self) -> None:
-        from matplotlib.collections import LineCollection
-        from matplotlib.patches import Circle
-
-        style, ax = self.style, self.axes
-        ax.add_patch(
-            Circle((0, 0), 1.0, facecolor=style.net, edgecolor="none", zorder=layer("ground"))
-        )
-        self.rim = Circle(
-            (0, 0),
-            1.0,
-            facecolor="none",
-            edgecolor=style.ink,
-            linewidth=1.25 * style.line_pt,
-            zorder=layer("rim"),
-        )
-        ax.add_patch(self.rim)
-        azimuth = np.radians(np.arange(0, 360, 10))
-        unit = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-        long = np.arange(36) % 9 == 0
-        length = np.where(long, 0.6, 0.3)[:, None] * self.font / self.radius
-        cross = 0.35 * self.font / self.radius
-        ticks = [*np.stack([unit, unit * (1 + length)], axis=1)]
-        ticks += [np.array([[-cross, 0], [cross, 0]]), np.array([[0, -cross], [0, cross]])]
-        ax.add_collection(
-            LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=layer("ticks"))
-        )
+    def draw_north(self) -> None:
         self.text(
             self.cx,
-            self.cy + self.radius + 0.6 * self.font + 0.62 * self.row,
+            self.cy + self.radius + NORTH_LETTERS * self.font,
             "N" if self.net.north else "y",
             align="center",
             weight="bold",
-            size=1.15,
+            size=NORTH_SIZE,
         )
 
-    def draw_circles(self) -> tuple[list[FloatArray], list[IndexArray]]:
-        from matplotlib.collections import LineCollection
+    def draw_labels(self, outlines: Sequence[FloatArray]) -> None:
+        """Label the means, the fold axis and the marks.
 
+        Parameters
+        ----------
+        outlines : sequence of (k, 3) arrays
+            Directions along curves that labels should avoid, besides the poles.
+        """
         net, style = self.net, self.style
-        count = sum(len(s) for s in net.sets if s.kind == "plane")
-        all_of_them = shows_all_circles(net)
-        steps = 61 if count <= 100 else 31
-        arcs: list[FloatArray] = []
-        rows: list[IndexArray] = []
-        for s in net.sets:
-            keep = np.arange(len(s) if s.kind == "plane" and all_of_them else 0)
-            lines = nets.great_circles(
-                s.azimuth_deg[keep], s.angle_deg[keep], net.projection, steps
-            )
-            arcs.append(lines)
-            rows.append(keep)
-            if len(keep) <= AUTO_CIRCLES:
-                self.outlines += list(lines[:, ::4])
-            if len(keep):
-                self.axes.add_collection(
-                    LineCollection(
-                        list(lines),
-                        colors=style.outline(style.color(s.color)),
-                        linewidths=style.line_pt,
-                        alpha=min(1.0, max(0.15, 4.0 / math.sqrt(count))),
-                        zorder=layer("circles"),
-                    )
-                )
-        return arcs, rows
-
-    def draw_poles(self, positions: list[FloatArray]) -> list[Line2D]:
-        net, style = self.net, self.style
-        total = sum(len(s) for s in net.sets)
-        size = style.marker_pt * symbol_scale(total)
-        dots = net.contour is not None and total > 500  # so that the contours stay visible
-        if dots:
-            size *= 0.5
-        drawn = []
-        for s, at in zip(net.sets, positions, strict=True):
-            shown = at if net.poles else at[:0]
-            # Directed lines that point upwards are shown as hollow symbols at their lower end.
-            up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
-            up = up[: len(shown)]
-            color = style.color(s.color)
-            face, rim, edge = style.symbol(s)
-            if rim == style.net and (dots or len(at) > 2000):
-                edge = 0.0
-            symbol_size = size * SYMBOL_SIZES.get(s.marker, 1.0)
-            (line,) = self.axes.plot(
-                shown[~up, 0],
-                shown[~up, 1],
-                linestyle="none",
-                marker=s.marker,
-                markersize=symbol_size,
-                markerfacecolor=face,
-                markeredgecolor=rim,
-                markeredgewidth=edge,
-                alpha=0.4 if dots else 1.0,
-                zorder=layer("poles"),
-            )
-            drawn.append(line)
-            if s.slips is not None and net.poles:
-                draw_slip_arrows(
-                    self.axes,
-                    at,
-                    s.slips,
-                    color=style.ink,
-                    half=_SLIP_HALF_LENGTH,
-                    width_pt=1.2 * style.line_pt,
-                    zorder=layer("poles"),
-                )
-            if up.any():
-                self.axes.plot(
-                    shown[up, 0],
-                    shown[up, 1],
-                    linestyle="none",
-                    marker=s.marker,
-                    markersize=symbol_size,
-                    markerfacecolor=style.net,
-                    markeredgecolor=color,
-                    markeredgewidth=1.2 * style.line_pt,
-                    zorder=layer("poles"),
-                )
-        return drawn
-
-    def draw_fold(self, fold: FoldAxis) -> None:
-        net, style = self.net, self.style
-        circle = nets.great_circle(fold.pi_plane, net.projection)
-        self.outlines.append(circle)
-        self.axes.plot(
-            *circle.T,
-            color=style.ink,
-            linewidth=1.3 * style.line_pt,
-            linestyle="--",
-            zorder=layer("fold"),
-        )
-        ellipse = fold_ellipse(fold)
-        if ellipse is not None:
-            self._draw_ellipse(ellipse, style.ink)
-        x, y = nets.project(fold.beta.vector(), net.projection)[0]
-        self.axes.plot(
-            [x],
-            [y],
-            marker="*",
-            markersize=2.4 * style.marker_pt,
-            markerfacecolor=style.ink,
-            markeredgecolor=style.net,
-            markeredgewidth=style.line_pt,
-            linestyle="none",
-            zorder=layer("means"),
-        )
-
-    def _draw_ellipse(self, ellipse: NetLineEllipse, color: str) -> None:
-        for part in ellipse.outline(self.net.projection):
-            self.axes.plot(*part.T, color=color, linewidth=self.style.line_pt, zorder=layer("fold"))
-            self.outlines.append(part)
-
-    def draw_means_and_labels(self) -> None:
-        net, style = self.net, self.style
-        labels: list[tuple[FloatArray, str, str]] = []
-        for mean in net.means:
-            at = nets.project(mean.line.vector(), net.projection)[0]
-            color = style.outline(style.color(mean.color))
-            self.axes.plot(
-                *at[:, None],
-                marker=mean.marker,
-                markersize=2.0 * style.marker_pt,
-                markerfacecolor=style.net,
-                markeredgecolor=color,
-                markeredgewidth=2.4 * style.line_pt,
-                linestyle="none",
-                zorder=layer("means"),
-            )
-            labels.append((at, mean.label, style.ink))
-            if mean.total is not None:
-                self._draw_ellipse(mean.total, color)
+        labels = [(mean.line, mean.label) for mean in net.means]
         if net.fold is not None:
-            at = nets.project(net.fold.beta.vector(), net.projection)[0]
             text = f"β {format_attitude(net.fold.beta, net.fold.error95_deg)}"
-            labels.append((at, text, style.ink))
-        for requested in net.marks:
-            at = nets.project(requested.line.vector(), net.projection)[0]
-            labels.append((at, requested.label, style.ink))
+            labels.append((net.fold.beta, text))
+        labels += [(mark.line, mark.label) for mark in net.marks]
+        curves = [*outlines, *(part for e in net.ellipses for part in e.outline())]
         crowd = np.vstack(
-            [np.zeros((0, 2)), *self.outlines]
-            + [part for e in net.ellipses for part in e.outline(net.projection)]
-            + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
+            [
+                self.to_page(np.vstack([np.zeros((0, 3)), *curves]), flip=False),
+                *(self.to_page(s.vectors()) for s in net.sets if net.poles and len(s)),
+            ]
         )
-        crowd = np.array([self.cx, self.cy]) + self.radius * crowd
-        marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in labels]
-        for mark, (_, text, color) in zip(marks, labels, strict=True):
+        marks = [self.to_page(line.vector())[0] for line, _ in labels]
+        for mark, (_, text) in zip(marks, labels, strict=True):
             place = find_label_place(self, mark, text, crowd, marks)
             if place is not None:
-                self.text(*place, text, color=color, halo=True)
+                self.text(*place, text, color=style.ink, halo=True)
                 self._join(mark)
 
     def _join(self, mark: FloatArray) -> None:
@@ -435,10 +282,8 @@ class NetPage:
         if gap > _MIN_CONNECTED_LETTERS * self.font:
             # Keep a distance from both, since the line would otherwise look like a minus sign.
             away *= 0.4 * self.font / gap
-            ends = np.array([end + away, mark - 1.5 * away])
-            ends = (ends - [self.cx, self.cy]) / self.radius
-            self.axes.plot(
-                *ends.T,
+            self.plot(
+                *np.array([end + away, mark - 1.5 * away]).T,
                 color=self.style.soft,
                 linewidth=self.style.line_pt,
                 zorder=layer("means"),
@@ -477,11 +322,10 @@ class NetPage:
     def _legend_entry(self, offset: float, y: float, entry: NetLegendEntry) -> None:
         style = self.style
         x = self.legend_x + offset
-        start, end = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
         if entry.line is not None:
-            self.axes.plot(
-                [start[0], end[0]],
-                [start[1], end[1]],
+            self.plot(
+                [x, x + 1.6 * self.font],
+                [y, y],
                 color=entry.color,
                 zorder=layer("legend"),
                 linewidth=1.3 * style.line_pt,
@@ -494,9 +338,9 @@ class NetPage:
             if entry.like is not None:
                 face, edge, width = style.symbol(entry.like)
                 big = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
-            self.axes.plot(
-                [(start[0] + end[0]) / 2],
-                [start[1]],
+            self.plot(
+                [x + 0.8 * self.font],
+                [y],
                 marker=entry.marker,
                 zorder=layer("legend"),
                 markersize=big * style.marker_pt,
