@@ -417,8 +417,8 @@ def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_on
 
 
 def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
-    """Density under great circles, these under poles; a fold and means over them, a selection over
-    all features, and words over everything."""
+    """Density and its contours under great circles, these under poles; a fold and means over them,
+    a selection over all features, and words over everything."""
     sets = make_sets({"a": planes(9)}, {"a": [str(i) for i in range(9)]})
     fold = folded()
     net = NetContents(
@@ -453,9 +453,9 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
     beta = [x for x in on_net if len(x.get_xdata()) > 20 and x not in artists.emphasis]
     order = [
         [filled],
+        [contours],
         [circles],
         artists.poles,
-        [contours],
         beta,
         [rim],
         [casing],

@@ -11,6 +11,7 @@ import pytest
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import Collection, LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
@@ -27,6 +28,7 @@ from vomstudio.products.net.contents import (
     compute_means,
     make_sets,
 )
+from vomstudio.products.net.contours import OPACITY
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.legend import text_width
 from vomstudio.products.net.page import NetPage
@@ -359,13 +361,18 @@ def test_contours_are_shaded_evenly_in_the_colours_of_their_bar(dark: bool) -> N
     style = replace(NetStyle.dark() if dark else ONE, font_pt=8.0, line_pt=0.7)
     artists = draw(NetContents(make_sets({"a": cluster(40, 1)}), contour="kamb"), style, 480, 326)
     bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
-    first, last, name = (0.1, 0.75, "cividis") if dark else (0.12, 0.62, "Greys")
-    expected = [colormaps[name](float(s)) for s in np.linspace(first, last, len(bar))]
-    assert [box.get_facecolor() for box in bar] == expected
+    first, last, name = (0.1, 0.9, "cividis") if dark else (0.2, 0.9, "Greys")
+    shades = [colormaps[name](float(s))[:3] for s in np.linspace(first, last, len(bar))]
+    # As translucent colours look on the net.
+    net = np.array(to_rgb(style.net))
+    expected = [OPACITY * np.array(shade) + (1.0 - OPACITY) * net for shade in shades]
+    for box, color in zip(bar, expected, strict=True):
+        assert box.get_facecolor()[:3] == pytest.approx(color, abs=0.01)
     (filled,) = [c for c in artists.axes.collections if getattr(c, "filled", False)]
     # What lies over the last level has its colour too.
     shown = np.asarray(filled.get_facecolor())
-    assert shown[: len(bar)] == pytest.approx(np.array(expected))
+    assert shown[: len(bar), :3] == pytest.approx(np.array(shades), abs=0.01)
+    assert shown[:, 3] == pytest.approx(np.full(len(shown), OPACITY))
     for box, level in zip(bar, filled.levels, strict=False):
         (label,) = [
             t

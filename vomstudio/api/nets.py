@@ -36,6 +36,7 @@ def stereonet(
     levels: Sequence[float] | None = None,
     filled: bool | None = None,
     each_set: bool = False,
+    contour_set: str | None = None,
     kamb_sigma: float = 3.0,
     untilt: AnglePair | None = None,
     rotate: AngleTriple | None = None,
@@ -83,6 +84,8 @@ def stereonet(
         Whether to fill the contours; by default True unless ``each_set`` is set.
     each_set : bool, optional
         Whether to contour each set separately, in its own colour.
+    contour_set : str, optional
+        Set that is contoured; by default all sets together, which the legend states.
     kamb_sigma : float, optional
         Smoothness of Kamb's methods, 0.5 to 10, as the number of standard deviations expected
         for a uniform distribution.
@@ -154,6 +157,7 @@ def stereonet(
         levels=None if levels is None else _levels_text(levels),
         filled=filled,
         each_set=each_set,
+        contour_set=contour_set,
         kamb_sigma=kamb_sigma,
         untilt=None if untilt is None else plane_text(untilt, "untilt"),
         rotate=None if rotate is None else join_angles(rotate, "rotate", 3),
@@ -187,14 +191,14 @@ def stereonet(
     if ax is not None and size_mm is not None:
         raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
     rows = to_orientation_table(table, azimuth)
-    net = net_of_table(
-        rows,
-        options.by,
-        projection=options.projection,
-        contour=options.contour,
-        contouring=contouring_of(options),
-    )
     with arguments_named(StereonetOptions):
+        net = net_of_table(
+            rows,
+            options.by,
+            projection=options.projection,
+            contour=options.contour,
+            contouring=contouring_of(options),
+        )
         net = contents.net(net, rows)
     if ax is None:
         ax = new_axes(net, style, None if size_mm is None else style.size_mm)

@@ -49,7 +49,8 @@ OKABE_ITO = (
 )
 """Colour-blind safe palette of Okabe & Ito, the colours most visible on white first."""
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+"""Symbols of sets; the star is that of the fold axis."""
 
 TYPED_LINE = "d"
 """Marker of lines entered by the user; it is not used for sets or means."""
@@ -74,12 +75,14 @@ class NetSet:
         Ids of the features, for selection; empty if they cannot be selected.
     color, marker : str
     variant : int
-        Number that distinguishes sets of one type with the same colour: filled, open, pale, deep,
+        Number that distinguishes sets with the same colour and symbol: filled, open, pale, deep,
         then again from the start.
     turns : Turns or None
         Rotation errors due to the registrations of the models; None if unknown.
     slips : (n, 3) array or None
         Unit vectors of the hanging-wall movement at striae; NaN if unknown.
+    group : str
+        Name of the sets that belong together: the type of features; empty if it is the name.
     """
 
     name: str
@@ -92,6 +95,12 @@ class NetSet:
     variant: int = 0
     turns: Turns | None = None
     slips: FloatArray | None = None
+    group: str = ""
+
+    @property
+    def group_name(self) -> str:
+        """Name of the sets that are contoured together."""
+        return self.group or self.name
 
     @property
     def registered(self) -> bool:
@@ -297,12 +306,15 @@ class Contouring:
         Whether each set has its own contours.
     sigma : float
         Kamb's sigma, which determines the counting circle; Schmidt's method does not use it.
+    only : str or None
+        Group of sets (`NetSet.group_name`) to contour; None for all sets.
     """
 
     levels: tuple[float, ...] = ()
     filled: bool | None = None
     each_set: bool = False
     sigma: float = SIGMA
+    only: str | None = None
 
     @property
     def is_filled(self) -> bool:
@@ -348,6 +360,9 @@ class NetContents:
     compact : bool
         Whether to use the short legend for the screen. It does not mention the ellipse of the
         selection, which would shift the net at every click.
+    brief : bool
+        Whether a small net shows its sets only if two rows suffice, no caption, and a free row at
+        the bottom for the selection.
     north : bool
         Whether azimuths are from north; False in a local frame, where they are measured from the y
         axis.
@@ -374,6 +389,7 @@ class NetContents:
     title: str = ""
     notes: tuple[str, ...] = ()
     compact: bool = False
+    brief: bool = False
     north: bool = True
 
     def replace_selection(

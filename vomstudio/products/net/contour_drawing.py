@@ -12,7 +12,6 @@ from vomstudio.products.net.contours import (
     bar_height,
     bar_width,
     contour_colors,
-    dash,
 )
 from vomstudio.products.net.page import NetPage
 from vomstudio.products.net.style import NetStyle, layer, mix_colors
@@ -34,7 +33,7 @@ def draw_contours(ax: Any, plan: ContourPlan, style: NetStyle) -> None:
                 part.values,
                 levels=[*plan.levels, plan.levels[-1] + top],
                 colors=colors,
-                alpha=None if part.of is None else OPACITY,
+                alpha=OPACITY,
                 zorder=layer("density"),
                 antialiased=True,
             )
@@ -45,14 +44,12 @@ def draw_contours(ax: Any, plan: ContourPlan, style: NetStyle) -> None:
             levels=list(plan.levels),
             colors=_line_colors(part.of, colors, plan.filled, style),
             linewidths=_line_width(plan, style),
-            linestyles=dash(part.of),
+            linestyles=part.dash,
             zorder=layer("contours"),
         )
 
 
-def _line_colors(
-    of: NetSet | None, colors: list[object], filled: bool, style: NetStyle
-) -> list[object]:
+def _line_colors(of: NetSet | None, colors: list[str], filled: bool, style: NetStyle) -> list[str]:
     """Return the line colours; between filled contours, lines are only separators."""
     if not filled:
         return colors
@@ -73,8 +70,8 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
     if page.is_beside:
         tall = bar_height(plan, font, page.height)
         x_left, y_low = page.legend_x, page.pad + (page.under + 0.8) * row
-        page.text(x_left, y_low + tall + 0.8 * row, plan.unit)
-        page.text(x_left, y_low + tall + 1.8 * row, plan.name)
+        for i, line in enumerate(reversed(page.bar_words)):
+            page.text(x_left, y_low + tall + (0.8 + i) * row, line)
     else:
         tall = min(1.5 * font * n, 1.2 * page.radius)
         x_left, y_low = page.width - page.pad - 2.2 * font - thick, page.cy - tall / 2
@@ -90,7 +87,7 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
                     (x, y),
                     each,
                     tall / n,
-                    facecolor=_composite_color(color, part.of, page.style),
+                    facecolor=mix_colors(page.style.net, color, OPACITY),
                     edgecolor=page.style.soft,
                     linewidth=0.5 * page.style.line_pt,
                     zorder=layer("legend"),
@@ -103,14 +100,9 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
                     [x, x + 0.85 * each],
                     [y, y],
                     color=color,
-                    linestyle=dash(part.of),
+                    linestyle=part.dash,
                     linewidth=1.4 * _line_width(plan, page.style),
                     zorder=layer("legend"),
                 )
     for i, level in enumerate(plan.levels):
         page.text(x_left + thick + 0.4 * font, y_low + tall * i / n, f"{level:g}")
-
-
-def _composite_color(color: object, of: NetSet | None, style: NetStyle) -> object:
-    """Return a translucent colour as it appears on the net."""
-    return color if of is None else mix_colors(style.net, str(color), OPACITY)

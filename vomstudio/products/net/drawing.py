@@ -143,7 +143,7 @@ class NetDrawing:
             "linestyle": "none",
             "marker": s.marker,
             "markersize": size * SYMBOL_SIZES.get(s.marker, 1.0),
-            "zorder": layer("poles"),
+            "zorder": layer("dots" if dots else "poles"),
         }
         self.poles.append(
             plot_vectors(
