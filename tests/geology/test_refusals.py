@@ -142,7 +142,7 @@ def test_a_cone_is_drawn_every_two_degrees() -> None:
     assert len(nets.pole_ellipse(Plane(30, 40), 5, 2, 10)[0]) == 181
     assert len(nets.confidence_ellipse(axis.vector(), [0, 0, 1], 5, 2)[0]) == 181
     assert len(nets.great_circle(Plane(30, 40))) == 91
-    assert nets.great_circles([10, 20], [30, 40]).shape == (2, 91, 2)
+    assert nets.great_circles([10, 20], [30, 40]).shape == (2, 91, 3)
 
 
 # Planes of one set

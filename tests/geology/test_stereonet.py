@@ -53,15 +53,15 @@ def test_equal_area_keeps_areas() -> None:
     assert np.abs(counts / z.size - 0.05).max() < 5 * math.sqrt(0.05 / z.size)
 
 
-def cone(axis: Line, angle: float, projection: str) -> list[np.ndarray]:
+def cone(axis: Line, angle: float) -> list[np.ndarray]:
     """An ellipse of confidence that is as wide as long."""
     across = np.cross(axis.vector(), np.roll(axis.vector(), 1) + [0.0, 0.1, 0.3])
-    return nets.confidence_ellipse(axis.vector(), across, angle, angle, projection)
+    return nets.confidence_ellipse(axis.vector(), across, angle, angle)
 
 
 def test_equal_angle_turns_every_cone_into_a_circle() -> None:
-    (part,) = cone(Line(200, 50), 20, "angle")
-    x, y = part.T
+    (part,) = cone(Line(200, 50), 20)
+    x, y = nets.project(part, "angle").T
     # Fit x^2 + y^2 = a x + b y + c exactly.
     solution, *_ = np.linalg.lstsq(np.stack([x, y, np.ones_like(x)], 1), x**2 + y**2, rcond=None)
     np.testing.assert_allclose(np.stack([x, y, np.ones_like(x)], 1) @ solution, x**2 + y**2)
@@ -74,16 +74,45 @@ def test_upward_vectors_are_shown_by_their_lower_end_and_stay_as_they_were() -> 
     np.testing.assert_array_equal(v, before)
 
 
-def test_projection_agrees_with_mplstereonet(mplstereonet: Any) -> None:
+@pytest.mark.parametrize("projection", nets.PROJECTIONS)
+def test_projection_agrees_with_mplstereonet(mplstereonet: Any, projection: str) -> None:
+    """By its transform, whose net has the radius of the root of 2, or 2."""
     rng = np.random.default_rng(1)
     trend, plunge = rng.uniform(0, 360, 100), rng.uniform(0, 90, 100)
-    lon, lat = mplstereonet.line(plunge.copy(), trend.copy())
-    # mplstereonet's longitudes and latitudes are those of a globe seen from its equator.
-    x, y = np.sin(lon) * np.cos(lat), np.sin(lat)
-    down = np.cos(lon) * np.cos(lat)
-    r = np.sqrt(2) * np.sin(np.arccos(down) / 2) / np.hypot(x, y) / 1.0
-    ours = nets.project(lines_to_vectors(trend, plunge), "area")
-    np.testing.assert_allclose(ours, np.stack([x * r, y * r], 1), atol=1e-9)
+    positions = np.transpose(mplstereonet.line(plunge.copy(), trend.copy()))
+    vectors = lines_to_vectors(trend, plunge)
+    np.testing.assert_allclose(nets.to_longitude_latitude(vectors), positions, atol=1e-12)
+    transforms = mplstereonet.stereonet_transforms
+    kind, radius = {
+        "area": (transforms.LambertTransform, math.sqrt(2.0)),
+        "angle": (transforms.StereographicTransform, 2.0),
+    }[projection]
+    theirs = kind(0.0, 0.0, 1).transform(positions) / radius
+    np.testing.assert_allclose(nets.project(vectors, projection), theirs, atol=1e-12)
+
+
+@given(azimuths, steeps)
+def test_longitude_and_latitude_give_the_line_again(trend: float, plunge: float) -> None:
+    vector = Line(trend, plunge).vector()
+    before = vector.copy()
+    for sign in (1.0, -1.0):
+        back = nets.from_longitude_latitude(nets.to_longitude_latitude(sign * vector))
+        assert back[2] <= 1e-15
+        assert np.abs(np.cross(back, vector)).max() < 1e-12
+    assert (vector == before).all()
+
+
+def test_a_grid_covers_the_lower_hemisphere_to_its_rim() -> None:
+    steps, places = nets.hemisphere_grid(19)
+    assert np.degrees(steps) == pytest.approx(np.arange(-90, 91, 10))
+    assert np.linalg.norm(places, axis=-1) == pytest.approx(np.ones((19, 19)))
+    assert (places[..., 2] <= 1e-15).all()
+    assert places[9, 9] == pytest.approx([0.0, 0.0, -1.0])
+    edge = np.concatenate([places[0], places[-1], places[:, 0], places[:, -1]])
+    assert edge[:, 2] == pytest.approx(np.zeros(76), abs=1e-15)
+    # The rows run to the North, the columns to the East.
+    assert places[13, 9] == pytest.approx(Line(0, 50).vector())
+    assert places[9, 13] == pytest.approx(Line(90, 50).vector())
 
 
 @given(azimuths, steeps, projections)
@@ -100,41 +129,40 @@ def test_a_click_outside_the_net_is_no_line() -> None:
     assert np.isnan(nets.project([[0, 0, 0.0]])).all()
 
 
-@given(azimuths, st.floats(0.01, 90), projections)
+@given(azimuths, st.floats(0.01, 90))
 def test_a_great_circle_holds_lines_of_its_plane_from_rim_to_rim(
-    dip_direction: float, dip: float, projection: str
+    dip_direction: float, dip: float
 ) -> None:
     plane = Plane(dip_direction, dip)
-    arc = nets.great_circle(plane, projection)
-    assert np.hypot(*arc[0]) == pytest.approx(1)
-    assert np.hypot(*arc[-1]) == pytest.approx(1)
-    assert (np.hypot(*arc.T) < 1 + 1e-9).all()
-    lines = nets.unproject(np.clip(arc, -1, 1) * (1 - 1e-13), projection)
-    np.testing.assert_allclose(lines @ plane.normal(), 0, atol=1e-5)
+    arc = nets.great_circle(plane)
+    assert np.linalg.norm(arc, axis=1) == pytest.approx(np.ones(91))
+    assert arc[[0, -1], 2] == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert arc[:, 2].max() < 1e-15
+    np.testing.assert_allclose(arc @ plane.normal(), 0, atol=1e-12)
 
 
 def test_the_great_circle_of_a_horizontal_plane_is_the_rim() -> None:
     arc = nets.great_circle(Plane(0, 0))
-    np.testing.assert_allclose(np.hypot(*arc.T), 1)
+    np.testing.assert_allclose(np.hypot(*arc.T[:2]), 1)
+    np.testing.assert_allclose(arc[:, 2], 0)
     np.testing.assert_allclose(arc[0], arc[-1], atol=1e-15)
 
 
-@given(azimuths, steeps, st.floats(0.5, 89), projections)
+@given(azimuths, steeps, st.floats(0.5, 89))
 def test_a_cone_keeps_its_angle_and_is_split_on_the_rim(
-    trend: float, plunge: float, angle: float, projection: str
+    trend: float, plunge: float, angle: float
 ) -> None:
     axis = Line(trend, plunge)
-    parts = cone(axis, angle, projection)
+    parts = cone(axis, angle)
     for part in parts:
-        assert (np.hypot(*part.T) < 1 + 1e-9).all()
-        lines = nets.unproject(part * (1 - 1e-13), projection)
-        away = np.degrees(np.arccos(np.clip(np.abs(lines @ axis.vector()), 0, 1)))
+        assert part[:, 2].max() < 1e-11
+        away = np.degrees(np.arccos(np.clip(np.abs(part @ axis.vector()), 0, 1)))
         # Crossing points are interpolated between neighbours 2 degrees apart on the cone.
         np.testing.assert_allclose(away, angle, atol=0.05)
     if len(parts) > 1:
         for part in parts:
             for end in (part[0], part[-1]):
-                assert np.hypot(*end) == pytest.approx(1, abs=1e-9)
+                assert end[2] == pytest.approx(0, abs=1e-9)
     if plunge > angle + 0.01:
         assert len(parts) == 1
     elif plunge < angle - 0.01 and plunge + angle < 90:
@@ -143,8 +171,7 @@ def test_a_cone_keeps_its_angle_and_is_split_on_the_rim(
 
 def test_the_ellipse_of_a_pole_reaches_its_semi_axes() -> None:
     plane = Plane(132, 41)
-    (part,) = nets.pole_ellipse(plane, 6.0, 2.0, 30.0)
-    lines = nets.unproject(part)
+    (lines,) = nets.pole_ellipse(plane, 6.0, 2.0, 30.0)
     pole = plane.pole().vector()
     away = np.degrees(np.arccos(lines @ pole))
     assert away.max() == pytest.approx(6, abs=1e-6)
@@ -167,10 +194,9 @@ def test_the_ellipse_of_a_straight_trace_is_long_across_it(rake_deg: float) -> N
     fit = fit_plane(points)
     assert (fit.error_rake_deg - rake_deg) % 180 == pytest.approx(90, abs=2)
     fitted = Plane(fit.dip_direction_deg, fit.dip_deg)
-    (part,) = nets.pole_ellipse(
+    (lines,) = nets.pole_ellipse(
         fitted, fit.max_confidence95_deg, fit.min_confidence95_deg, fit.error_rake_deg
     )
-    lines = nets.unproject(part)
     farthest = lines[np.argmin(np.abs(lines @ fitted.pole().vector()))]
     off_trace = np.degrees(np.arcsin(np.abs(farthest @ trace)))
     assert off_trace < 1.5 * fit.min_confidence95_deg < 0.3 * fit.max_confidence95_deg
@@ -179,7 +205,7 @@ def test_the_ellipse_of_a_straight_trace_is_long_across_it(rake_deg: float) -> N
 def test_the_ellipse_of_a_steep_plane_is_split_at_the_rim() -> None:
     parts = nets.pole_ellipse(Plane(132, 88), 6.0, 3.0, 90.0)
     assert len(parts) == 2
-    assert {round(float(np.hypot(*p[i])), 9) for p in parts for i in (0, -1)} == {1.0}
+    assert [p[i, 2] for p in parts for i in (0, -1)] == pytest.approx([0.0] * 4, abs=1e-9)
 
 
 def test_cones_and_ellipses_without_a_shape_are_refused() -> None:

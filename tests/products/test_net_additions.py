@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from tests.geology.samples import fisher_sample
 from tests.messages import refused
+from tests.products.net_places import places
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import (
@@ -158,7 +159,7 @@ def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) 
 
 def test_an_ellipse_of_a_pole_is_the_same_as_that_of_the_plane() -> None:
     ellipse = NetEllipse(Plane(120, 40), 9.0, 4.0, 25.0)
-    one, other = ellipse.outline("area"), ellipse.pole_ellipse().outline("area")
+    one, other = ellipse.outline(), ellipse.pole_ellipse().outline()
     assert len(one) == len(other)
     for a, b in zip(one, other, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
@@ -187,7 +188,7 @@ def test_marks_lie_where_they_belong_and_have_their_words() -> None:
     assert mark.label in {t.get_text() for t in artists.axes.texts}
     at = project(mark.line.vector())[0]
     drawn = [line for line in artists.axes.lines if len(line.get_xdata()) == 1]
-    assert any(np.allclose([*line.get_xdata(), *line.get_ydata()], at) for line in drawn)
+    assert any(np.allclose(places(line), at) for line in drawn)
 
 
 def test_a_grey_figure_has_no_colours_and_other_sizes_are_taken() -> None:

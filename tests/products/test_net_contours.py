@@ -17,7 +17,7 @@ from tests.messages import refused
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS, density
-from vomstudio.geology.stereonet import unproject
+from vomstudio.geology.stereonet import from_longitude_latitude
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets
 from vomstudio.products.net.contours import DENSITY_NAMES, check_contour_sizes, describe_density
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
@@ -62,8 +62,7 @@ def test_the_density_on_a_contour_is_its_level(projection: str, each: bool) -> N
     assert len(drawn) == len(data)
     for lines, vectors in zip(drawn, data, strict=True):
         for level, path in zip((3.0, 9.0), lines.get_paths(), strict=True):
-            inside = path.vertices[np.hypot(*path.vertices.T) < 0.999]
-            result = density(vectors, unproject(inside, projection))
+            result = density(vectors, from_longitude_latitude(path.vertices))
             # Straight pieces between the places of a grid, on a flank of 20 within its step.
             assert np.abs(result - level).max() < 0.12 * level + 0.1
 

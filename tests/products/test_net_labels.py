@@ -27,8 +27,8 @@ def plainly(
     sheet: Sheet, mark: np.ndarray, text: str, crowd: np.ndarray, marks: list[np.ndarray]
 ) -> tuple[float, float] | None:
     """Twelve places about the mark, the words' near end toward it, at 1.1 letters, 1.7, 2.6 and 4
-    times as far. To cover a mark is as bad as 30 poles, to lie across the rim as 3, and one step
-    further away as 1.5."""
+    times as far. To cover a mark is as bad as 30 poles, to lie across the rim or on its ticks as 15,
+    to lie outside as 3, and one step further away as 1.5."""
     wide, high = text_width(text, FONT), 1.24 * FONT
     own = Point(mark)
     poles = MultiPoint(crowd)
@@ -47,7 +47,8 @@ def plainly(
                 continue
             if min(words.distance(Point(m)) for m in marks) < words.distance(own):
                 continue
-            bad = 1.5 * step + 3.0 * (not words.within(net))
+            outside = 3.0 if words.distance(net) >= 0.5 * high else 15.0
+            bad = 1.5 * step + (0.0 if words.within(net) else outside)
             bad += sum(words.contains(pole) for pole in poles.geoms)
             grown = box(*(middle - half - 0.6 * FONT), *(middle + half + 0.6 * FONT))
             bad += 30.0 * sum(grown.contains(Point(m)) for m in marks)

@@ -12,8 +12,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Rectangle
 
+from tests.products.net_places import parts, places
 from tests.tiers import first_in_default_tier
 from vomstudio.geology.density import round_levels
 from vomstudio.geology.folds import FoldAxis, fold_axis
@@ -59,7 +60,7 @@ def draw(net: NetContents, width: int = 360, height: int = 360) -> NetArtists:
 
 def test_the_rim_has_a_tick_every_ten_degrees_and_long_ones_at_the_winds() -> None:
     (ticks,) = [c for c in draw(NetContents()).axes.collections if isinstance(c, LineCollection)]
-    lines = [np.asarray(segment) for segment in ticks.get_segments()]
+    lines = parts(ticks)
     rim, cross = lines[:36], lines[36:]
     azimuth = [math.degrees(math.atan2(*line[0])) % 360 for line in rim]
     assert azimuth == pytest.approx(np.arange(0, 360, 10), abs=1e-6)
@@ -73,7 +74,8 @@ def test_the_rim_has_a_tick_every_ten_degrees_and_long_ones_at_the_winds() -> No
     # A cross in the middle, upright and level.
     for line, axis in zip(cross, (0, 1), strict=True):
         assert line[:, 1 - axis] == pytest.approx(np.zeros(2))
-        assert line[0, axis] == -line[1, axis] != 0
+        assert line[0, axis] == pytest.approx(-line[1, axis])
+        assert line[0, axis] != 0
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
@@ -82,7 +84,7 @@ def test_north_stands_over_its_tick(width: int, height: int) -> None:
     artists.axes.figure.draw_without_rendering()
     (north,) = [text for text in artists.axes.texts if text.get_text() == "N"]
     (ticks,) = [c for c in artists.axes.collections if isinstance(c, LineCollection)]
-    tick = np.linalg.norm(np.asarray(ticks.get_segments()[0])[1]) * artists.radius_px
+    tick = np.linalg.norm(parts(ticks)[0][1]) * artists.radius_px
     box = north.get_window_extent()
     assert 0.5 * (box.x0 + box.x1) == pytest.approx(artists.centre_px[0], abs=1.0)
     assert artists.centre_px[1] + tick <= box.y0 + 1.0
@@ -93,14 +95,14 @@ def test_north_stands_over_its_tick(width: int, height: int) -> None:
 def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projection: str) -> None:
     fold = folded()
     artists = draw(NetContents(fold=fold, projection=projection))
-    lines = [np.asarray(line.get_xydata()) for line in artists.axes.lines]
+    lines = [places(line) for line in artists.axes.lines]
     (star,) = [
         line
         for line in artists.axes.lines
-        if line.get_marker() == "*" and np.hypot(*np.asarray(line.get_xydata())[0]) < 1.0
+        if line.get_marker() == "*" and np.hypot(*places(line)[0]) < 1.0
     ]
     beta = fold.beta.vector()
-    assert np.asarray(star.get_xydata())[0] == pytest.approx(project(beta, projection)[0])
+    assert places(star)[0] == pytest.approx(project(beta, projection)[0])
 
     def drawn(curve: np.ndarray) -> bool:
         return any(line.shape == curve.shape and np.allclose(line, curve) for line in lines)
@@ -108,14 +110,13 @@ def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projectio
     assert fold.confidence_axis is not None
     assert fold.max_confidence95_deg is not None
     assert fold.min_confidence95_deg is not None
-    parts = confidence_ellipse(
+    curves = confidence_ellipse(
         beta,
         fold.confidence_axis.vector(),
         fold.max_confidence95_deg,
         fold.min_confidence95_deg,
-        projection,
     )
-    assert all(drawn(part) for part in parts)
+    assert all(drawn(project(curve, projection, flip=False)) for curve in curves)
     (circle,) = [
         line
         for line in lines
@@ -128,7 +129,7 @@ def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projectio
     ]
     assert len(circle) == 91
     two = draw(NetContents(fold=fold_axis([100, 220], [30, 55]), projection=projection))
-    long = [line for line in two.axes.lines if len(np.asarray(line.get_xydata())) > 50]
+    long = [line for line in two.axes.lines if len(places(line)) > 50]
     assert len(long) == 1  # no region of two planes
 
 
@@ -141,7 +142,7 @@ def test_means_are_open_symbols_at_their_places() -> None:
     assert len(big) == len(net.means) == 2
     for line, mean in zip(big, net.means, strict=True):
         at = project(mean.line.vector(), "area")[0]
-        assert np.asarray(line.get_xydata())[0] == pytest.approx(at)
+        assert places(line)[0] == pytest.approx(at)
         assert line.get_markerfacecolor() == STYLE.net
         assert line.get_markeredgecolor() == STYLE.outline(STYLE.color(mean.color))
 
@@ -150,8 +151,16 @@ def test_great_circles_are_those_of_the_planes_and_many_are_pale() -> None:
     for n, steps in ((5, 61), (100, 61), (101, 31)):
         sets = make_sets({"a": planes(n)})
         artists = draw(NetContents(sets, circles=True))
-        expected = great_circles(sets[0].azimuth_deg, sets[0].angle_deg, "area", steps)
+        vectors = great_circles(sets[0].azimuth_deg, sets[0].angle_deg, steps)
+        expected = project(vectors, "area", flip=False)
         assert artists.arcs[0] == pytest.approx(expected)
+        (lines,) = [
+            c
+            for c in artists.axes.collections
+            if isinstance(c, LineCollection) and len(c.get_segments()) == n
+        ]
+        for drawn, arc in zip(parts(lines), expected, strict=True):
+            assert drawn == pytest.approx(arc, abs=1e-9)
         assert artists.arc_rows[0].tolist() == list(range(n))
     alphas = []
     for n in (1, 16, 100, 1000, 10_000):
@@ -185,13 +194,11 @@ def test_lines_that_point_up_are_hollow_at_their_lower_end() -> None:
     artists = draw(NetContents(sets))
     marker = sets[0].marker
     full, hollow = [
-        line
-        for line in symbols(artists, marker)
-        if np.hypot(*np.asarray(line.get_xydata()).T).max() < 1.0
+        line for line in symbols(artists, marker) if np.hypot(*places(line).T).max() < 1.0
     ]
-    assert np.asarray(full.get_xydata()) == pytest.approx(project(Line(10, 30).vector()))
+    assert places(full) == pytest.approx(project(Line(10, 30).vector()))
     low = [Line(230, 20).vector(), Line(270, 60).vector()]
-    assert np.asarray(hollow.get_xydata()) == pytest.approx(project(np.array(low)))
+    assert places(hollow) == pytest.approx(project(np.array(low)))
     assert full.get_markerfacecolor() == sets[0].color
     assert hollow.get_markerfacecolor() == STYLE.net
 
@@ -391,7 +398,7 @@ def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_on
     }
     sets = make_sets(groups)
     artists = draw(NetContents(sets, projection=projection))
-    drawn = [np.asarray(line.get_xydata()) for line in artists.poles]
+    drawn = [places(line) for line in artists.poles]
     for s, at, line, points in zip(sets, artists.positions, artists.poles, drawn, strict=True):
         up = s.angle_deg < 0 if s.kind == "line" else np.zeros(len(s), dtype=bool)
         assert points == pytest.approx(at[~up])
@@ -402,16 +409,16 @@ def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_on
         others = [
             other
             for other in symbols(artists, s.marker)
-            if other is not line and np.hypot(*np.asarray(other.get_xydata())[0]) <= 1.0
+            if other is not line and np.hypot(*places(other)[0]) <= 1.0
         ]
-        assert sum(len(other.get_xydata()) for other in others) == up.sum()
+        assert sum(len(other.get_xdata()) for other in others) == up.sum()
     bare = draw(NetContents(sets, poles=False, projection=projection))
-    assert [len(line.get_xydata()) for line in bare.poles] == [0, 0, 0]
+    assert [len(line.get_xdata()) for line in bare.poles] == [0, 0, 0]
 
 
 def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
-    """Density under great circles, these under poles; a fold and means over them, a selection over
-    all features, and words over everything."""
+    """Density and its contours under great circles, these under poles; a fold and means over them,
+    a selection over all features, and words over everything."""
     sets = make_sets({"a": planes(9)}, {"a": [str(i) for i in range(9)]})
     fold = folded()
     net = NetContents(
@@ -425,7 +432,7 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
     )
     artists = draw(net, 700, 450)
     axes = artists.axes
-    ground, rim = (p for p in axes.patches if isinstance(p, Circle))
+    rim = axes.spines["geo"]
     filled, contours = (
         next(c for c in axes.collections if isinstance(c, ContourSet) and c.filled == full)
         for full in (True, False)
@@ -440,16 +447,15 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
         )
         for m in (True, False)
     )
-    on_net = [x for x in axes.lines if np.hypot(*np.asarray(x.get_xydata())[0]) <= 1.0 + 1e-9]
+    on_net = [x for x in axes.lines if np.hypot(*places(x)[0]) <= 1.0 + 1e-9]
     (star,) = [x for x in on_net if x.get_marker() == "*"]
     (mean,) = [x for x in on_net if x.get_markersize() == pytest.approx(2.0 * STYLE.marker_pt)]
-    beta = [x for x in on_net if len(x.get_xydata()) > 20 and x not in artists.emphasis]
+    beta = [x for x in on_net if len(x.get_xdata()) > 20 and x not in artists.emphasis]
     order = [
-        [ground],
         [filled],
+        [contours],
         [circles],
         artists.poles,
-        [contours],
         beta,
         [rim],
         [casing],
@@ -462,7 +468,7 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
     assert all(order)
     for under, over in pairwise(order):
         assert max(a.get_zorder() for a in under) < min(a.get_zorder() for a in over)
-    beside = [x for x in axes.lines if np.asarray(x.get_xydata())[0, 0] > 1.0]
+    beside = [x for x in axes.lines if places(x)[0, 0] > 1.0]
     assert len(beside) >= 4
     for sign in beside:
         assert ring.get_zorder() < sign.get_zorder() < axes.texts[0].get_zorder()
@@ -475,11 +481,11 @@ def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
     net = NetContents(sets, fold=folded(), means=compute_means(sets), contour="kamb", circles=True)
     axes = draw(net, 700, 450).axes
     unit = STYLE.line_pt
-    (rim,) = [p for p in axes.patches if isinstance(p, Circle) and p.get_edgecolor()[3] > 0]
+    rim = axes.spines["geo"]
     bar = [p for p in axes.patches if isinstance(p, Rectangle)]
     (contours,) = [c for c in axes.collections if isinstance(c, ContourSet) and not c.filled]
     lines = [c for c in axes.collections if isinstance(c, LineCollection)]
-    on_net = [x for x in axes.lines if np.hypot(*np.asarray(x.get_xydata())[0]) <= 1.0 + 1e-9]
+    on_net = [x for x in axes.lines if np.hypot(*places(x)[0]) <= 1.0 + 1e-9]
     curves = [x for x in on_net if x.get_marker() == "None"]
     (star,) = [x for x in on_net if x.get_marker() == "*"]
     means = [x for x in on_net if x.get_markersize() == pytest.approx(2.0 * STYLE.marker_pt)]

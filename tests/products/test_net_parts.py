@@ -13,6 +13,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from tests.products.net_places import parts, places
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.notation import degrees
 from vomstudio.geology.orientation import (
@@ -230,7 +231,7 @@ def test_selected_features_are_ringed_where_they_are_with_their_great_circles() 
     artists = draw(replace(net, selected=frozenset({"b0", "b2", "s1", "nothing"})))
     beds, striae = rings(artists)
     for ring, s, rows in ((beds, net.sets[0], [0, 2]), (striae, net.sets[1], [1])):
-        assert np.asarray(ring.get_xydata()) == pytest.approx(project(s.vectors()[rows], "area"))
+        assert places(ring) == pytest.approx(project(s.vectors()[rows], "area"))
         assert ring.get_marker() == s.marker
     plain = artists.poles[0].get_markersize()
     assert beds.get_markersize() > 1.15 * plain
@@ -242,7 +243,7 @@ def test_selected_features_are_ringed_where_they_are_with_their_great_circles() 
     pole = Plane(130, 40).pole().vector()
     from vomstudio.geology.stereonet import line_at
 
-    for x, y in over.get_segments()[0][10:-10:20]:
+    for x, y in parts(over)[0][10:-10:20]:
         line = line_at(float(x), float(y), "area")
         assert line is not None
         assert line.vector() @ pole == pytest.approx(0.0, abs=1e-6)
@@ -276,8 +277,8 @@ def test_the_ellipse_of_the_selected_is_drawn(projection: str) -> None:
     ellipse = NetEllipse(Plane(130, 40), 6, 2, 70)
     net = NetContents(make_sets({"b": BEDS}), projection=projection, ellipses=(ellipse,))
     (drawn,) = [a for a in draw(net).emphasis if isinstance(a, Line2D)]
-    (outline,) = ellipse.outline(projection)
-    assert np.asarray(drawn.get_xydata()) == pytest.approx(outline)
+    (outline,) = ellipse.outline()
+    assert places(drawn) == pytest.approx(project(outline, projection), abs=1e-9)
 
 
 def test_a_pointer_reaches_a_pole_within_its_reach_and_the_last_of_equals() -> None:

@@ -11,11 +11,13 @@ import pytest
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import Collection, LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
 
+from tests.products.net_places import places
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geology.stereonet import project
@@ -26,6 +28,7 @@ from vomstudio.products.net.contents import (
     compute_means,
     make_sets,
 )
+from vomstudio.products.net.contours import OPACITY
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.legend import text_width
 from vomstudio.products.net.page import NetPage
@@ -64,19 +67,6 @@ def sizes(artist: Any) -> list[float]:
     if isinstance(artist, Patch):
         return [artist.get_linewidth() if artist.get_edgecolor()[3] else 0.0]
     return []
-
-
-def places(artist: Any) -> np.ndarray:
-    """In units of the net, which are the same at every scale."""
-    if isinstance(artist, Line2D):
-        return np.asarray(artist.get_xydata())
-    if isinstance(artist, LineCollection):
-        return np.concatenate([np.asarray(s) for s in artist.get_segments()] or [np.zeros((0, 2))])
-    if isinstance(artist, Text):
-        return np.array([artist.get_position()])
-    if isinstance(artist, Patch):
-        return np.asarray(artist.get_extents().transformed(artist.axes.transData.inverted()))
-    return np.zeros((0, 2))
 
 
 def cluster(n: int, seed: int) -> tuple[str, np.ndarray, np.ndarray]:
@@ -132,7 +122,7 @@ def test_a_sheet_and_a_style_twice_as_large_are_the_same_picture(
             assert places(b) == pytest.approx(places(a), abs=0.02)
     assert measured > 40
     near = {t.get_text(): places(t)[0] for t in large.axes.texts}
-    outside = [t for t in small.axes.texts if np.hypot(*t.get_position()) > 1.0]
+    outside = [t for t in small.axes.texts if np.hypot(*places(t)[0]) > 1.0]
     assert len(outside) >= 8
     for text in outside:
         assert near[text.get_text()] == pytest.approx(places(text)[0], abs=0.03)
@@ -183,11 +173,10 @@ def test_the_net_is_as_large_as_its_surroundings_allow(
         side = width - 2 * (pad + tick) - bar - 2 * result.radius
         assert min(spare, side) == pytest.approx(0.0, abs=1e-6)
         assert max(spare, side) > -1e-6
-    x, y = result.axes.get_xlim(), result.axes.get_ylim()
-    r = result.radius
-    assert [v * r for v in x] == pytest.approx([-result.cx, width - result.cx])
-    assert [v * r for v in y] == pytest.approx([-result.cy, height - result.cy])
-    assert result.net_of(result.cx + r, result.cy - 0.5 * r) == pytest.approx((1.0, -0.5))
+    box = result.axes.get_window_extent()
+    assert (box.x0 + box.x1) / 2 == pytest.approx(result.cx)
+    assert (box.y0 + box.y1) / 2 == pytest.approx(result.cy)
+    assert (box.width, box.height) == pytest.approx((2 * result.radius, 2 * result.radius))
 
 
 @pytest.mark.parametrize("title", ["", "Limb", "Limb of the Big Elk on a day of rain, twice"])
@@ -258,14 +247,14 @@ def test_every_symbol_of_the_legend_stands_before_its_words() -> None:
         assert len(words) == 5
         r = artists.radius_px
         for s, text in zip(net.sets, words, strict=True):
-            x, y = text.get_position()
+            x, y = places(text)[0]
             ((mark, size),) = [
-                (np.asarray(line.get_xydata())[0], line.get_markersize())
+                (places(line)[0], line.get_markersize())
                 for line in artists.axes.lines
                 if line.get_marker() == s.marker
-                and len(line.get_xydata()) == 1
-                and abs(np.asarray(line.get_xydata())[0, 1] - y) < 1e-9
-                and 0 < (x - np.asarray(line.get_xydata())[0, 0]) * r < 3 * ONE.font_pt
+                and len(line.get_xdata()) == 1
+                and abs(places(line)[0, 1] - y) < 1e-9
+                and 0 < (x - places(line)[0, 0]) * r < 3 * ONE.font_pt
             ]
             assert (x - mark[0]) * r == pytest.approx((2.2 - 0.8) * ONE.font_pt)
             assert size == pytest.approx(1.1 * SYMBOL_SIZES.get(s.marker, 1.0) * ONE.marker_pt)
@@ -329,7 +318,7 @@ def test_a_selection_draws_all_anew_only_where_the_legend_changes(compact: bool)
     assert (artists.axes is second) == compact
     figure = artists.axes.get_figure()
     assert figure is not None
-    assert figure.axes == [artists.axes]
+    assert [ax for ax in figure.axes if ax.has_data()] == [artists.axes]
 
 
 def test_a_figure_is_cleared_before_it_is_drawn_on() -> None:
@@ -337,7 +326,7 @@ def test_a_figure_is_cleared_before_it_is_drawn_on() -> None:
     FigureCanvasAgg(figure)
     draw_stereonet(figure, full(None), ONE)
     again = draw_stereonet(figure, full("kamb"), ONE)
-    assert figure.axes == [again.axes]
+    assert [ax for ax in figure.axes if ax.has_data()] == [again.axes]
 
 
 @pytest.mark.parametrize(("width", "height"), [(480, 326), (260, 520)])
@@ -372,14 +361,18 @@ def test_contours_are_shaded_evenly_in_the_colours_of_their_bar(dark: bool) -> N
     style = replace(NetStyle.dark() if dark else ONE, font_pt=8.0, line_pt=0.7)
     artists = draw(NetContents(make_sets({"a": cluster(40, 1)}), contour="kamb"), style, 480, 326)
     bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
-    first, last, name = (0.1, 0.75, "cividis") if dark else (0.12, 0.62, "Greys")
-    expected = [colormaps[name](float(s)) for s in np.linspace(first, last, len(bar))]
-    assert [box.get_facecolor() for box in bar] == expected
+    first, last, name = (0.1, 0.9, "cividis") if dark else (0.2, 0.9, "Greys")
+    shades = [colormaps[name](float(s))[:3] for s in np.linspace(first, last, len(bar))]
+    # As translucent colours look on the net.
+    net = np.array(to_rgb(style.net))
+    expected = [OPACITY * np.array(shade) + (1.0 - OPACITY) * net for shade in shades]
+    for box, color in zip(bar, expected, strict=True):
+        assert box.get_facecolor()[:3] == pytest.approx(color, abs=0.01)
     (filled,) = [c for c in artists.axes.collections if getattr(c, "filled", False)]
     # What lies over the last level has its colour too.
     shown = np.asarray(filled.get_facecolor())
-    assert shown[: len(bar)] == pytest.approx(np.array(expected))
-    r = artists.radius_px
+    assert shown[: len(bar), :3] == pytest.approx(np.array(shades), abs=0.01)
+    assert shown[:, 3] == pytest.approx(np.full(len(shown), OPACITY))
     for box, level in zip(bar, filled.levels, strict=False):
         (label,) = [
             t
@@ -387,8 +380,8 @@ def test_contours_are_shaded_evenly_in_the_colours_of_their_bar(dark: bool) -> N
             if t.get_text() == f"{level:g}" and abs(t.get_position()[1] - box.get_y()) < 1e-9
         ]
         right = box.get_x() + box.get_width()
-        assert (label.get_position()[0] - right) * r == pytest.approx(0.4 * 8.0)
-        assert box.get_width() * r == pytest.approx(8.0)
+        assert label.get_position()[0] - right == pytest.approx(0.4 * 8.0)
+        assert box.get_width() == pytest.approx(8.0)
 
 
 @pytest.mark.parametrize(("width", "height"), [(480, 326), (260, 520)])
@@ -396,11 +389,11 @@ def test_the_bar_of_contours_stands_beside_the_net_under_its_name(
     width: float, height: float
 ) -> None:
     artists = draw(full("kamb"), ONE, width, height)
-    (cx, cy), r, font = artists.centre_px, artists.radius_px, ONE.font_pt
+    cy, r, font = artists.centre_px[1], artists.radius_px, ONE.font_pt
     bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
-    low, high = cy + r * bar[0].get_y(), cy + r * (bar[-1].get_y() + bar[-1].get_height())
+    low, high = bar[0].get_y(), bar[-1].get_y() + bar[-1].get_height()
     n = len(bar)
-    words = {t.get_text(): np.array(t.get_position()) * r + (cx, cy) for t in artists.axes.texts}
+    words = {t.get_text(): np.array(t.get_position()) for t in artists.axes.texts}
     if width > height:
         assert high - low == pytest.approx(min(1.5 * font * n, 0.4 * height))
         unit, name = words["standard deviations"], words["Density after Kamb, 3 σ"]
@@ -412,7 +405,7 @@ def test_the_bar_of_contours_stands_beside_the_net_under_its_name(
         assert high - low == pytest.approx(min(1.5 * font * n, 1.2 * r))
         assert (low + high) / 2 == pytest.approx(cy)
         assert words["σ"][1] - high == pytest.approx(0.8 * 1.45 * font)
-        assert cx + r * bar[0].get_x() == pytest.approx(width - 0.8 * font - 3.2 * font)
+        assert bar[0].get_x() == pytest.approx(width - 0.8 * font - 3.2 * font)
 
 
 def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
@@ -421,11 +414,11 @@ def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
     net = replace(full(None), selected=frozenset(), ellipses=(), circles=True)
     artists = draw(net, ONE, 480, 326)
     r, font = artists.radius_px, ONE.font_pt
-    words = {t.get_text(): t.get_position() for t in artists.axes.texts}
+    words = {t.get_text(): places(t)[0] for t in artists.axes.texts}
     lines = [
-        (np.asarray(line.get_xydata()), line)
+        (places(line), line)
         for line in artists.axes.lines
-        if len(line.get_xydata()) == 2 and np.ptp(np.asarray(line.get_xydata())[:, 1]) == 0
+        if len(line.get_xdata()) == 2 and np.ptp(places(line)[:, 1]) == 0
     ]
     result = {}
     for ends, line in lines:
@@ -446,10 +439,9 @@ def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
     (mark,) = [
         line
         for line in artists.axes.lines
-        if len(line.get_xydata()) == 1
-        and abs(line.get_ydata()[0] - mean[1]) < 1e-9
-        and line.get_xdata()[0] < mean[0]
-        and line.get_xdata()[0] > 1.0
+        if len(line.get_xdata()) == 1
+        and abs(places(line)[0, 1] - mean[1]) < 1e-9
+        and 1.0 < places(line)[0, 0] < mean[0]
     ]
     assert mark.get_markersize() == pytest.approx(1.6 * ONE.marker_pt)
     assert mark.get_markerfacecolor() == ONE.net

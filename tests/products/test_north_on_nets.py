@@ -7,17 +7,16 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from vomstudio.geology.stereonet import unproject
 from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure import draw_stereonet
-from vomstudio.products.net.plain_net import draw_frame
+from vomstudio.products.net.net_axes import add_net
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.products.net.style import NetStyle
 
 
 def plain(figure: Figure):
-    axes = figure.add_axes((0.1, 0.1, 0.8, 0.8))
-    draw_frame(axes)
-    return axes
+    return add_net(figure, (0.1, 0.1, 0.8, 0.8), NetStyle())
 
 
 def of_the_dock(figure: Figure):
@@ -44,7 +43,7 @@ def test_an_arrow_at_the_rim_leaves_the_letter_whole(drawn) -> None:
     assert before.sum() > 30
     # Hanging walls that move north at striations of the north, nearly level.
     east = np.linspace(-0.06, 0.06, 7)
-    at = np.stack([east, np.full(7, 0.99)], axis=1)
+    at = unproject(np.stack([east, np.full(7, 0.99)], axis=1))
     slip = np.tile([0.0, 1.0, -0.02], (7, 1))
     draw_slip_arrows(axes, at, slip, color="#ffee88", width_pt=1.2, zorder=5)
     assert ink()[before].all()

@@ -324,7 +324,7 @@ def test_the_net_shows_an_intersection_with_its_region(window, planes, qtbot):
     found = planes.measured([made.id])[made.id]
     assert ellipse.line == found.line
     assert ellipse.max_angle_deg == found.max_confidence95_deg
-    assert sum(len(part) for part in ellipse.outline("area")) > 20
+    assert sum(len(part) for part in ellipse.outline()) > 20
     window.net.redraw()
     planes.selection.set(["b1"])
     planes.selection.set([made.id])

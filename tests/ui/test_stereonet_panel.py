@@ -140,8 +140,8 @@ def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(net, studio
     ]
     style = net.artists.style
     assert sets[0].color == sets[1].color != sets[2].color
-    assert style.symbol(sets[0])[0] != style.symbol(sets[1])[0]
-    assert style.color(sets[0].color) in style.symbol(sets[1])
+    assert len({s.marker for s in sets}) == 4
+    assert style.symbol(sets[0]) == style.symbol(sets[1])
     texts = [t.get_text() for t in net.artists.axes.texts]
     assert "Bedding: N (compass) (3)" in texts
 
@@ -286,7 +286,7 @@ def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
     assert [c.filled for c in contours()] == [False] * 4
     assert net.print_contents().contour == "linear_kamb"
     assert net.print_contents().contouring.each_set
-    again = ContourButton(studio)
+    again = ContourButton(studio, net.view_settings, list)
     again.setParent(net)  # so that it goes with the window
     assert again.method == "linear_kamb"
     assert again.each_set_action.isChecked()
@@ -298,6 +298,35 @@ def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
     again._show()
     assert again.method is None
     assert again.methods[""].isChecked()
+
+
+def test_one_type_is_contoured_until_another_or_all_are_chosen(net, window, studio):
+    for i in range(4):
+        assert studio.attempt(
+            edits.add_readings, [Reading(f"j{i}", f"j{i}", "joint", "plane", 10.0 * i, 80.0)]
+        )
+    net.contours.methods["exponential_kamb"].trigger()
+
+    def choices() -> dict[str, object]:
+        net.contours.menu().aboutToShow.emit()
+        return {action.text(): action for action in net.contours.subject.actions()}
+
+    def contoured() -> tuple[str | None, bool]:
+        drawn(window)
+        words = [t.get_text() for t in net.artists.axes.texts]
+        only = net.artists.contents.contouring.only
+        return only, any(str(only or "all") in w for w in words if w.startswith("Contours"))
+
+    # Ten joints and six beds.
+    assert contoured() == ("Joint", True)
+    assert list(choices())[1:-1] == ["Bedding", "Joint"]
+    choices()["Bedding"].trigger()
+    assert contoured() == ("Bedding", True)
+    assert net.print_contents().contouring.only == "Bedding"
+    choices()["All together"].trigger()
+    assert contoured() == (None, True)
+    studio.workspace.projects.new()
+    assert net.view_settings.contoured_type == ""
 
 
 def test_the_smoothness_of_contours_is_chosen_and_remembered(net, window, studio):

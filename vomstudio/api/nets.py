@@ -36,6 +36,7 @@ def stereonet(
     levels: Sequence[float] | None = None,
     filled: bool | None = None,
     each_set: bool = False,
+    contour_set: str | None = None,
     kamb_sigma: float = 3.0,
     untilt: AnglePair | None = None,
     rotate: AngleTriple | None = None,
@@ -83,6 +84,8 @@ def stereonet(
         Whether to fill the contours; by default True unless ``each_set`` is set.
     each_set : bool, optional
         Whether to contour each set separately, in its own colour.
+    contour_set : str, optional
+        Set that is contoured; by default all sets together, which the legend states.
     kamb_sigma : float, optional
         Smoothness of Kamb's methods, 0.5 to 10, as the number of standard deviations expected
         for a uniform distribution.
@@ -140,9 +143,10 @@ def stereonet(
     >>> type(ax).__name__, ax.get_legend().get_texts()[-1].get_text()
     ('EqualAreaAxes', 'Cone 275/50/10')
     """
-    from vomstudio.products.net import stereonet_axes
     from vomstudio.products.net.figure_style import FigureStyle
+    from vomstudio.products.net.net_axes import is_stereonet_axes
     from vomstudio.products.net.preparation import contouring_of, read_wishes
+    from vomstudio.products.net.script_net import draw_net, new_axes
     from vomstudio.products.net.table_net import net_of_table
 
     options = options_from_arguments(
@@ -153,6 +157,7 @@ def stereonet(
         levels=None if levels is None else _levels_text(levels),
         filled=filled,
         each_set=each_set,
+        contour_set=contour_set,
         kamb_sigma=kamb_sigma,
         untilt=None if untilt is None else plane_text(untilt, "untilt"),
         rotate=None if rotate is None else join_angles(rotate, "rotate", 3),
@@ -181,24 +186,23 @@ def stereonet(
         style = FigureStyle.from_options(figure)
     with arguments_named(StereonetOptions):
         contents = read_wishes(options)
-    if ax is not None and not stereonet_axes.is_stereonet_axes(ax):
+    if ax is not None and not is_stereonet_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
         raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
     rows = to_orientation_table(table, azimuth)
-    net = net_of_table(
-        rows,
-        options.by,
-        projection=options.projection,
-        contour=options.contour,
-        contouring=contouring_of(options),
-    )
     with arguments_named(StereonetOptions):
+        net = net_of_table(
+            rows,
+            options.by,
+            projection=options.projection,
+            contour=options.contour,
+            contouring=contouring_of(options),
+        )
         net = contents.net(net, rows)
     if ax is None:
-        size = None if size_mm is None else style.size_mm
-        ax = stereonet_axes.new_axes(projection, size, len(stereonet_axes.text_below(net)))
-    stereonet_axes.draw_net(ax, net, style)
+        ax = new_axes(net, style, None if size_mm is None else style.size_mm)
+    draw_net(ax, net, style)
     return ax
 
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate
-from vomstudio.geology.stereonet import unproject
+from vomstudio.geology.stereonet import hemisphere_grid
 
 DENSITY_METHODS = ("kamb", "exponential_kamb", "linear_kamb", "schmidt")
 DENSITY_UNITS = {
@@ -169,53 +169,41 @@ def _within_reach(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> Fl
 def density_grid(
     vectors: npt.ArrayLike,
     method: str = "exponential_kamb",
-    projection: str = "area",
     size: int | None = None,
     sigma: float = SIGMA,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Compute the density on a square grid that covers the net.
-
-    Points outside the primitive circle take the value of the nearest point on it, so that contours
-    reach the circle and can be clipped there.
+) -> tuple[FloatArray, FloatArray]:
+    """Compute the density on a square grid of the lower hemisphere.
 
     Parameters
     ----------
     vectors : (n, 3) array_like
         Axial data.
-    method, projection : str
+    method : str
     size : int, optional
         Number of grid points per side; by default `grid_size`.
     sigma : float
 
     Returns
     -------
-    x, y : (size,) ndarray
+    steps : (size,) ndarray
+        Longitudes of the columns and latitudes of the rows, see `hemisphere_grid`.
     density : (size, size) ndarray
-        The rows run along y.
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     n = grid_size(len(v), method, sigma) if size is None else size
-    axis = np.linspace(-1.0, 1.0, n)
-    x, y = np.meshgrid(axis, axis)
-    radius = np.hypot(x, y)
-    reach = 1.0 + 3.0 * (axis[1] - axis[0])
+    steps, places = hemisphere_grid(n)
     # Process the grid in tiles, because only few data contribute to a block of adjacent points.
-    row, column = np.indices(x.shape)
-    tile = (row // TILE_SIZE) * n + column // TILE_SIZE
-    order = np.argsort(tile.ravel(), kind="stable")
-    order = order[radius.ravel()[order] <= reach]
-    inward = np.maximum(radius.ravel()[order], 1.0)
-    points = np.stack([x.ravel()[order] / inward, y.ravel()[order] / inward], axis=-1)
+    row, column = np.indices((n, n)) // TILE_SIZE
+    order = np.argsort((row * n + column).ravel(), kind="stable")
     values = np.zeros(n * n)
-    values[order] = density(v, unproject(points, projection), method, sigma)
-    return axis, axis, values.reshape(n, n)
+    values[order] = density(v, places.reshape(-1, 3)[order], method, sigma)
+    return steps, values.reshape(n, n)
 
 
 def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) -> int:
-    """Return the number of grid points per side, between 61 and 181.
+    """Return the number of grid points per side, between 61 and 161.
 
-    Their spacing is a third of the radius of the counting circle on an equal-area net, where the
-    radius is the square root of its fraction of the area.
+    Their spacing is a third of the radius of the counting circle.
 
     Parameters
     ----------
@@ -229,8 +217,8 @@ def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) ->
     -------
     int
     """
-    spacing = math.sqrt(counting_area(n, method, sigma)) / 3.0
-    return int(min(max(2 * round(1.0 / spacing) + 1, 61), 181))
+    spacing_deg = _opening_deg(counting_area(n, method, sigma)) / 3.0
+    return int(min(max(2 * round(90.0 / spacing_deg) + 1, 61), 161))
 
 
 def round_levels(maximum: float, method: str) -> list[float]:

@@ -3,7 +3,9 @@
 The lower hemisphere is projected onto the unit circle with x to the East and y to the North: a
 vertical line plots at the centre, a horizontal line on the primitive circle (radius 1). "area" is
 Lambert's equal-area (Schmidt) projection, "angle" the stereographic, equal-angle (Wulff)
-projection. This module does not draw anything and never modifies its inputs.
+projection. Curves are unit vectors on the lower hemisphere. Longitude and latitude are those of
+mplstereonet's axes: both are zero straight down, the longitude is 90 degrees at the East and the
+latitude at the North. This module does not draw anything and never modifies its inputs.
 """
 
 from __future__ import annotations
@@ -82,6 +84,56 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
     return np.stack([p[..., 0] * scale, p[..., 1] * scale, 0.0 - down], axis=-1)
 
 
+def to_longitude_latitude(vectors: npt.ArrayLike, *, flip: bool = True) -> FloatArray:
+    """Return the positions of vectors on the axes of mplstereonet.
+
+    Parameters
+    ----------
+    vectors : (..., 3) array_like
+        Vectors of any length.
+    flip : bool, optional
+        As in `project`.
+
+    Returns
+    -------
+    (..., 2) ndarray
+        Longitude and latitude, radians.
+    """
+    v = np.asarray(vectors, dtype=np.float64)
+    if flip:
+        v = np.where(v[..., 2:] > 0, -v, v)
+    east, north, down = v[..., 0], v[..., 1], 0.0 - v[..., 2]
+    return np.stack([np.arctan2(east, down), np.arctan2(north, np.hypot(east, down))], axis=-1)
+
+
+def from_longitude_latitude(positions: npt.ArrayLike) -> FloatArray:
+    """Return the unit vectors (..., 3) at positions on the axes of mplstereonet.
+
+    Parameters
+    ----------
+    positions : (..., 2) array_like
+        Longitude and latitude, radians.
+    """
+    longitude, latitude = np.moveaxis(np.asarray(positions, dtype=np.float64), -1, 0)
+    across = np.cos(latitude)
+    return np.stack(
+        [across * np.sin(longitude), np.sin(latitude), 0.0 - across * np.cos(longitude)], axis=-1
+    )
+
+
+def hemisphere_grid(size: int) -> tuple[FloatArray, FloatArray]:
+    """Return a square grid on the lower hemisphere, with its edges on the primitive circle.
+
+    Returns
+    -------
+    steps : (size,) ndarray
+        Longitudes of the columns and latitudes of the rows, radians.
+    vectors : (size, size, 3) ndarray
+    """
+    steps = np.linspace(-np.pi / 2, np.pi / 2, size)
+    return steps, from_longitude_latitude(np.stack(np.meshgrid(steps, steps), axis=-1))
+
+
 def line_at(x: float, y: float, projection: str = "area") -> Line | None:
     """Return the line at a point of the net.
 
@@ -100,10 +152,7 @@ def line_at(x: float, y: float, projection: str = "area") -> Line | None:
 
 
 def great_circles(
-    dip_direction_deg: npt.ArrayLike,
-    dip_deg: npt.ArrayLike,
-    projection: str = "area",
-    n: int = 91,
+    dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike, n: int = 91
 ) -> FloatArray:
     """Return the great circles of planes as arcs on the lower hemisphere.
 
@@ -114,13 +163,13 @@ def great_circles(
     Parameters
     ----------
     dip_direction_deg, dip_deg : (m,) array_like
-    projection : {"area", "angle"}, optional
     n : int, optional
         Number of points per arc.
 
     Returns
     -------
-    (m, n, 2) ndarray
+    (m, n, 3) ndarray
+        Unit vectors; the ends are horizontal except for rounding.
     """
     azimuth = np.atleast_1d(np.asarray(dip_direction_deg, dtype=np.float64))
     dip = np.atleast_1d(np.asarray(dip_deg, dtype=np.float64))
@@ -129,29 +178,28 @@ def great_circles(
     strike = np.stack([-cos_a, sin_a, np.zeros_like(sin_a)], axis=-1)
     down = np.stack([sin_a * cos_d, cos_a * cos_d, 0.0 - sin_d], axis=-1)
     sin_r, cos_r = sin_cos_deg(np.linspace(0.0, 180.0, n))
-    arcs = strike[:, None, :] * cos_r[None, :, None] + down[:, None, :] * sin_r[None, :, None]
-    # The ends are horizontal except for rounding, which must not flip them to the opposite end.
-    return project(arcs, projection, flip=False)
+    return np.asarray(
+        strike[:, None, :] * cos_r[None, :, None] + down[:, None, :] * sin_r[None, :, None]
+    )
 
 
-def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> FloatArray:
+def great_circle(plane: Plane, n: int = 91) -> FloatArray:
     """Return the great circle of one plane; the full primitive circle if it is horizontal.
 
     Parameters
     ----------
     plane : Plane
-    projection : {"area", "angle"}, optional
     n : int, optional
         Number of points.
 
     Returns
     -------
-    (n, 2) ndarray
+    (n, 3) ndarray
     """
     if plane.undefined:
         sin_a, cos_a = sin_cos_deg(np.linspace(0.0, 360.0, n))
-        return np.stack([sin_a, cos_a], axis=-1)
-    return np.asarray(great_circles(plane.dip_direction_deg, plane.dip_deg, projection, n)[0])
+        return np.stack([sin_a, cos_a, np.zeros(n)], axis=-1)
+    return np.asarray(great_circles(plane.dip_direction_deg, plane.dip_deg, n)[0])
 
 
 def confidence_ellipse(
@@ -159,7 +207,6 @@ def confidence_ellipse(
     major: npt.ArrayLike,
     max_angle_deg: float,
     min_angle_deg: float,
-    projection: str = "area",
     n: int = 181,
 ) -> list[FloatArray]:
     """Return the curve of an elliptical confidence cone about an axis.
@@ -172,15 +219,13 @@ def confidence_ellipse(
         Direction of the larger half-angle; it need not be exactly perpendicular to the axis.
     max_angle_deg, min_angle_deg : float
         Half-angles toward `major` and perpendicular to it, degrees.
-    projection : str
-        "area" or "angle".
     n : int
         Number of points of the curve.
 
     Returns
     -------
-    list of (k, 2) ndarray
-        Polylines, split at the primitive circle.
+    list of (k, 3) ndarray
+        Polylines of unit vectors, split at the primitive circle.
 
     Raises
     ------
@@ -195,7 +240,7 @@ def confidence_ellipse(
     if not math.isfinite(length) or length < 1e-9:
         raise GeometryError(Finding("net.ellipse-direction"))
     first = first / length
-    return cone_curve(a, first, np.cross(a, first), max_angle_deg, min_angle_deg, projection, n)
+    return cone_curve(a, first, np.cross(a, first), max_angle_deg, min_angle_deg, n)
 
 
 def pole_ellipse(
@@ -203,7 +248,6 @@ def pole_ellipse(
     max_angle_deg: float,
     min_angle_deg: float,
     rake_deg: float,
-    projection: str = "area",
     n: int = 181,
 ) -> list[FloatArray]:
     """Return the confidence ellipse of the pole of a plane.
@@ -215,19 +259,17 @@ def pole_ellipse(
         Semi-axes of the confidence region, degrees.
     rake_deg : float
         Direction of the largest tilt, 0 to 180 degrees from the strike.
-    projection : str
-        "area" or "angle".
     n : int
         Number of points of the curve.
 
     Returns
     -------
-    list of (k, 2) ndarray
-        Polylines, split at the primitive circle.
+    list of (k, 3) ndarray
+        Polylines of unit vectors, split at the primitive circle.
     """
     sin_r, cos_r = sin_cos_deg(rake_deg)
     major = cos_r * plane.strike_vector() + sin_r * plane.dip_vector()
-    return confidence_ellipse(-plane.normal(), major, max_angle_deg, min_angle_deg, projection, n)
+    return confidence_ellipse(-plane.normal(), major, max_angle_deg, min_angle_deg, n)
 
 
 def cone_curve(
@@ -236,7 +278,6 @@ def cone_curve(
     second: FloatArray,
     first_angle_deg: float,
     second_angle_deg: float,
-    projection: str,
     n: int,
 ) -> list[FloatArray]:
     """Return the curve of an elliptical cone about an orthonormal frame.
@@ -252,13 +293,12 @@ def cone_curve(
         Orthonormal frame.
     first_angle_deg, second_angle_deg : float
         Half-angles toward `first` and `second`, degrees.
-    projection : {"area", "angle"}
     n : int
         Number of points of the curve.
 
     Returns
     -------
-    list of (k, 2) ndarray
+    list of (k, 3) ndarray
     """
     # Use equal steps of the eccentric angle: with equal steps of t, the ends of a long ellipse have
     # visible corners.
@@ -271,11 +311,11 @@ def cone_curve(
     curve = (
         cos_r[:, None] * axis + (sin_r * cos_t)[:, None] * first + (sin_r * sin_t)[:, None] * second
     )
-    return split_at_primitive(curve, projection)
+    return split_at_primitive(curve)
 
 
-def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[FloatArray]:
-    """Project a curve on the sphere, split where it crosses the primitive circle.
+def split_at_primitive(curve: npt.ArrayLike) -> list[FloatArray]:
+    """Move a curve to the lower hemisphere, split where it crosses the primitive circle.
 
     Directions that point up are replaced by their opposites. Each part ends exactly on the
     primitive circle.
@@ -283,11 +323,10 @@ def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[F
     Parameters
     ----------
     curve : (n, 3) array_like
-    projection : {"area", "angle"}, optional
 
     Returns
     -------
-    list of (k, 2) ndarray
+    list of (k, 3) ndarray
     """
     c = np.asarray(curve, dtype=np.float64)
     up = c[:, 2] > 1e-12
@@ -308,4 +347,4 @@ def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[F
     if closed:
         # The curve starts within a part, so its last part continues into the first one.
         parts[0] = np.vstack([parts.pop()[:-1], parts[0]])
-    return [project(part, projection, flip=False) for part in parts if len(part) > 1]
+    return [part for part in parts if len(part) > 1]

@@ -49,7 +49,8 @@ OKABE_ITO = (
 )
 """Colour-blind safe palette of Okabe & Ito, the colours most visible on white first."""
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+"""Symbols of sets; the star is that of the fold axis."""
 
 TYPED_LINE = "d"
 """Marker of lines entered by the user; it is not used for sets or means."""
@@ -74,12 +75,14 @@ class NetSet:
         Ids of the features, for selection; empty if they cannot be selected.
     color, marker : str
     variant : int
-        Number that distinguishes sets of one type with the same colour: filled, open, pale, deep,
+        Number that distinguishes sets with the same colour and symbol: filled, open, pale, deep,
         then again from the start.
     turns : Turns or None
         Rotation errors due to the registrations of the models; None if unknown.
     slips : (n, 3) array or None
         Unit vectors of the hanging-wall movement at striae; NaN if unknown.
+    group : str
+        Name of the sets that belong together: the type of features; empty if it is the name.
     """
 
     name: str
@@ -92,6 +95,12 @@ class NetSet:
     variant: int = 0
     turns: Turns | None = None
     slips: FloatArray | None = None
+    group: str = ""
+
+    @property
+    def group_name(self) -> str:
+        """Name of the sets that are contoured together."""
+        return self.group or self.name
 
     @property
     def registered(self) -> bool:
@@ -155,11 +164,9 @@ class NetEllipse:
         largest, smallest = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
         return cls(plane, float(largest), float(smallest), rake_deg)
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the outline as polylines (k, 2) in net coordinates."""
-        return nets.pole_ellipse(
-            self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg, projection
-        )
+    def outline(self) -> list[FloatArray]:
+        """Return the outline as polylines (k, 3) on the lower hemisphere."""
+        return nets.pole_ellipse(self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg)
 
     def pole_ellipse(self) -> NetLineEllipse:
         """Ellipse of the pole, treated as a line."""
@@ -184,10 +191,10 @@ class NetLineEllipse:
         line = Line.from_vector(vector)
         return cls(line, region.largest_deg, region.smallest_deg, region.axis)
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the outline as polylines (k, 2) in net coordinates."""
+    def outline(self) -> list[FloatArray]:
+        """Return the outline as polylines (k, 3) on the lower hemisphere."""
         return nets.confidence_ellipse(
-            self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
+            self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg
         )
 
 
@@ -226,13 +233,13 @@ class NetCircle:
         """Line style, which distinguishes great from small circles."""
         return "--" if self.half_angle_deg == 90.0 else ":"
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the circle as polylines (k, 2) in net coordinates."""
+    def outline(self) -> list[FloatArray]:
+        """Return the circle as polylines (k, 3) on the lower hemisphere."""
         axis = self.axis.vector()
         first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         first /= np.linalg.norm(first)
         half = self.half_angle_deg
-        return nets.cone_curve(axis, first, np.cross(axis, first), half, half, projection, 361)
+        return nets.cone_curve(axis, first, np.cross(axis, first), half, half, 361)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,9 +248,9 @@ class NetBand:
 
     edges: tuple[FloatArray, FloatArray]
 
-    def outline(self, projection: str) -> list[FloatArray]:
-        """Return the edges as polylines (k, 2) in net coordinates."""
-        return [part for edge in self.edges for part in nets.split_at_primitive(edge, projection)]
+    def outline(self) -> list[FloatArray]:
+        """Return the edges as polylines (k, 3) on the lower hemisphere."""
+        return [part for edge in self.edges for part in nets.split_at_primitive(edge)]
 
 
 AnyEllipse = NetEllipse | NetLineEllipse | NetBand
@@ -299,12 +306,15 @@ class Contouring:
         Whether each set has its own contours.
     sigma : float
         Kamb's sigma, which determines the counting circle; Schmidt's method does not use it.
+    only : str or None
+        Group of sets (`NetSet.group_name`) to contour; None for all sets.
     """
 
     levels: tuple[float, ...] = ()
     filled: bool | None = None
     each_set: bool = False
     sigma: float = SIGMA
+    only: str | None = None
 
     @property
     def is_filled(self) -> bool:
@@ -350,6 +360,9 @@ class NetContents:
     compact : bool
         Whether to use the short legend for the screen. It does not mention the ellipse of the
         selection, which would shift the net at every click.
+    brief : bool
+        Whether a small net shows its sets only if two rows suffice, no caption, and a free row at
+        the bottom for the selection.
     north : bool
         Whether azimuths are from north; False in a local frame, where they are measured from the y
         axis.
@@ -376,6 +389,7 @@ class NetContents:
     title: str = ""
     notes: tuple[str, ...] = ()
     compact: bool = False
+    brief: bool = False
     north: bool = True
 
     def replace_selection(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
 from vomstudio.products.net.contents import NetSet
 from vomstudio.products.net.contours import (
@@ -12,53 +12,44 @@ from vomstudio.products.net.contours import (
     bar_height,
     bar_width,
     contour_colors,
-    dash,
 )
 from vomstudio.products.net.page import NetPage
 from vomstudio.products.net.style import NetStyle, layer, mix_colors
 
 
-def draw_contours(page: NetPage, plan: ContourPlan) -> None:
-    """Draw density contours on a page."""
-    style, n = page.style, len(plan.levels)
-    if not n:
-        return
+def draw_contours(ax: Any, plan: ContourPlan, style: NetStyle) -> None:
+    """Draw density contours on axes of mplstereonet."""
+    n = len(plan.levels)
     for part in plan.parts:
         top = float(part.values.max())
-        if top <= plan.levels[0]:
+        if not n or top <= plan.levels[0]:
             continue
         colors = contour_colors(part.of, n, plan.filled, style)
         if plan.filled:
             # Add an upper limit, so that a single level suffices.
-            filled = page.axes.contourf(
-                part.x,
-                part.y,
+            ax.contourf(
+                part.steps,
+                part.steps,
                 part.values,
                 levels=[*plan.levels, plan.levels[-1] + top],
                 colors=colors,
-                alpha=None if part.of is None else OPACITY,
+                alpha=OPACITY,
                 zorder=layer("density"),
                 antialiased=True,
             )
-            filled.set_clip_path(page.rim)
-        shades = _line_colors(part.of, colors, plan.filled, style)
-        lines = page.axes.contour(
-            part.x,
-            part.y,
+        ax.contour(
+            part.steps,
+            part.steps,
             part.values,
             levels=list(plan.levels),
-            colors=shades,
+            colors=_line_colors(part.of, colors, plan.filled, style),
             linewidths=_line_width(plan, style),
-            linestyles=dash(part.of),
+            linestyles=part.dash,
             zorder=layer("contours"),
         )
-        lines.set_clip_path(page.rim)
-    _draw_bar(page, plan)
 
 
-def _line_colors(
-    of: NetSet | None, colors: list[object], filled: bool, style: NetStyle
-) -> list[object]:
+def _line_colors(of: NetSet | None, colors: list[str], filled: bool, style: NetStyle) -> list[str]:
     """Return the line colours; between filled contours, lines are only separators."""
     if not filled:
         return colors
@@ -70,7 +61,8 @@ def _line_width(plan: ContourPlan, style: NetStyle) -> float:
     return (0.6 if plan.filled else 1.1) * style.line_pt
 
 
-def _draw_bar(page: NetPage, plan: ContourPlan) -> None:
+def draw_bar(page: NetPage, plan: ContourPlan) -> None:
+    """Draw the colour bar of contours on a page."""
     from matplotlib.patches import Rectangle
 
     n, font, row = len(plan.levels), page.font, page.row
@@ -78,8 +70,8 @@ def _draw_bar(page: NetPage, plan: ContourPlan) -> None:
     if page.is_beside:
         tall = bar_height(plan, font, page.height)
         x_left, y_low = page.legend_x, page.pad + (page.under + 0.8) * row
-        page.text(x_left, y_low + tall + 0.8 * row, plan.unit)
-        page.text(x_left, y_low + tall + 1.8 * row, plan.name)
+        for i, line in enumerate(reversed(page.bar_words)):
+            page.text(x_left, y_low + tall + (0.8 + i) * row, line)
     else:
         tall = min(1.5 * font * n, 1.2 * page.radius)
         x_left, y_low = page.width - page.pad - 2.2 * font - thick, page.cy - tall / 2
@@ -92,28 +84,25 @@ def _draw_bar(page: NetPage, plan: ContourPlan) -> None:
             x, y = x_left + column * each, y_low + tall * i / n
             if plan.filled:
                 cell = Rectangle(
-                    page.net_of(x, y),
-                    each / page.radius,
-                    tall / n / page.radius,
-                    facecolor=_composite_color(color, part.of, page.style),
+                    (x, y),
+                    each,
+                    tall / n,
+                    facecolor=mix_colors(page.style.net, color, OPACITY),
                     edgecolor=page.style.soft,
                     linewidth=0.5 * page.style.line_pt,
                     zorder=layer("legend"),
+                    transform=page.points,
+                    clip_on=False,
                 )
                 page.axes.add_patch(cell)
             else:
-                ends = np.array([page.net_of(x, y), page.net_of(x + 0.85 * each, y)])
-                page.axes.plot(
-                    *ends.T,
+                page.plot(
+                    [x, x + 0.85 * each],
+                    [y, y],
                     color=color,
-                    linestyle=dash(part.of),
+                    linestyle=part.dash,
                     linewidth=1.4 * _line_width(plan, page.style),
                     zorder=layer("legend"),
                 )
     for i, level in enumerate(plan.levels):
         page.text(x_left + thick + 0.4 * font, y_low + tall * i / n, f"{level:g}")
-
-
-def _composite_color(color: object, of: NetSet | None, style: NetStyle) -> object:
-    """Return a translucent colour as it appears on the net."""
-    return color if of is None else mix_colors(style.net, str(color), OPACITY)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,7 +25,7 @@ DENSITY_NAMES = {
 }
 
 DASHES = ("-", "--", "-.", ":")
-"""Line styles that distinguish sets of one type, which share a colour."""
+"""Line styles that distinguish sets of the same colour."""
 
 OPACITY = 0.6
 
@@ -32,13 +34,13 @@ OPACITY = 0.6
 class ContourGroup:
     """Density of one set, or of all features together without `of`, on a grid.
 
-    x, y (k,) and values (k, k) are as returned by `density_grid`.
+    steps (k,) and values (k, k) are as returned by `density_grid`. `dash` is the line style.
     """
 
     of: NetSet | None
-    x: FloatArray
-    y: FloatArray
+    steps: FloatArray
     values: FloatArray
+    dash: str = "-"
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,23 +52,29 @@ class ContourPlan:
     filled: bool
     levels: tuple[float, ...] = ()
     parts: tuple[ContourGroup, ...] = ()
+    subject: str = ""
+    """Sets that are contoured together, for the legend; empty if they are all of one kind."""
 
     @classmethod
+    @lru_cache(maxsize=1)
     def of(cls, net: NetContents) -> ContourPlan | None:
         """Plan the contours of a net; return None if not requested or without features."""
         groups = contour_groups(net)
         if net.contour is None or not groups:
             return None
         look = net.contouring
-        parts = tuple(
-            ContourGroup(
-                s, *densities.density_grid(v, net.contour, net.projection, sigma=look.sigma)
-            )
-            for s, v in groups
-        )
+        colors = Counter[str]()
+        parts = []
+        for s, vectors in groups:
+            steps, values = densities.density_grid(vectors, net.contour, sigma=look.sigma)
+            color = "" if s is None else s.color
+            parts.append(ContourGroup(s, steps, values, DASHES[colors[color] % len(DASHES)]))
+            colors[color] += 1
         top = max(float(part.values.max()) for part in parts)
         levels = contour_levels(net, top)
-        return cls(net.contour, look.sigma, look.is_filled, levels, parts)
+        return cls(
+            net.contour, look.sigma, look.is_filled, levels, tuple(parts), _describe_subject(net)
+        )
 
     @property
     def name(self) -> str:
@@ -92,7 +100,7 @@ def check_contour_sizes(net: NetContents) -> list[Finding]:
             findings.append(
                 Finding(
                     "net.few-for-contours",
-                    set=of.name if of else tr("All together"),
+                    set=of.name if of else net.contouring.only or tr("All together"),
                     count=len(v),
                     share_percent=100.0 * area,
                 )
@@ -100,9 +108,26 @@ def check_contour_sizes(net: NetContents) -> list[Finding]:
     return findings
 
 
+def contoured_sets(net: NetContents) -> list[NetSet]:
+    """Return the sets that are contoured."""
+    only = net.contouring.only
+    return [s for s in net.sets if len(s) and only in (None, s.group_name)]
+
+
+def _describe_subject(net: NetContents) -> str:
+    """Describe the sets that are contoured together, unless the net has no others."""
+    sets = contoured_sets(net)
+    if net.contouring.each_set or len({s.group_name for s in net.sets if len(s)}) < 2:
+        return ""
+    count = sum(map(len, sets))
+    if net.contouring.only is None:
+        return tr("of all sets together, n = {count:,}", count=count)
+    return tr("of {set}, n = {count:,}", set=net.contouring.only, count=count)
+
+
 def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
-    """Return the vectors (n, 3) of each set, or of all features together (None)."""
-    sets = [s for s in net.sets if len(s)]
+    """Return the vectors (n, 3) of each contoured set, or of all of them together (None)."""
+    sets = contoured_sets(net)
     if not sets:
         return []
     if net.contouring.each_set:
@@ -133,7 +158,7 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
         line = Line.from_vector(place)
         parts.append(
             {
-                "set": None if of is None else of.name,
+                "set": look.only if of is None else of.name,
                 "n": len(v),
                 "maximum": top,
                 "trend_deg": line.trend_deg,
@@ -150,25 +175,21 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
     }
 
 
-def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> list[object]:
+def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> list[str]:
     """Return the colours of n ascending levels.
 
     All features together are drawn in greys (in a perceptual colour map on a dark net), and each
     set in shades of its colour.
     """
     from matplotlib import colormaps
+    from matplotlib.colors import to_hex
 
     if of is None and filled:
         if style.contour_map == "dark":
-            return [colormaps["cividis"](float(s)) for s in np.linspace(0.1, 0.75, n)]
-        return [colormaps["Greys"](float(s)) for s in np.linspace(0.12, 0.62, n)]
+            return [to_hex(colormaps["cividis"](float(s))) for s in np.linspace(0.1, 0.9, n)]
+        return [to_hex(colormaps["Greys"](float(s))) for s in np.linspace(0.2, 0.9, n)]
     color = style.ink if of is None else style.outline(style.color(of.color))
     return [mix_colors(color, style.net, float(share)) for share in np.linspace(0.55, 0.0, n)]
-
-
-def dash(of: NetSet | None) -> str:
-    """Return the line style of a set."""
-    return DASHES[of.variant % len(DASHES)] if of is not None else "-"
 
 
 def bar_width(plan: ContourPlan, font: float, is_beside: bool) -> float:

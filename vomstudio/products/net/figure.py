@@ -1,9 +1,7 @@
 """Stereonet as a figure, for the dock of the window and for `vomstudio stereonet`.
 
-Everything is drawn in projected coordinates on one plain Axes that covers the figure, where one
-unit is the radius of the net. Such a net is redrawn in milliseconds, and picking is simple
-arithmetic. An Axes with a map projection would transform every vertex at every redraw. Matplotlib
-is imported on first use.
+The net is drawn on the axes of mplstereonet, and everything around it in points of the page.
+Picking is simple arithmetic on positions in the unit circle. Matplotlib is imported on first use.
 """
 
 from __future__ import annotations
@@ -22,9 +20,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Line
-from vomstudio.products.net.annotations import draw_additions
 from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
-from vomstudio.products.net.contour_drawing import draw_contours
+from vomstudio.products.net.contour_drawing import draw_bar, draw_contours
+from vomstudio.products.net.drawing import NetDrawing
 from vomstudio.products.net.figure_file import FORMATS, font_settings, write_figure
 from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.page import NetPage
@@ -68,7 +66,7 @@ class NetArtists:
     positions: list[FloatArray]
     """Net positions (n, 2) of the poles or lines of each set."""
     arcs: list[FloatArray]
-    """Great circles (m, k, 2) of each set as drawn; m is 0 for a set without great circles."""
+    """Net positions (m, k, 2) of the great circles of each set; m is 0 if none are drawn."""
     arc_rows: list[IndexArray]
     """For each set, the rows (m,) of the features to which the arcs belong."""
     poles: list[Line2D]
@@ -146,7 +144,7 @@ class NetArtists:
     def _emphasise(self) -> None:
         for artist in self.emphasis:
             artist.remove()
-        self.emphasis = draw_emphasis(self.axes, self.contents, self.style, self.positions)
+        self.emphasis = draw_emphasis(self.axes, self.contents, self.style)
 
 
 def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) -> NetArtists:
@@ -164,29 +162,26 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     figure.clear()
     figure.set_facecolor(style.paper)
     page = NetPage(figure, net, style)
-    ax = page.axes
-    page.draw_frame()
+    page.draw_north()
     if page.contours is not None:
-        draw_contours(page, page.contours)
-    positions = [nets.project(s.vectors(), net.projection) for s in net.sets]
-    arcs, rows = page.draw_circles()
-    draw_additions(page)
-    poles = page.draw_poles(positions)
-    if net.fold is not None:
-        page.draw_fold(net.fold)
-    emphasis = draw_emphasis(ax, net, style, positions)
+        draw_contours(page.axes, page.contours, style)
+    drawing = NetDrawing(page.axes, net, style)
+    drawing.draw()
+    emphasis = draw_emphasis(page.axes, net, style)
     page.draw_legend()
-    page.draw_means_and_labels()  # last, so that labels can keep clear of all other text
+    if page.bar is not None:
+        draw_bar(page, page.bar)
+    page.draw_labels(drawing.outlines)  # last, so that labels can keep clear of all other text
     return NetArtists(
-        ax,
+        page.axes,
         net,
         style,
         page.radius * page.px,
         (page.cx * page.px, page.cy * page.px),
-        positions,
-        arcs,
-        rows,
-        poles,
+        [nets.project(s.vectors(), net.projection) for s in net.sets],
+        [nets.project(arcs, net.projection, flip=False) for arcs in drawing.arcs],
+        drawing.arc_rows,
+        drawing.poles,
         emphasis,
         [(a * page.px, b * page.px, c * page.px, d * page.px) for a, b, c, d in page.text_boxes],
     )

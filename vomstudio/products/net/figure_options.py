@@ -196,6 +196,12 @@ class StereonetOptions(Options):
     each_set: bool = option(
         False, help=to_translate("contour each set by itself, in its colour, at the same levels")
     )
+    contour_set: str | None = option(
+        None,
+        metavar="SET",
+        help=to_translate("contour this set only"),
+        automatic=to_translate("all sets together"),
+    )
     kamb_sigma: float = option(
         3.0,
         minimum=0.5,
@@ -263,6 +269,7 @@ class StereonetOptions(Options):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_requires(self, "levels", "contour")
+        check_requires(self, "contour_set", "contour")
         check_requires(self, "quality", "fold")
         check_requires(self, "only_set", "fold")
         parse_levels(self.levels)

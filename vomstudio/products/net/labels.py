@@ -62,7 +62,9 @@ def find_label_place(
             corner = max(
                 math.hypot(cx - sheet.cx, cy - sheet.cy) for cx in box[::2] for cy in box[1::2]
             )
-            rim = 3.0 if corner > sheet.radius else 0.0  # would lie across the rim
+            is_across = corner > sheet.radius > _gap(box, (sheet.cx, sheet.cy)) - half
+            # Prefer a place inside, but one outside to one that the rim and its ticks cross.
+            rim = 15.0 if is_across else 3.0 if corner > sheet.radius else 0.0
             now = 30.0 * hits + float(inside) + rim + 1.5 * reach
             if now < cost:
                 best, cost = (x, y), now
@@ -73,7 +75,7 @@ def _meet(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def _gap(box: Box, mark: FloatArray) -> float:
+def _gap(box: Box, mark: Sequence[float] | FloatArray) -> float:
     """Return the distance between a mark and a box."""
     dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
     dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])

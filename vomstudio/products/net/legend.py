@@ -19,6 +19,8 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.style import NetStyle
 
+_EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
+
 
 @dataclass(frozen=True)
 class NetLegendEntry:
@@ -31,6 +33,8 @@ class NetLegendEntry:
     outlined: bool = False
     like: NetSet | None = None
     """Set whose symbol is drawn in the same way as on the net."""
+    is_continued: bool = False
+    """Whether the text continues that of the previous entry."""
 
 
 def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
@@ -44,7 +48,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
             terse = tr("{set}, lines", set=terse)
         entries.append(
             NetLegendEntry(
-                f"{terse} ({len(s):,})" if net.compact else _set_text(s, net.poles),
+                f"{terse} ({len(s):,})" if net.compact else set_text(s, net.poles),
                 style.color(s.color),
                 s.marker if net.poles else None,
                 "-" if circles else None,
@@ -95,7 +99,7 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
-def _set_text(s: NetSet, poles: bool) -> str:
+def set_text(s: NetSet, poles: bool) -> str:
     """Return the full legend text of a set."""
     if s.kind == "line":
         return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
@@ -125,15 +129,18 @@ def _width(text: str, font_pt: float, weight: str, family: tuple[str, ...]) -> f
 
 
 def wrap_text(text: str, font_pt: float, width: float) -> list[str]:
-    """Wrap a text to a width; longer words get their own line, no-break spaces are kept."""
+    """Wrap a text to a width; longer words get their own line, no-break spaces are kept.
+
+    An equals sign and both of its sides stay together.
+    """
     lines: list[str] = []
-    for word in text.split(" "):
+    for word in text.replace(" = ", _EQUALS).split(" "):
         longer = f"{lines[-1]} {word}" if lines else word
         if lines and text_width(longer, font_pt) <= width:
             lines[-1] = longer
         else:
             lines.append(word)
-    return lines
+    return [line.replace(_EQUALS, " = ") for line in lines]
 
 
 def shorten_text(text: str, font_pt: float, width: float, weight: str = "normal") -> str:

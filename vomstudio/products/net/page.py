@@ -1,26 +1,19 @@
-"""Page with a net: its layout, and drawing of everything except the selection."""
+"""Page with a net: its layout, labels and legend."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.core.arrays import FloatArray, IndexArray
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_attitude
-from vomstudio.products.net.contents import (
-    AUTO_CIRCLES,
-    NetContents,
-    NetLineEllipse,
-    fold_ellipse,
-    shows_all_circles,
-)
+from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
 from vomstudio.products.net.contours import ContourPlan, bar_height, bar_space
 from vomstudio.products.net.labels import Box, find_label_place
 from vomstudio.products.net.legend import (
@@ -30,12 +23,11 @@ from vomstudio.products.net.legend import (
     text_width,
     wrap_text,
 )
-from vomstudio.products.net.slip_arrows import draw_slip_arrows
-from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer, symbol_scale
+from vomstudio.products.net.net_axes import NORTH_LETTERS, NORTH_SIZE, add_net
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 PROJECTION_NAMES = {
     "area": to_translate("Equal area, lower hemisphere"),
@@ -44,17 +36,25 @@ PROJECTION_NAMES = {
 
 _MAX_LEGEND_LETTERS = 24.0
 """Maximum width of a legend beside the net, in letter widths."""
+_MAX_BRIEF_ROWS = 2
+"""Maximum number of rows of the legend of a small net."""
+_MAX_CORNER_SHARE = 0.4
+"""Maximum width of the selected feature's name, as a share of the width of the net."""
+_SIGN_LETTERS = 2.2
+"""Width of the symbol of a legend entry, in letter widths."""
 _MIN_CONNECTED_LETTERS = 1.5
 """Minimum distance, in letter widths, at which a line connects a label to its mark."""
-_SLIP_HALF_LENGTH = 0.1
-"""Half the length of a slip arrow, which extends beyond the symbol of its striae."""
+
+
+LegendRow = list[tuple[float, NetLegendEntry]]
+"""Entries of a row of the legend with their offsets in points."""
 
 
 class NetPage:
     """Layout of a figure, in points from its bottom left corner."""
 
     def __init__(self, figure: Figure, net: NetContents, style: NetStyle) -> None:
-        self.net, self.style = net, style
+        self._figure, self.net, self.style = figure, net, style
         self.width, self.height = (72.0 * float(v) for v in figure.get_size_inches())
         self.px = figure.dpi / 72.0
         self.font = style.font_pt
@@ -65,24 +65,40 @@ class NetPage:
         self.bar = self.contours if self.contours and self.contours.levels else None
         self.foot = list(net.notes)
         planes = sum(len(s) for s in net.sets if s.kind == "plane")
-        if net.circles is None and planes > AUTO_CIRCLES:
+        if net.circles is None and planes > AUTO_CIRCLES and not net.brief:
             self.foot.append(tr("Great circles of {count:,} planes not drawn", count=planes))
         if self.contours and not self.bar:
             self.foot.append(tr("Nowhere dense enough for a contour"))
-        self.foot.append(tr(PROJECTION_NAMES[net.projection]))
+        if self.bar and self.bar.subject and net.compact:
+            self.foot.append(tr("Contours {subject}", subject=self.bar.subject))
+        self.foot.append("" if net.brief else tr(PROJECTION_NAMES[net.projection]))
+        self.averages = () if net.brief else net.averages
+        if net.brief:
+            self.entries = [entry for entry in self.entries if entry.like is not None]
+            if len(self._flow(self.width - 2 * self.pad)) > _MAX_BRIEF_ROWS:
+                self.entries = []
         self.words: list[str] = []
         self.whole = True
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
-        self.outlines: list[FloatArray] = []
-        """Points along curves on the net that labels should avoid."""
+        self.bar_words: list[str] = []
+        """Name, subject and unit of the colour bar beside the net."""
         self._arrange()
-        self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        r = self.radius
-        self.axes.set_xlim(-self.cx / r, (self.width - self.cx) / r)
-        self.axes.set_ylim(-self.cy / r, (self.height - self.cy) / r)
-        self.axes.set_axis_off()
-        self.axes.set_autoscale_on(False)
+
+    @cached_property
+    def axes(self) -> Any:
+        """Axes of the net, created on first use because a layout does not need them."""
+        x_left, y_low, side = self.cx - self.radius, self.cy - self.radius, 2.0 * self.radius
+        width, height = self.width, self.height
+        box = (x_left / width, y_low / height, side / width, side / height)
+        return add_net(self._figure, box, self.style, self.net.projection, north="")
+
+    @cached_property
+    def points(self) -> Any:
+        """Transform of positions in points."""
+        from matplotlib.transforms import Affine2D
+
+        return Affine2D().scale(1.0 / 72.0) + self._figure.dpi_scale_trans
 
     # Layout
 
@@ -97,14 +113,20 @@ class NetPage:
         notes, widest = self.foot, _MAX_LEGEND_LETTERS * self.font
 
         self.foot = _lines(notes, self.font, widest)
-        words = _lines(self.net.averages, self.font, widest)
+        words = _lines(self.averages, self.font, widest)
+        if self.bar is not None:
+            texts = [text for text in (self.bar.name, self.bar.subject, self.bar.unit) if text]
+            self.bar_words = _lines(texts, self.font, widest)
         gap = tick + 1.5 * self.font
         column = self._column_width(words)
         is_beside = min(
             self.height - head - tick - self.pad,
             self.width - 2 * self.pad - tick - gap - column,
         )
-        low_foot = _lines(notes, self.font, self.width - 2 * self.pad)
+        low_width = self.width - 2 * self.pad
+        if self.bar is not None and not self.net.compact:
+            notes = [*notes[:-1], *_describe_bar(self.bar), notes[-1]]
+        low_foot = _lines(notes, self.font, low_width)
         room = self.width - 2 * (self.pad + tick) - bar
         rows, low_words, low = self._under_net(low_foot, head + tick, room)
         below_diameter = min(self.height - head - tick - low - self.heading, room)
@@ -112,61 +134,52 @@ class NetPage:
         self.is_beside = is_beside >= below_diameter
         self.radius = max(is_beside, below_diameter, 20.0) / 2.0
         if self.is_beside:
-            room = self.height - 2 * self.pad - self._foot() - self.heading
-            most = max(int(room / (1.15 * self.row)), 1)
-            self.rows = [[(0.0, e)] for e in self.entries[:most]]
-            room -= 1.15 * self.row * len(self.rows)
-            self.words = _cut(words, max(int(room / self.row), 0))
-            self.whole = len(self.rows) == len(self.entries) and self.words == words
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2
             self.legend_x = self.cx + self.radius + gap
             self.legend_width = self.width - self.legend_x - self.pad
+            room = self.height - 2 * self.pad - self._foot() - self.heading
+            most = max(int(room / (1.15 * self.row)), 1)
+            rows = self._stack(self.legend_width)
+            self.rows = rows[:most]
+            room -= 1.15 * self.row * len(self.rows)
+            self.words = _cut(words, max(int(room / self.row), 0))
+            self.whole = len(self.rows) == len(rows) and self.words == words
         else:
             self.foot, self.rows, self.words = low_foot, rows, low_words
-            self.whole = self.words == _lines(
-                self.net.averages, self.font, self.width - 2 * self.pad
-            )
-            self.whole = self.whole and sum(map(len, rows)) == len(self.entries)
-            # Beside the net, the name of the bar is above it; at the right edge it does not fit.
-            if self.bar is not None and not self.net.compact:
-                full = f"{self.bar.name}; {self.bar.unit}"
-                fits = text_width(full, self.font) <= self.width - 2 * self.pad
-                self.foot.insert(-1, full if fits else self.bar.name)
+            self.whole = self.words == _lines(self.averages, self.font, low_width)
+            self.whole = self.whole and len(rows) == len(self._flow(low_width))
             self.cx = (self.width - bar) / 2.0
             self.cy = self.height - self.heading - head - self.radius
             self.legend_x = self.pad
-            self.legend_width = self.width - 2 * self.pad
+            self.legend_width = low_width
 
     def _under_net(
         self, foot: list[str], head: float, widest: float
-    ) -> tuple[list[list[tuple[float, NetLegendEntry]]], list[str], float]:
+    ) -> tuple[list[LegendRow], list[str], float]:
         """Return the legend rows below the net, the wrapped averages, and their total height.
 
         `head` is the height above the net, and `widest` the maximum diameter of the net.
         """
         rows = self._flow(self.width - 2 * self.pad)
-        words = _lines(self.net.averages, self.font, self.width - 2 * self.pad)
-        under = len(foot) + (self.bar is not None and not self.net.compact)
+        words = _lines(self.averages, self.font, self.width - 2 * self.pad)
         least = min((0.55 if self.net.compact else 0.4) * self.height, widest)
-        low = (len(rows) + len(words) + under) * self.row + self.pad
+        low = (len(rows) + len(words) + len(foot)) * self.row + self.pad
         # Assign space to the net first, then to the legend, then to the averages.
         while (len(rows) > 1 or words) and self.height - head - low < least:
             if words:
                 words = _cut(words, len(words) - 1)
             else:
                 rows.pop()
-            low = (len(rows) + len(words) + under) * self.row + self.pad
+            low = (len(rows) + len(words) + len(foot)) * self.row + self.pad
         return rows, words, low
 
     def _column_width(self, words: list[str]) -> float:
-        """Return the width of a legend beside the net, for which long names are shortened."""
-        texts = [*self.foot, *words]
-        if self.bar is not None:
-            texts += [self.bar.name, self.bar.unit]
-        entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
+        """Return the width of a legend beside the net, in which long texts are wrapped."""
+        entries = [_SIGN_LETTERS * self.font + text_width(e.text, self.font) for e in self.entries]
         widest = min(max(entries, default=0.0), _MAX_LEGEND_LETTERS * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
+        texts = [*self.foot, *words, *self.bar_words]
         return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
 
     def _foot(self) -> float:
@@ -174,29 +187,50 @@ class NetPage:
         under = (self.under + 1.0) * self.row
         if self.bar is None:
             return under
-        return under + bar_height(self.bar, self.font, self.height) + 3.0 * self.row
+        words = (len(self.bar_words) + 1.0) * self.row
+        return under + bar_height(self.bar, self.font, self.height) + words
 
     @property
     def under(self) -> int:
         """Number of text rows below the legend."""
         return len(self.foot) + len(self.words)
 
-    def _flow(self, width: float) -> list[list[tuple[float, NetLegendEntry]]]:
-        """Arrange legend entries side by side in rows of (offset, entry)."""
-        rows: list[list[tuple[float, NetLegendEntry]]] = []
+    def _wrap(self, entry: NetLegendEntry, width: float) -> list[NetLegendEntry]:
+        """Return the lines of an entry; on the screen, long texts are shortened instead."""
+        if self.net.compact:
+            return [entry]
+        lines = wrap_text(entry.text, self.font, width - _SIGN_LETTERS * self.font)
+        rest = [NetLegendEntry(line, entry.color, is_continued=True) for line in lines[1:]]
+        return [replace(entry, text=lines[0]), *rest]
+
+    def _stack(self, width: float) -> list[LegendRow]:
+        """Arrange legend entries below each other."""
+        return [[(0.0, line)] for e in self.entries for line in self._wrap(e, width)]
+
+    def _flow(self, width: float) -> list[LegendRow]:
+        """Arrange legend entries side by side in rows."""
+        rows: list[LegendRow] = []
         x = 0.0
         for e in self.entries:
-            need = 2.2 * self.font + text_width(e.text, self.font)
+            need = _SIGN_LETTERS * self.font + text_width(e.text, self.font)
             if rows and x + need <= width:
                 rows[-1].append((x, e))
             else:
-                rows.append([(0.0, e)])
+                rows += [[(0.0, line)] for line in self._wrap(e, width)]
                 x = 0.0
             x += need + 1.6 * self.font
         return rows
 
-    def net_of(self, x: float, y: float) -> tuple[float, float]:
-        return (x - self.cx) / self.radius, (y - self.cy) / self.radius
+    def to_page(self, vectors: FloatArray, *, flip: bool = True) -> FloatArray:
+        """Return the positions (n, 2) of vectors (n, 3), in points."""
+        at = nets.project(vectors, self.net.projection, flip=flip)
+        return np.asarray(np.array([self.cx, self.cy]) + self.radius * at)
+
+    def plot(self, x: Sequence[float], y: Sequence[float], **look: Any) -> None:
+        """Draw a line or a symbol at positions in points."""
+        from matplotlib.lines import Line2D
+
+        self.axes.add_artist(Line2D(x, y, transform=self.points, clip_on=False, **look))
 
     def text(
         self,
@@ -218,8 +252,10 @@ class NetPage:
         half = 0.5 * self.font * size
         self.text_boxes.append((x_left, y - half, x_left + width, y + half))
         artist = self.axes.text(
-            *self.net_of(x, y),
+            x,
+            y,
             text,
+            transform=self.points,
             ha=align,
             va="center_baseline",
             fontsize=self.font * size,
@@ -234,197 +270,55 @@ class NetPage:
 
     # Drawing
 
-    def draw_frame(self) -> None:
-        from matplotlib.collections import LineCollection
-        from matplotlib.patches import Circle
-
-        style, ax = self.style, self.axes
-        ax.add_patch(
-            Circle((0, 0), 1.0, facecolor=style.net, edgecolor="none", zorder=layer("ground"))
-        )
-        self.rim = Circle(
-            (0, 0),
-            1.0,
-            facecolor="none",
-            edgecolor=style.ink,
-            linewidth=1.25 * style.line_pt,
-            zorder=layer("rim"),
-        )
-        ax.add_patch(self.rim)
-        azimuth = np.radians(np.arange(0, 360, 10))
-        unit = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-        long = np.arange(36) % 9 == 0
-        length = np.where(long, 0.6, 0.3)[:, None] * self.font / self.radius
-        cross = 0.35 * self.font / self.radius
-        ticks = [*np.stack([unit, unit * (1 + length)], axis=1)]
-        ticks += [np.array([[-cross, 0], [cross, 0]]), np.array([[0, -cross], [0, cross]])]
-        ax.add_collection(
-            LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=layer("ticks"))
-        )
+    def draw_north(self) -> None:
         self.text(
             self.cx,
-            self.cy + self.radius + 0.6 * self.font + 0.62 * self.row,
+            self.cy + self.radius + NORTH_LETTERS * self.font,
             "N" if self.net.north else "y",
             align="center",
             weight="bold",
-            size=1.15,
+            size=NORTH_SIZE,
         )
 
-    def draw_circles(self) -> tuple[list[FloatArray], list[IndexArray]]:
-        from matplotlib.collections import LineCollection
+    def draw_labels(self, outlines: Sequence[FloatArray]) -> None:
+        """Label the means, the fold axis and the marks.
 
+        Parameters
+        ----------
+        outlines : sequence of (k, 3) arrays
+            Directions along curves that labels should avoid, besides the poles.
+        """
         net, style = self.net, self.style
-        count = sum(len(s) for s in net.sets if s.kind == "plane")
-        all_of_them = shows_all_circles(net)
-        steps = 61 if count <= 100 else 31
-        arcs: list[FloatArray] = []
-        rows: list[IndexArray] = []
-        for s in net.sets:
-            keep = np.arange(len(s) if s.kind == "plane" and all_of_them else 0)
-            lines = nets.great_circles(
-                s.azimuth_deg[keep], s.angle_deg[keep], net.projection, steps
-            )
-            arcs.append(lines)
-            rows.append(keep)
-            if len(keep) <= AUTO_CIRCLES:
-                self.outlines += list(lines[:, ::4])
-            if len(keep):
-                self.axes.add_collection(
-                    LineCollection(
-                        list(lines),
-                        colors=style.outline(style.color(s.color)),
-                        linewidths=style.line_pt,
-                        alpha=min(1.0, max(0.15, 4.0 / math.sqrt(count))),
-                        zorder=layer("circles"),
-                    )
-                )
-        return arcs, rows
-
-    def draw_poles(self, positions: list[FloatArray]) -> list[Line2D]:
-        net, style = self.net, self.style
-        total = sum(len(s) for s in net.sets)
-        size = style.marker_pt * symbol_scale(total)
-        dots = net.contour is not None and total > 500  # so that the contours stay visible
-        if dots:
-            size *= 0.5
-        drawn = []
-        for s, at in zip(net.sets, positions, strict=True):
-            shown = at if net.poles else at[:0]
-            # Directed lines that point upwards are shown as hollow symbols at their lower end.
-            up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
-            up = up[: len(shown)]
-            color = style.color(s.color)
-            face, rim, edge = style.symbol(s)
-            if rim == style.net and (dots or len(at) > 2000):
-                edge = 0.0
-            symbol_size = size * SYMBOL_SIZES.get(s.marker, 1.0)
-            (line,) = self.axes.plot(
-                shown[~up, 0],
-                shown[~up, 1],
-                linestyle="none",
-                marker=s.marker,
-                markersize=symbol_size,
-                markerfacecolor=face,
-                markeredgecolor=rim,
-                markeredgewidth=edge,
-                alpha=0.4 if dots else 1.0,
-                zorder=layer("poles"),
-            )
-            drawn.append(line)
-            if s.slips is not None and net.poles:
-                draw_slip_arrows(
-                    self.axes,
-                    at,
-                    s.slips,
-                    color=style.ink,
-                    half=_SLIP_HALF_LENGTH,
-                    width_pt=1.2 * style.line_pt,
-                    zorder=layer("poles"),
-                )
-            if up.any():
-                self.axes.plot(
-                    shown[up, 0],
-                    shown[up, 1],
-                    linestyle="none",
-                    marker=s.marker,
-                    markersize=symbol_size,
-                    markerfacecolor=style.net,
-                    markeredgecolor=color,
-                    markeredgewidth=1.2 * style.line_pt,
-                    zorder=layer("poles"),
-                )
-        return drawn
-
-    def draw_fold(self, fold: FoldAxis) -> None:
-        net, style = self.net, self.style
-        circle = nets.great_circle(fold.pi_plane, net.projection)
-        self.outlines.append(circle)
-        self.axes.plot(
-            *circle.T,
-            color=style.ink,
-            linewidth=1.3 * style.line_pt,
-            linestyle="--",
-            zorder=layer("fold"),
-        )
-        ellipse = fold_ellipse(fold)
-        if ellipse is not None:
-            self._draw_ellipse(ellipse, style.ink)
-        x, y = nets.project(fold.beta.vector(), net.projection)[0]
-        self.axes.plot(
-            [x],
-            [y],
-            marker="*",
-            markersize=2.4 * style.marker_pt,
-            markerfacecolor=style.ink,
-            markeredgecolor=style.net,
-            markeredgewidth=style.line_pt,
-            linestyle="none",
-            zorder=layer("means"),
-        )
-
-    def _draw_ellipse(self, ellipse: NetLineEllipse, color: str) -> None:
-        for part in ellipse.outline(self.net.projection):
-            self.axes.plot(*part.T, color=color, linewidth=self.style.line_pt, zorder=layer("fold"))
-            self.outlines.append(part)
-
-    def draw_means_and_labels(self) -> None:
-        net, style = self.net, self.style
-        labels: list[tuple[FloatArray, str, str]] = []
-        for mean in net.means:
-            at = nets.project(mean.line.vector(), net.projection)[0]
-            color = style.outline(style.color(mean.color))
-            self.axes.plot(
-                *at[:, None],
-                marker=mean.marker,
-                markersize=2.0 * style.marker_pt,
-                markerfacecolor=style.net,
-                markeredgecolor=color,
-                markeredgewidth=2.4 * style.line_pt,
-                linestyle="none",
-                zorder=layer("means"),
-            )
-            labels.append((at, mean.label, style.ink))
-            if mean.total is not None:
-                self._draw_ellipse(mean.total, color)
+        labels = [(mean.line, mean.label) for mean in net.means]
         if net.fold is not None:
-            at = nets.project(net.fold.beta.vector(), net.projection)[0]
             text = f"β {format_attitude(net.fold.beta, net.fold.error95_deg)}"
-            labels.append((at, text, style.ink))
-        for requested in net.marks:
-            at = nets.project(requested.line.vector(), net.projection)[0]
-            labels.append((at, requested.label, style.ink))
+            labels.append((net.fold.beta, text))
+        labels += [(mark.line, mark.label) for mark in net.marks]
+        curves = [*outlines, *(part for e in net.ellipses for part in e.outline())]
         crowd = np.vstack(
-            [np.zeros((0, 2)), *self.outlines]
-            + [part for e in net.ellipses for part in e.outline(net.projection)]
-            + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
+            [
+                self.to_page(np.vstack([np.zeros((0, 3)), *curves]), flip=False),
+                *(self.to_page(s.vectors()) for s in net.sets if net.poles and len(s)),
+            ]
         )
-        crowd = np.array([self.cx, self.cy]) + self.radius * crowd
-        marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in labels]
-        for mark, (_, text, color) in zip(marks, labels, strict=True):
+        marks = [self.to_page(line.vector())[0] for line, _ in labels]
+        reserved = self._reserved_box()
+        if reserved is not None:
+            self.text_boxes.append(reserved)
+        for mark, (_, text) in zip(marks, labels, strict=True):
             place = find_label_place(self, mark, text, crowd, marks)
             if place is not None:
-                self.text(*place, text, color=color, halo=True)
+                self.text(*place, text, color=style.ink, halo=True)
                 self._join(mark)
+        self.text_boxes = [box for box in self.text_boxes if box is not reserved]
+
+    def _reserved_box(self) -> Box | None:
+        """Return the area in which the screen shows the selected feature."""
+        if not self.net.compact:
+            return None
+        if self.net.brief:
+            return (0.0, 0.0, self.width, self.pad + self.row)
+        return (0.0, self.height - 2 * self.row, _MAX_CORNER_SHARE * self.width, self.height)
 
     def _join(self, mark: FloatArray) -> None:
         """Connect the last text to its mark by a line if other symbols are nearer to it."""
@@ -435,10 +329,8 @@ class NetPage:
         if gap > _MIN_CONNECTED_LETTERS * self.font:
             # Keep a distance from both, since the line would otherwise look like a minus sign.
             away *= 0.4 * self.font / gap
-            ends = np.array([end + away, mark - 1.5 * away])
-            ends = (ends - [self.cx, self.cy]) / self.radius
-            self.axes.plot(
-                *ends.T,
+            self.plot(
+                *np.array([end + away, mark - 1.5 * away]).T,
                 color=self.style.soft,
                 linewidth=self.style.line_pt,
                 zorder=layer("means"),
@@ -455,33 +347,44 @@ class NetPage:
             y = self.height - self.pad - 0.5 * self.row - self.heading
         else:
             y = self.pad + (len(self.rows) + self.under - 0.5) * self.row
-        hidden = len(self.entries) - sum(len(r) for r in self.rows)
         step = self.row * (1.15 if self.is_beside else 1.0)
-        for i, row in enumerate(self.rows):
+        for row in self._shown_rows():
             for offset, entry in row:
-                room = self.legend_width - offset - 2.2 * self.font
-                text = entry.text
-                if hidden and i == len(self.rows) - 1 and (offset, entry) == row[-1]:
-                    text = tr("and {count} more", count=hidden + 1)
-                    self._legend_entry(offset, y, replace(entry, text=text, marker=None, line=None))
-                    continue
-                text = shorten_text(text, self.font, room)
+                room = self.legend_width - offset - _SIGN_LETTERS * self.font
+                text = shorten_text(entry.text, self.font, room)
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
         for i, line in enumerate([*self.words, *self.foot]):
             y = self.pad + (self.under - i - 0.5) * self.row
             text = shorten_text(line, self.font, self.legend_width)
-            soft = i >= len(self.words)
-            self.text(self.legend_x, y, text, color=self.style.soft if soft else self.style.ink)
+            color = self.style.soft if i >= len(self.words) else self.style.ink
+            if text:
+                self.text(self.legend_x, y, text, color=color)
+
+    def _shown_rows(self) -> list[LegendRow]:
+        """Return the rows of the legend, in which the last entry may count those without room."""
+        rows = self.rows
+        shown = [entry for row in rows for _, entry in row]
+        if len(shown) == sum(len(row) for row in self._all_rows()):
+            return rows
+        while len(rows) > 1 and rows[-1][-1][1].is_continued:
+            rows = rows[:-1]
+        offset, last = rows[-1][-1]
+        shown = [entry for row in rows for _, entry in row if not entry.is_continued]
+        text = tr("and {count} more", count=len(self.entries) - len(shown) + 1)
+        return [*rows[:-1], [*rows[-1][:-1], (offset, NetLegendEntry(text, last.color))]]
+
+    def _all_rows(self) -> list[LegendRow]:
+        arrange = self._stack if self.is_beside else self._flow
+        return arrange(self.legend_width)
 
     def _legend_entry(self, offset: float, y: float, entry: NetLegendEntry) -> None:
         style = self.style
         x = self.legend_x + offset
-        start, end = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
         if entry.line is not None:
-            self.axes.plot(
-                [start[0], end[0]],
-                [start[1], end[1]],
+            self.plot(
+                [x, x + 1.6 * self.font],
+                [y, y],
                 color=entry.color,
                 zorder=layer("legend"),
                 linewidth=1.3 * style.line_pt,
@@ -494,9 +397,9 @@ class NetPage:
             if entry.like is not None:
                 face, edge, width = style.symbol(entry.like)
                 big = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
-            self.axes.plot(
-                [(start[0] + end[0]) / 2],
-                [start[1]],
+            self.plot(
+                [x + 0.8 * self.font],
+                [y],
                 marker=entry.marker,
                 zorder=layer("legend"),
                 markersize=big * style.marker_pt,
@@ -505,7 +408,13 @@ class NetPage:
                 markeredgecolor=edge,
                 markeredgewidth=width,
             )
-        self.text(x + 2.2 * self.font, y, entry.text)
+        self.text(x + _SIGN_LETTERS * self.font, y, entry.text)
+
+
+def _describe_bar(plan: ContourPlan) -> list[str]:
+    """Return the text of the colour bar for the caption below a net."""
+    name = f"{plan.name}, {plan.subject}" if plan.subject else plan.name
+    return [f"{name}; {plan.unit}"]
 
 
 def _lines(texts: Sequence[str], font_pt: float, width: float) -> list[str]:

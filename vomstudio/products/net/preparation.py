@@ -77,7 +77,11 @@ class NetAdditions:
 def contouring_of(options: StereonetOptions) -> Contouring:
     """Return the contour settings given by options."""
     return Contouring(
-        parse_levels(options.levels), options.filled, options.each_set, options.kamb_sigma
+        levels=parse_levels(options.levels),
+        filled=options.filled,
+        each_set=options.each_set,
+        sigma=options.kamb_sigma,
+        only=options.contour_set,
     )
 
 

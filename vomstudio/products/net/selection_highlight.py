@@ -3,38 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import stereonet as nets
 from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
-from vomstudio.products.net.style import (
-    SYMBOL_SIZES,
-    NetStyle,
-    layer,
-    symbol_scale,
-)
+from vomstudio.products.net.net_axes import plot_curves, plot_parts, plot_vectors
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer, symbol_scale
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
 
 
 LIVE_COLOR = "#D55E00"
 """Colour of the feature being picked."""
 
 
-def draw_emphasis(
-    ax: Axes, net: NetContents, style: NetStyle, positions: list[FloatArray]
-) -> list[Artist]:
+def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     """Draw selected features larger and with rings, and outline their great circles.
 
     The emphasis decreases with the number of selected features.
     """
-    from matplotlib.collections import LineCollection
-
     artists: list[Artist] = []
     selected_rows = [
         np.array([i for i, name in enumerate(s.ids) if name in net.selected], dtype=np.intp)
@@ -53,39 +43,49 @@ def draw_emphasis(
     size = style.marker_pt * symbol_scale(sum(len(s) for s in net.sets))
     size = max(size * (1.7 - 0.5 * crowdedness), (1.5 - 0.8 * crowdedness) * style.marker_pt)
     ring = (1.6 - 1.2 * crowdedness) * style.line_pt
-    for s, at, rows in zip(net.sets, positions, selected_rows, strict=True):
+    for s, rows in zip(net.sets, selected_rows, strict=True):
         if not len(rows):
             continue
         color = style.color(s.color)
         if s.kind == "plane" and circles:
             steps = 181 if planes <= AUTO_CIRCLES else 31
-            arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection, steps)
+            arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], steps)
             for ink, width, place in ((style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")):
-                lines = LineCollection(
-                    list(arcs), colors=ink, linewidths=width * style.line_pt, zorder=layer(place)
+                artists.append(
+                    plot_curves(
+                        ax,
+                        arcs,
+                        colors=ink,
+                        linewidths=width * style.line_pt,
+                        zorder=layer(place),
+                    )
                 )
-                artists.append(ax.add_collection(lines, autolim=False))
         if net.poles:
-            artists += ax.plot(
-                at[rows, 0],
-                at[rows, 1],
-                linestyle="none",
-                marker=s.marker,
-                markersize=size * SYMBOL_SIZES.get(s.marker, 1.0),
-                markerfacecolor=style.symbol(s)[0],
-                markeredgecolor=style.ink,
-                markeredgewidth=ring,
-                zorder=layer("chosen"),
+            artists.append(
+                plot_vectors(
+                    ax,
+                    s.vectors()[rows],
+                    linestyle="none",
+                    marker=s.marker,
+                    markersize=size * SYMBOL_SIZES.get(s.marker, 1.0),
+                    markerfacecolor=style.symbol(s)[0],
+                    markeredgecolor=style.ink,
+                    markeredgewidth=ring,
+                    zorder=layer("chosen"),
+                )
             )
-    for e in net.ellipses:
-        for part in e.outline(net.projection):
-            artists += ax.plot(
-                *part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=layer("ellipses")
-            )
+    for ellipse in net.ellipses:
+        artists += plot_parts(
+            ax,
+            ellipse.outline(),
+            color=style.ink,
+            linewidth=1.2 * style.line_pt,
+            zorder=layer("ellipses"),
+        )
     return [*artists, *_draw_live(ax, net, style)]
 
 
-def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
+def _draw_live(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     """Draw the feature being picked: a ring with a cross, the great circle, and the cone."""
     live = net.live
     place = None if live is None else live.place
@@ -94,28 +94,38 @@ def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
     artists: list[Artist] = []
     color = style.color(LIVE_COLOR)
     if live.plane is not None:
-        circle = nets.great_circle(live.plane, net.projection)
+        circle = nets.great_circle(live.plane)
         for ink, width in ((style.net, 3.0), (color, 1.6)):
-            artists += ax.plot(
-                *circle.T,
-                color=ink,
-                linewidth=width * style.line_pt,
-                zorder=layer("chosen circles"),
+            artists.append(
+                plot_vectors(
+                    ax,
+                    circle,
+                    flip=False,
+                    color=ink,
+                    linewidth=width * style.line_pt,
+                    zorder=layer("chosen circles"),
+                )
             )
-    for part in () if live.ellipse is None else live.ellipse.outline(net.projection):
-        artists += ax.plot(
-            *part.T, color=color, linewidth=1.6 * style.line_pt, zorder=layer("ellipses")
+    if live.ellipse is not None:
+        artists += plot_parts(
+            ax,
+            live.ellipse.outline(),
+            color=color,
+            linewidth=1.6 * style.line_pt,
+            zorder=layer("ellipses"),
         )
-    at = nets.project(place.vector(), net.projection)[0]
-    for marker, size in (("o", 2.2), ("+", 2.2)):
-        artists += ax.plot(
-            *at[:, None],
-            marker=marker,
-            markersize=size * style.marker_pt,
-            linestyle="none",
-            markerfacecolor="none",
-            markeredgecolor=color,
-            markeredgewidth=1.6 * style.line_pt,
-            zorder=layer("chosen"),
+    for marker in ("o", "+"):
+        artists.append(
+            plot_vectors(
+                ax,
+                place.vector()[None],
+                marker=marker,
+                markersize=2.2 * style.marker_pt,
+                linestyle="none",
+                markerfacecolor="none",
+                markeredgecolor=color,
+                markeredgewidth=1.6 * style.line_pt,
+                zorder=layer("chosen"),
+            )
         )
     return artists

@@ -6,22 +6,20 @@ T17-T26).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from vomstudio.products.net.net_axes import plane_transform, unit_positions
 
 _HEAD, _WING = 0.05, 0.022
 _UPRIGHT = 1e-6
 
 
 def draw_slip_arrows(
-    ax: Axes,
-    at: FloatArray,
+    ax: Any,
+    striae: FloatArray,
     slips: FloatArray,
     *,
     color: str,
@@ -29,12 +27,13 @@ def draw_slip_arrows(
     zorder: float,
     half: float = 0.07,
 ) -> BoolArray:
-    """Draw slip arrows at net positions.
+    """Draw slip arrows at striae.
 
     Parameters
     ----------
-    ax : Axes
-    at : (n, 2) array
+    ax : StereonetAxes
+    striae : (n, 3) array
+        Directions of the striae.
     slips : (n, 3) array
         Slip vectors of the hanging wall; NaN if unknown.
     color, width_pt, zorder
@@ -48,6 +47,7 @@ def draw_slip_arrows(
     """
     from matplotlib.collections import LineCollection, PolyCollection
 
+    at = unit_positions(ax, striae)
     ahead = np.asarray(slips, np.float64)[:, :2]
     length = np.linalg.norm(ahead, axis=1)
     moving = length > _UPRIGHT
@@ -57,12 +57,15 @@ def draw_slip_arrows(
     neck = tip - _HEAD * step
     shafts = np.stack([at[moving] - half * step, neck], axis=1)
     heads = np.stack([tip, neck + _WING * side, neck - _WING * side], axis=1)
+    look: dict[str, Any] = {
+        "transform": plane_transform(ax),
+        "clip_on": False,
+        "zorder": zorder,
+    }
     ax.add_collection(
-        LineCollection(list(shafts), colors=color, linewidths=width_pt, zorder=zorder),
-        autolim=False,
+        LineCollection(list(shafts), colors=color, linewidths=width_pt, **look), autolim=False
     )
     ax.add_collection(
-        PolyCollection(list(heads), facecolors=color, edgecolors="none", zorder=zorder),
-        autolim=False,
+        PolyCollection(list(heads), facecolors=color, edgecolors="none", **look), autolim=False
     )
     return np.asarray(moving)

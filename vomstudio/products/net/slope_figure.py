@@ -22,10 +22,11 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import Margins, SlopeFace, Zones
 from vomstudio.geology.table_slopes import Mode, TableSlope, set_numbers
-from vomstudio.products.net.plain_net import FONT_PT, INK, PAPER, SOFT, draw_frame, save_figure
+from vomstudio.products.net.figure_file import write_figure
+from vomstudio.products.net.net_axes import add_net, plane_transform, plot_curves, plot_vectors
+from vomstudio.products.net.style import PRINT
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SIZE_MM = (170.0, 206.0)
@@ -33,7 +34,7 @@ MAX_INTERSECTIONS = 3000
 """Maximum number of intersections drawn; larger sets are thinned evenly."""
 
 _ZONE, _CRITICAL, _CALM, _FACE = "#f3c6a8", "#c1440e", "#8a8f98", "#1a1a1a"
-_GRID = 401
+_GRID = 361
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,20 +71,29 @@ def write_slope_figure(
     UsageError
         If the format is not supported.
     """
-    save_figure(target, lambda figure: draw_slope(figure, table, face, slope), format, size_mm, dpi)
+    write_figure(
+        target,
+        lambda figure: draw_slope(figure, table, face, slope),
+        format=format,
+        size_mm=size_mm,
+        paper=PRINT.paper,
+        dpi=dpi,
+    )
 
 
 def draw_slope(
     figure: Figure, table: OrientationRows, face: SlopeFace, slope: TableSlope
-) -> list[Axes]:
+) -> list[Any]:
     """Draw the four nets over the whole figure, after clearing it."""
     figure.clear()
-    figure.set_facecolor(PAPER)
+    figure.set_facecolor(PRINT.paper)
     panels = _panels(table, face, slope)
     axes_list = []
     for number, panel in enumerate(panels):
         x_left, low = 0.02 + 0.49 * (number % 2), 0.51 - 0.444 * (number // 2)
-        ax = figure.add_axes((x_left, low, 0.47, 0.435))
+        ax = add_net(
+            figure, (x_left, low, 0.47, 0.435), PRINT, x_radii=(-1.15, 1.15), y_radii=(-1.42, 1.16)
+        )
         _draw(ax, face, panel)
         axes_list.append(ax)
     plane = face.plane
@@ -99,8 +109,8 @@ def draw_slope(
             lateral=face.options.lateral_deg,
             n=slope.n,
         ),
-        fontsize=FONT_PT + 1,
-        color=INK,
+        fontsize=PRINT.font_pt + 1,
+        color=PRINT.ink,
         va="top",
     )
     _legend(figure, panels)
@@ -183,24 +193,22 @@ def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArra
     return np.asarray(np.where(lines[:, 2:] > 0.0, -lines, lines))
 
 
-def _draw(ax: Axes, face: SlopeFace, panel: _Panel) -> None:
-    ax.set_xlim(-1.15, 1.15)
-    ax.set_ylim(-1.42, 1.16)
-    rim = draw_frame(ax)
-    _shade(ax, face, panel, rim)
+def _draw(ax: Any, face: SlopeFace, panel: _Panel) -> None:
+    _shade(ax, face, panel)
     back = face.axes()
-    for curve in panel.limits:
-        for part in nets.split_at_primitive(curve @ back):
-            ax.plot(*part.T, color=SOFT, linewidth=0.7, linestyle=(0, (4, 2)), zorder=3)
-    ax.plot(*nets.great_circle(face.plane).T, color=_FACE, linewidth=1.3, zorder=4)
-    at = nets.project(panel.vectors @ back)
-    critical = panel.zones.critical
-    size = float(np.interp(len(at), [50, 1000], [3.6, 1.4]))
-    calm: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0, "zorder": 5}
-    ax.plot(*at[~critical].T, markersize=size, color=_CALM, **calm)
-    ax.plot(*at[critical].T, markersize=1.25 * size, color=_CRITICAL, **calm)
-    ax.text(-1.13, 1.15, panel.title, fontsize=FONT_PT + 1, fontweight="bold", va="top", color=INK)
-    ax.text(-1.13, -1.12, _count_text(panel), fontsize=FONT_PT, va="top", color=INK)
+    limits = [part for curve in panel.limits for part in nets.split_at_primitive(curve @ back)]
+    plot_curves(ax, limits, colors=PRINT.soft, linewidths=0.7, linestyles=(0, (4, 2)), zorder=3)
+    plot_vectors(
+        ax, nets.great_circle(face.plane), flip=False, color=_FACE, linewidth=1.3, zorder=4
+    )
+    vectors, critical = panel.vectors @ back, panel.zones.critical
+    size = float(np.interp(len(vectors), [50, 1000], [3.6, 1.4]))
+    dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0, "zorder": 5}
+    plot_vectors(ax, vectors[~critical], markersize=size, color=_CALM, **dot)
+    plot_vectors(ax, vectors[critical], markersize=1.25 * size, color=_CRITICAL, **dot)
+    look: dict[str, Any] = {"transform": plane_transform(ax), "va": "top", "color": PRINT.ink}
+    ax.text(-1.13, 1.15, panel.title, fontsize=PRINT.font_pt + 1, fontweight="bold", **look)
+    ax.text(-1.13, -1.12, _count_text(panel), fontsize=PRINT.font_pt, **look)
 
 
 def _count_text(panel: _Panel) -> str:
@@ -220,19 +228,13 @@ def _count_text(panel: _Panel) -> str:
     return f"{text}\n{expected}"
 
 
-def _shade(ax: Axes, face: SlopeFace, panel: _Panel, rim: Any) -> None:
+def _shade(ax: Any, face: SlopeFace, panel: _Panel) -> None:
     """Shade the critical zone, where the margin is positive, on a fine grid of the net."""
-    side = np.linspace(-1.0, 1.0, _GRID)
-    x, y = np.meshgrid(side, side)
-    radius = np.maximum(np.hypot(x, y), 1.0)
-    # Continue the values at the rim beyond it, so that zones extend to the rim.
-    points = np.stack([x / radius, y / radius], axis=-1).reshape(-1, 2)
-    vectors = nets.unproject(points * (1.0 - 1e-9)) @ face.axes().T
-    margins = panel.margins(vectors)
-    inside = np.minimum(margins.zone, margins.lateral).reshape(x.shape)
+    steps, places = nets.hemisphere_grid(_GRID)
+    margins = panel.margins(places.reshape(-1, 3) @ face.axes().T)
+    inside = np.minimum(margins.zone, margins.lateral).reshape(_GRID, _GRID)
     if (inside > 0.0).any():
-        drawn = ax.contourf(x, y, inside, levels=[0.0, 9.0], colors=[_ZONE], zorder=1)
-        drawn.set_clip_path(rim)
+        ax.contourf(steps, steps, inside, levels=[0.0, 9.0], colors=[_ZONE], zorder=1)
 
 
 def _legend(figure: Figure, panels: list[_Panel]) -> None:
@@ -248,7 +250,7 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
         Line2D(
             [],
             [],
-            color=SOFT,
+            color=PRINT.soft,
             linewidth=0.7,
             linestyle=(0, (4, 2)),
             label=tr("daylight, friction, slip and lateral limits"),
@@ -260,14 +262,14 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
         bbox_to_anchor=(0.02, 0.028),
         ncols=5,
         frameon=False,
-        fontsize=FONT_PT,
+        fontsize=PRINT.font_pt,
         handlelength=1.8,
         columnspacing=1.4,
     )
     foot = tr("Equal area, lower hemisphere")
     if any(mode.mode.of > MAX_INTERSECTIONS for mode in panels):
         foot += tr("; {count:,} intersections drawn, all counted", count=MAX_INTERSECTIONS)
-    figure.text(0.03, 0.012, foot, fontsize=FONT_PT, color=SOFT)
+    figure.text(0.03, 0.012, foot, fontsize=PRINT.font_pt, color=PRINT.soft)
 
 
 # Construction lines, in the frame of the face --------------------------------------------------

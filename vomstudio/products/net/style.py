@@ -11,15 +11,25 @@ import numpy as np
 
 from vomstudio.products.net.contents import NetSet
 
-SYMBOL_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
+SYMBOL_SIZES = {
+    "P": 1.4,
+    "X": 1.3,
+    "*": 1.5,
+    "D": 0.85,
+    "^": 1.1,
+    "v": 1.1,
+    "<": 1.1,
+    ">": 1.1,
+    "p": 1.15,
+}
 """Factors by which symbols are enlarged, because symbols of equal size look different."""
 
 LAYERS = (
-    "ground",
     "density",
+    "dots",
+    "contours",
     "circles",
     "poles",
-    "contours",
     "fold",
     "rim",
     "ticks",

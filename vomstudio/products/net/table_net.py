@@ -47,11 +47,17 @@ def net_of_table(
     Raises
     ------
     UsageError
-        If the column is missing.
+        If the column is missing, or if the table does not contain the set to contour.
     """
     groups: dict[str, tuple[str, Any, Any]] = {}
     turns: dict[str, Turns] = {}
-    for name, members in members_of(table, by).items():
+    members_by_name = members_of(table, by)
+    only = None if contouring is None else contouring.only
+    if only is not None and only not in members_by_name:
+        finding = Finding("option.not-a-choice", value=only, choices=tuple(members_by_name))
+        raise UsageError(finding, file=table.path, field="--contour-set")
+    names: dict[str, str] = {}
+    for name, members in members_by_name.items():
         for kind, is_plane in (("plane", True), ("line", False)):
             rows = [i for i in members if table.is_plane[i] == is_plane]
             if not rows:
@@ -64,9 +70,10 @@ def net_of_table(
                 else (table.trend_deg, table.plunge_deg)
             )
             groups[label] = (kind, azimuth[rows], angle[rows])
+            names[label] = name
             if table.turns is not None:
                 turns[label] = table.turns.of(rows)
-    sets = make_sets(groups, turns=turns)
+    sets = tuple(replace(s, group=names[s.name]) for s in make_sets(groups, turns=turns))
     # The mean of a girdle or a scattered set is meaningless and therefore not marked.
     clustered = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
     return NetContents(

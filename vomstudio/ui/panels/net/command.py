@@ -121,6 +121,8 @@ def _net_options(
             "contour": method,
             "filled": contouring.is_filled,
             "each_set": contouring.each_set,
+            # Tables contain type names in lower case.
+            "contour_set": None if contouring.only is None else contouring.only.casefold(),
             "kamb_sigma": contouring.sigma,
             "levels": format_numbers(view_settings.levels) if view_settings.levels else None,
         }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
@@ -11,6 +13,7 @@ from vomstudio.geology.density import DENSITY_METHODS, SIGMA
 from vomstudio.products.net.contents import Contouring
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
 _METHODS = {
     "": to_translate("No contours"),
@@ -26,11 +29,22 @@ _SIGMAS = (1.0, 2.0, 3.0, 4.0, 6.0)
 
 
 class ContourButton(QToolButton):
-    """Button that selects the contouring method and stores it in the settings."""
+    """Button that selects the contouring method and stores it in the settings.
 
-    def __init__(self, studio: Studio) -> None:
+    Parameters
+    ----------
+    studio : Studio
+    view_settings : NetViewSettings
+        Settings that contain the contoured type.
+    types : callable
+        Returns the names of the types on the net.
+    """
+
+    def __init__(
+        self, studio: Studio, view_settings: NetViewSettings, types: Callable[[], Sequence[str]]
+    ) -> None:
         super().__init__()
-        self._studio = studio
+        self._studio, self._view_settings, self._types = studio, view_settings, types
         tip = tr("Contours of the density of poles and lines")
         self.setIcon(theme.icon("chart-bell-curve-cumulative"))
         self.setToolTip(tip)
@@ -54,6 +68,7 @@ class ContourButton(QToolButton):
         for action in (self.fill_action, self.each_set_action):
             action.setCheckable(True)
             action.triggered.connect(lambda _=False: self._store_method(self.method or None))
+        self.subject = menu.addMenu(tr("Contoured type"))
         self.smoothness = menu.addMenu(tr("Smoothness of Kamb's methods"))
         sigmas = QActionGroup(self)
         self.sigmas = {}
@@ -65,6 +80,7 @@ class ContourButton(QToolButton):
             sigmas.addAction(action)
             action.triggered.connect(lambda _=False, s=sigma: self._store_sigma(s))
             self.sigmas[sigma] = action
+        menu.aboutToShow.connect(self._list_types)
         self.setMenu(menu)
         self._show()
         studio.settings_changed.connect(self._show)
@@ -98,6 +114,22 @@ class ContourButton(QToolButton):
     def _store_sigma(self, sigma: float) -> None:
         self._studio.settings.contour_sigma = sigma
         self._studio.keep_settings()
+
+    def _list_types(self) -> None:
+        self.subject.clear()
+        group = QActionGroup(self.subject)
+        choices: list[tuple[str, str | None]] = [
+            (tr("Most frequent type"), ""),
+            *((name.replace("&", "&&"), name) for name in self._types()),
+            (tr("All together"), None),
+        ]
+        for title, name in choices:
+            action = self.subject.addAction(title)
+            action.setCheckable(True)
+            action.setChecked(name == self._view_settings.contoured_type)
+            group.addAction(action)
+            action.triggered.connect(lambda _=False, n=name: self._view_settings.contour_type(n))
+        self.subject.setEnabled(self.method is not None and not self.each_set_action.isChecked())
 
     def _show(self) -> None:
         settings = self._studio.settings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +22,7 @@ Groups = tuple[tuple[str, tuple[str, ...]], ...]
 """Name and plane ids of each proposed set; the name of unassigned planes is empty."""
 
 _UNASSIGNED_COLOR = "#8c8c8c"
+_SYMBOLS = (*MARKERS, ">", "p", "h")
 
 
 def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
@@ -85,6 +87,7 @@ def build_sets(
                 marker=marker,
                 variant=variant,
                 turns=set_turns,
+                group=kind.name,
             )
         )
     if lines:
@@ -105,8 +108,24 @@ def build_sets(
                 variant=variant,
                 turns=set_turns,
                 slips=slips,
+                group=kind.name,
             )
         )
+    return result
+
+
+def distinct_symbols(sets: Sequence[NetSet]) -> list[NetSet]:
+    """Give every set a symbol of its own, as far as there are symbols.
+
+    The first set of a type has the symbol of the type.
+    """
+    free = [marker for marker in _SYMBOLS if all(s.marker != marker for s in sets)]
+    used: set[str] = set()
+    result = []
+    for s in sets:
+        marker = s.marker if s.marker not in used else free.pop(0) if free else ""
+        used.add(s.marker)
+        result.append(replace(s, marker=marker, variant=0) if marker else s)
     return result
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -36,6 +37,7 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.feature_sets import (
     Groups,
     build_sets,
+    distinct_symbols,
     group_by_appearance,
     net_features,
     proposed_sets,
@@ -67,12 +69,15 @@ class NetSource:
         Proposed sets, which replace the sets of the project on the net.
     names : list of str
         Names of the sets returned by the last call of `sets`, including hidden sets.
+    types : list of str
+        Names of the types of these sets.
     """
 
     def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
         self._studio, self._view_settings = studio, view_settings
         self.groups: Groups | None = None
         self.names: list[str] = []
+        self.types: list[str] = []
 
     def sets(self) -> list[NetSet]:
         """Return the sets of visible features, without rotation.
@@ -111,9 +116,11 @@ class NetSource:
                         turns=turns,
                         variant=variant,
                     )
+        sets = distinct_symbols(sets)
         if self.groups is not None:
             sets = proposed_sets(sets, self.groups)
         self.names = [s.name for s in sets]
+        self.types = list(dict.fromkeys(s.group for s in sets if s.group))
         return sets
 
     def visible_sets(self) -> list[NetSet]:
@@ -121,6 +128,21 @@ class NetSource:
         turning, hidden_sets = self._view_settings.turning, self._view_settings.hidden_sets
         sets = [s for s in self.sets() if s.name not in hidden_sets]
         return [turning.rotate_set(s) for s in sets] if turning.turns else sets
+
+    def contoured_type(self, sets: Iterable[NetSet]) -> str | None:
+        """Return the name of the type that is contoured, or None for all sets together.
+
+        If the selected type is not shown, or none is selected, it is the most frequent one.
+        """
+        selected = self._view_settings.contoured_type
+        if selected is None or self.groups is not None:
+            return None
+        counts = Counter[str]()
+        for s in sets:
+            counts[s.group_name] += len(s)
+        if selected in counts:
+            return selected
+        return max(counts, key=counts.__getitem__, default=None)
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
         """Return the rotated planes that define the fold axis, or None if no bedding is shown."""

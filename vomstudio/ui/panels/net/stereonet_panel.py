@@ -20,7 +20,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.roses import LINE_ANGLES
-from vomstudio.products.net.contents import NetContents, NetSet, compute_means
+from vomstudio.products.net.contents import Contouring, NetContents, NetSet, compute_means
 from vomstudio.products.net.figure import NetArtists
 from vomstudio.products.net.net_options import MAX_PLANES, add_intersections
 from vomstudio.products.net.rose import RoseArtists
@@ -63,6 +63,8 @@ _FONT_PX = 12.0
 _REDRAW_DELAY_MS, _MAX_DIRECT_REDRAW_MS, _MAX_REDRAW_DELAY_MS = 30, 60, 500
 _LABEL_WIDTH_SHARE = 0.4
 """Width of the corner label as a fraction of the canvas width."""
+_MIN_LEGEND_PX = 360
+"""Minimum width of the overlay for the whole legend."""
 _NET_KEY = "net"
 _STOP_TIMEOUT_S = 5.0
 _OVERLAY_OPACITY = "dd"
@@ -107,7 +109,7 @@ class StereonetPanel(QWidget):
         self._beta = self._create_toggle(
             "axis-arrow", tr("Fold axis (beta) and pi-plane of the bedding"), True
         )
-        self.contours = ContourButton(studio)
+        self.contours = ContourButton(studio, self.view_settings, lambda: self._source.types)
         self.copy = QToolButton()
         self.copy.setDefaultAction(actions["copy_net"])
         self.menu_button = NetMenuButton(
@@ -185,9 +187,19 @@ class StereonetPanel(QWidget):
         button.toggled.connect(lambda _: self.redraw())
         return button
 
+    @property
+    def _is_brief(self) -> bool:
+        """Whether the net has no room for its legend."""
+        return bool(self._paper_opacity) and self.canvas.width() < _MIN_LEGEND_PX
+
     def _place_corner_label(self) -> None:
-        width = round(_LABEL_WIDTH_SHARE * self.canvas.width())
-        self._corner_label.setGeometry(6, 3, width, self._corner_label.sizeHint().height())
+        """Place the label in the top left corner, or in the row below a small net."""
+        canvas, height = self.canvas, self._corner_label.sizeHint().height()
+        if self._is_brief:
+            self._corner_label.setGeometry(6, canvas.height() - height - 3, canvas.width(), height)
+        else:
+            width = round(_LABEL_WIDTH_SHARE * canvas.width())
+            self._corner_label.setGeometry(6, 3, width, height)
 
     def _schedule_redraw(self) -> None:
         """Schedule a redraw; all changes before it are drawn together."""
@@ -265,7 +277,7 @@ class StereonetPanel(QWidget):
             poles=self._poles.isChecked(),
             means=compute_means(sets, studio.settings.notation) if self._means.isChecked() else (),
             contour=self.contours.method,
-            contouring=replace(self.contours.contouring, levels=view_settings.levels),
+            contouring=self._contouring(sets),
             selected=frozenset(studio.selection.ids),
             ellipses=source.current_ellipses(),
             circles_typed=circles,
@@ -279,6 +291,7 @@ class StereonetPanel(QWidget):
                 *(() if has_north else (_local_frame_note(),)),
             ),
             compact=True,
+            brief=self._is_brief,
             north=has_north,
         )
         if "slip planes" in overlays:
@@ -288,6 +301,12 @@ class StereonetPanel(QWidget):
         if "intersections" in overlays and 2 <= planes <= MAX_PLANES:
             net = add_intersections(net)
         return net, source.fold_planes(sets) if self._beta.isChecked() else None
+
+    def _contouring(self, sets: Sequence[NetSet]) -> Contouring:
+        """Return the settings of the contours of these sets."""
+        contouring = replace(self.contours.contouring, levels=self.view_settings.levels)
+        only = None if contouring.each_set else self._source.contoured_type(sets)
+        return replace(contouring, only=only)
 
     def rose_contents(self) -> RoseContents:
         """Return the contents of the roses or histograms."""
@@ -328,7 +347,7 @@ class StereonetPanel(QWidget):
                 view_settings=self.view_settings,
                 projection=self.view.projection,
                 method=contours.method,
-                contouring=contours.contouring,
+                contouring=self._contouring(self._source.visible_sets()),
                 notation=notation,
                 style=style,
                 colors=self._source.type_colors(ids, style),
@@ -347,7 +366,8 @@ class StereonetPanel(QWidget):
                 roses, title=title, notes=(*roses.notes, *self.view_settings.turning.notes, *notes)
             )
         net = self.contents().replace_selection(())
-        return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
+        notes = (*net.notes, *notes)
+        return replace(net, title=title, notes=notes, compact=False, brief=False, live=None)
 
     def redraw(self) -> None:
         """Redraw the net if it is visible, otherwise the next time it is painted."""
@@ -514,7 +534,7 @@ class StereonetPanel(QWidget):
         elif isinstance(record, Typed):
             measurement = self._studio.measured([record.id])[record.id]
             attitude = orientation_text(measurement, self._studio.settings.notation)
-            text = f"{record.name}\n{attitude}"
+            text = ("{}  {}" if self._is_brief else "{}\n{}").format(record.name, attitude)
         else:
             text = ""
         self._corner_label.setText(text)

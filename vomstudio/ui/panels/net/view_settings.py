@@ -33,6 +33,9 @@ class NetViewSettings(QObject):
         Rotation applied to all orientations.
     hidden_sets : frozenset of str
         Names of hidden sets.
+    contoured_type : str or None
+        Name of the feature type that is contoured; an empty name stands for the most frequent type,
+        None for all types together.
     """
 
     changed = Signal()
@@ -49,6 +52,12 @@ class NetViewSettings(QObject):
         self.marks: tuple[NetMark, ...] = ()
         self.turning = Turning()
         self.hidden_sets: frozenset[str] = frozenset()
+        self.contoured_type: str | None = ""
+
+    def contour_type(self, name: str | None) -> None:
+        """Select the feature type that is contoured."""
+        self.contoured_type = name
+        self.changed.emit()
 
     def rotated_drawings(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
         """Return the typed circles and marks after the rotation of all orientations."""
