@@ -174,6 +174,53 @@ def test_other_facets_keep_their_colours_when_one_is_decided_upon(window, panel)
 
 
 @pytest.mark.full
+def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
+    window.studio.set_next("joint", "")
+    find(window, panel)
+    proposals, net = panel._facets.proposals, window.net
+    assert panel.type.currentData() == "joint"
+    driver.wait(
+        lambda: (
+            net.is_up_to_date
+            and net.artists is not None
+            and any(s.name == panel.table.accessibleName() for s in net.artists.contents.sets)
+        ),
+        "the facets on the net",
+    )
+    driver.settled(window)
+    driver.keep_picture(window, "facets-on-net")
+    panel.filter.setText("quality:good dip>60 area>1m2")
+    listed = panel.listed()
+    assert 0 < len(listed) < len(panel._facets.open)
+    for row in listed:
+        measured = proposals.measured[row]
+        assert measured.verdict.quality == "good"
+        assert measured.plane.dip_deg > 60.0
+        assert measured.area_m2 > 1.0
+    # The order that the user selected survives another list.
+    panel.table.sortByColumn(3, Qt.SortOrder.AscendingOrder)
+    panel.filter.setText("quality:good dip>60")
+    areas = [values[3] for values, _ in panel.table.numbers.rows]
+    assert areas == sorted(areas)
+    driver.wait(
+        lambda: net.is_up_to_date and len(net.artists.contents.sets[-1]) == len(areas), "the poles"
+    )
+    # A click on a pole selects its row, which is highlighted in both views.
+    last = net.artists.contents.sets[-1]
+    x, y = net.artists.axes.transData.transform(net.artists.positions[-1][0])
+    window.studio.proposals_picked.emit(last.ids[:2], False)
+    assert len(panel._selection()) == 2
+    assert net.artists.feature_at(x, y, 4.0) in last.ids
+    count = len(panel.listed())
+    driver.click(panel.accept_all, panel.accept_all.rect().center())
+    assert len(patches(window)) == count
+    assert {patch.type_id for patch in patches(window)} == {"joint"}
+    panel.filter.clear()
+    assert len(panel.listed()) == len(panel._facets.open) == len(proposals.patches) - count
+    assert panel._selection() == []
+
+
+@pytest.mark.full
 def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     # On its box: a click beside the words means nothing.
     driver.click(panel.live, QPoint(8, panel.live.rect().center().y()))

@@ -67,7 +67,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     panel.count.setValue(3)
     proposed(window, panel)
     assert len(panel.result.sets) == 1
-    assert panel.result.proposal.warnings[0] == Finding("sets.fewer", count=1, minimum=3, wanted=3)
+    assert panel.result.warnings[0] == Finding("sets.fewer", count=1, minimum=3, wanted=3)
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
     assert "sets.too-few-without-set" in shown_codes(proposed(window, panel))
@@ -101,7 +101,16 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
     turns = shared_rotations([("registration", sigma**2 * np.eye(3))] * 80)
     nowhere = np.full((80, 3), np.nan)
     ids = tuple(map(str, range(80)))
-    of = Candidates(ids, poles, nowhere, turns, frozenset(), (), includes_assigned=False)
+    of = Candidates(
+        ids=ids,
+        types=("Joint",) * 80,
+        poles=poles,
+        places=nowhere,
+        turns=turns,
+        reserved_names=frozenset(),
+        warnings=(),
+        includes_assigned=False,
+    )
     made = propose(of, SetOptions(exactly=1))
     own = made.sets[0].cone95_deg
     assert made.sets[0].n == 80
@@ -122,12 +131,18 @@ def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -
     assert seen[-1] is not None
 
 
-def test_what_was_picked_is_pooled_across_types_and_said_so(window, studio, panel) -> None:
-    for i in range(8):
+def test_a_set_never_contains_several_types(window, studio, panel) -> None:
+    for i in range(16):
         add_bed(studio, f"b{i}", dip=0.5 + 0.01 * i, type_id="bedding" if i % 2 else "joint")
+    add_bed(studio, "lonely", dip=0.5, type_id="fault")
     read(studio, [(10, 20), (100, 80), (200, 40)])
-    said = proposed(window, panel)
+    text = proposed(window, panel)
     assert panel.group_box.currentData() == ("picked", "")
-    assert "sets.types-pooled" in shown_codes(said)
-    assert set(panel.result.candidates.ids) == {f"b{i}" for i in range(8)}
-    assert panel.table.item(0, 1).text() == "8"
+    assert shown_values(text, "sets.type-too-small") == {"type": "Fault", "count": "1"}
+    assert set(panel.result.candidates.ids) == {*(f"b{i}" for i in range(16)), "lonely"}
+    groups = {
+        name: {studio.records[id_].type_id for id_ in ids}
+        for name, ids in panel.result.groups(panel.result.names)
+        if name
+    }
+    assert groups == {"B1": {"bedding"}, "J1": {"joint"}}

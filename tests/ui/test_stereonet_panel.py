@@ -17,11 +17,13 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.samples import ZIGZAG
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Feature, Model
+from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes, proposal_indices
 from vomstudio.ui.base import theme
 from vomstudio.ui.commands.net import export_net
 from vomstudio.ui.panels.net import stereonet_panel
@@ -103,6 +105,36 @@ def test_a_lasso_selects_the_poles_inside_and_ctrl_adds_to_them(net, studio):
     assert set(studio.selection.ids) == {"S0", "S1", "S2"}
     lasso(net, [at(net, 45, 0.05), at(net, 45, 0.15), at(net, 60, 0.15)])
     assert studio.selection.ids == ()
+
+
+def test_proposals_are_grey_poles_that_a_lasso_and_a_click_pick(window, net, studio):
+    planes = (Plane(225.0, 45.0), Plane(229.0, 45.0), Plane(315.0, 45.0))
+    features = set(net.print_contents().sets)
+    picked = []
+    studio.proposals_picked.connect(lambda ids, add: picked.append((set(ids), add)))
+    studio.selection.set(["N0"])
+    for selection in (frozenset(), frozenset({4})):
+        studio.planes_proposed.emit(
+            "facet", ProposedPlanes("facet", "Proposed facets", planes, (4, 5, 9), selection)
+        )
+        drawn(window)
+        shown = net.artists.contents
+        assert [(s.name, len(s)) for s in shown.sets if s.ids[0].startswith("proposal")] == [
+            ("Proposed facets", 3)
+        ]
+        proposals = {i for i in shown.selected if i != "N0"}
+        assert proposal_indices("facet", proposals) == sorted(selection)
+        assert len(net.print_contents().sets) == len(features)
+    lasso(net, around(net, 45))
+    ids, is_adding = picked.pop()
+    assert proposal_indices("facet", ids) == [4, 5]
+    assert proposal_indices("other", ids) == []
+    assert not is_adding
+    QTest.mouseClick(net.canvas, LEFT, CTRL, at(net, 135))
+    assert [(proposal_indices("facet", ids), add) for ids, add in picked] == [([9], True)]
+    studio.planes_proposed.emit("facet", None)
+    drawn(window)
+    assert not any(s.ids[0].startswith("proposal") for s in net.artists.contents.sets)
 
 
 def test_a_click_takes_one_pole_and_a_click_on_empty_net_clears(net, studio):

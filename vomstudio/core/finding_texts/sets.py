@@ -190,9 +190,12 @@ TEXTS: dict[str, Entry] = {
             "{count} planes have a set already and are left out.",
         ),
     ),
-    "sets.types-pooled": (
+    "sets.type-too-small": (
         "info",
-        to_translate("Types are pooled: {types}."),
+        *to_translate_n(
+            "{type} has only {count} plane here and gets no sets.",
+            "{type} has only {count} planes here and gets no sets.",
+        ),
     ),
     "sets.no-common-frame": (
         "info",

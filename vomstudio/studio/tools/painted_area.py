@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vomstudio.core.arrays import Float32Array, FloatArray, IntArray
@@ -52,6 +54,19 @@ def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | No
         origin,
         local_corners(corners, model, origin),
         local_corners(border, model, origin),
+    )
+
+
+def merge_areas(areas: Sequence[Area]) -> Area | None:
+    """Merge areas of one element type for drawing, or return None without areas."""
+    if not areas:
+        return None
+    origin = areas[0].origin
+    shifts = [(area.origin - origin).astype(np.float32) for area in areas]
+    return Area(
+        origin,
+        np.concatenate([area.corners + shift for area, shift in zip(areas, shifts, strict=True)]),
+        np.concatenate([area.border + shift for area, shift in zip(areas, shifts, strict=True)]),
     )
 
 

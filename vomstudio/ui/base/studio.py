@@ -41,6 +41,11 @@ class Studio(QObject):
     sets_proposed = Signal(object)
     """Emits the names of proposed sets with the ids of their planes for a preview; None ends the
     preview."""
+    planes_proposed = Signal(str, object)
+    """Emits the name of a panel with its ProposedPlanes, which the net shows; None hides them."""
+    proposals_picked = Signal(object, bool)
+    """Emits the ids of proposals that were picked on the net, and whether they are added to the
+    selection."""
     surface_page_requested = Signal(str)
     """Emitted to request a page of the surface dock: "fields", "facets" or "traces"."""
     extension_shown = Signal(object)

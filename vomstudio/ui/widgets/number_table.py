@@ -8,6 +8,8 @@ from typing import Any
 
 from PySide6.QtCore import (
     QAbstractTableModel,
+    QItemSelection,
+    QItemSelectionModel,
     QModelIndex,
     QPersistentModelIndex,
     QSize,
@@ -140,7 +142,7 @@ class NumberTable(QTableView):
         header.setStretchLastSection(False)
         self.setSortingEnabled(True)
         order = Qt.SortOrder.DescendingOrder if descending else Qt.SortOrder.AscendingOrder
-        self._order = (sort_by, order)
+        header.setSortIndicator(sort_by, order)
         self.selectionModel().currentRowChanged.connect(self._current)
 
     def sizeHint(self) -> QSize:  # noqa: N802
@@ -149,8 +151,27 @@ class NumberTable(QTableView):
         return QSize(hint.width(), self.minimumHeight() or hint.height())
 
     def fill(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
+        """Show other rows, in the order that the user selected."""
+        header = self.horizontalHeader()
         self.numbers.fill(rows)
-        self.sortByColumn(*self._order)
+        self.sortByColumn(header.sortIndicatorSection(), header.sortIndicatorOrder())
+
+    def select_rows(self, match: Callable[[tuple[Any, ...]], bool], *, add: bool = False) -> None:
+        """Select all matching rows, in addition to the selected ones if `add` is set."""
+        flag = QItemSelectionModel.SelectionFlag
+        rows = QItemSelection()
+        first: QModelIndex | None = None
+        for number, (values, _) in enumerate(self.numbers.rows):
+            if match(values):
+                index = self.numbers.index(number, 0)
+                rows.select(index, index)
+                first = index if first is None else first
+        mode = flag.Rows | (flag.Select if add else flag.ClearAndSelect)
+        selection = self.selectionModel()
+        if first is not None:
+            selection.setCurrentIndex(first, flag.NoUpdate)
+            self.scrollTo(first)
+        selection.select(rows, mode)
 
     def set_value(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
         """Set one cell of the first row whose values match."""

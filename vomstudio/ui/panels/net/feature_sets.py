@@ -21,7 +21,7 @@ from vomstudio.project.repeated_features import is_repeat
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
 """Name and plane ids of each proposed set; the name of unassigned planes is empty."""
 
-_UNASSIGNED_COLOR = "#8c8c8c"
+UNASSIGNED_COLOR = "#8c8c8c"
 _SYMBOLS = (*MARKERS, ">", "p", "h")
 
 
@@ -165,7 +165,7 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
                 azimuth_deg=np.array([sets[k].azimuth_deg[row] for k, row in places]),
                 angle_deg=np.array([sets[k].angle_deg[row] for k, row in places]),
                 ids=tuple(members),
-                color=set_color(number) if name else _UNASSIGNED_COLOR,
+                color=set_color(number) if name else UNASSIGNED_COLOR,
                 marker=MARKERS[number % len(MARKERS)] if name else "o",
                 turns=_turns(sets, places),
             )
@@ -175,7 +175,7 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
 
 def set_color(number: int, has_name: bool = True) -> str:
     """Return the colour (#rrggbb) of a proposed set by index; unassigned planes are grey."""
-    return OKABE_ITO[number % len(OKABE_ITO)] if has_name else _UNASSIGNED_COLOR
+    return OKABE_ITO[number % len(OKABE_ITO)] if has_name else UNASSIGNED_COLOR
 
 
 def _turns(sets: Sequence[NetSet], places: Sequence[tuple[int, int]]) -> Turns | None:

@@ -32,9 +32,11 @@ from vomstudio.project.records import FeatureType, Typed, get_feature
 from vomstudio.project.registration_errors import models_of, turns_of
 from vomstudio.project.straight_traces import band_of_measured
 from vomstudio.studio.fold_choice import is_bed
+from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes
 from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.feature_sets import (
+    UNASSIGNED_COLOR,
     Groups,
     build_sets,
     distinct_symbols,
@@ -67,6 +69,8 @@ class NetSource:
     ----------
     groups : Groups or None
         Proposed sets, which replace the sets of the project on the net.
+    proposed : dict of str to ProposedPlanes
+        Planes of proposed features, by the name of their panel.
     names : list of str
         Names of the sets returned by the last call of `sets`, including hidden sets.
     types : list of str
@@ -76,6 +80,7 @@ class NetSource:
     def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
         self._studio, self._view_settings = studio, view_settings
         self.groups: Groups | None = None
+        self.proposed: dict[str, ProposedPlanes] = {}
         self.names: list[str] = []
         self.types: list[str] = []
 
@@ -143,6 +148,28 @@ class NetSource:
         if selected in counts:
             return selected
         return max(counts, key=counts.__getitem__, default=None)
+
+    def proposals(self) -> list[NetSet]:
+        """Return the proposed features as grey sets, rotated according to the view settings."""
+        sets = []
+        for proposed in self.proposed.values():
+            planes, turning = proposed.planes, self._view_settings.turning
+            net_set = NetSet(
+                name=proposed.title,
+                kind="plane",
+                azimuth_deg=np.array([plane.dip_direction_deg for plane in planes]),
+                angle_deg=np.array([plane.dip_deg for plane in planes]),
+                ids=proposed.ids,
+                color=UNASSIGNED_COLOR,
+                marker="o",
+            )
+            sets.append(turning.rotate_set(net_set) if turning.turns else net_set)
+        return [net_set for net_set in sets if len(net_set)]
+
+    def selected_ids(self) -> frozenset[str]:
+        """Return the ids of the selected features and proposals."""
+        proposals = (proposed.selected_ids for proposed in self.proposed.values())
+        return frozenset(self._studio.selection.ids).union(*proposals)
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
         """Return the rotated planes that define the fold axis, or None if no bedding is shown."""

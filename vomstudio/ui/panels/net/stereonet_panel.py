@@ -31,6 +31,7 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.fold_planes import FoldPlanes
 from vomstudio.project.records import Typed, get_feature
 from vomstudio.project.registration_errors import model_of
+from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes, is_proposal
 from vomstudio.studio.tools.interaction_types import is_click
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel
@@ -160,6 +161,7 @@ class StereonetPanel(QWidget):
         studio.visibility_changed.connect(lambda _: self._schedule_redraw())
         studio.settings_changed.connect(self._schedule_redraw)
         studio.sets_proposed.connect(self._show_proposed_sets)
+        studio.planes_proposed.connect(self._show_proposed_planes)
         studio.selection_changed.connect(lambda _: self._follow_selection())
         studio.tool_changed_signal.connect(self._show_live)
         self.view_settings.changed.connect(self._schedule_redraw)
@@ -211,6 +213,19 @@ class StereonetPanel(QWidget):
         if groups != self._source.groups:
             self._source.groups = groups
             self._schedule_redraw()
+
+    def _show_proposed_planes(self, owner: str, planes: ProposedPlanes | None) -> None:
+        """Show the proposed features of a panel, or none of them."""
+        previous = self._source.proposed.get(owner)
+        if planes is None:
+            self._source.proposed.pop(owner, None)
+        else:
+            self._source.proposed[owner] = planes
+        if previous is None or planes is None or previous.indices != planes.indices:
+            if previous is not planes:
+                self._schedule_redraw()
+        elif previous.selection != planes.selection:
+            self._follow_selection()
 
     def _follow_edit(self, edit: Edit) -> None:
         if self._studio.affected(edit):
@@ -383,6 +398,14 @@ class StereonetPanel(QWidget):
             if self.view_settings.view == "net"
             else (NetContents(), None)
         )
+        # Printed figures and copied commands contain features only.
+        shown = (*net.sets, *self._source.proposals())
+        net = replace(
+            net,
+            sets=shown,
+            selected=self._source.selected_ids(),
+            contouring=self._contouring(shown),
+        )
         is_large = _is_large(net)
         style = NetStyle.dock(dark=is_dark, dpi=DPI, font_px=_FONT_PX)
         style = replace(style, paper=style.paper + self._paper_opacity)
@@ -420,13 +443,13 @@ class StereonetPanel(QWidget):
         self._corner_label.setVisible(is_net)
 
     def _show_drawn_net(self, request: NetRequest, net: DrawnNet) -> None:
-        if request.contents.selected != frozenset(self._studio.selection.ids):
+        if request.contents.selected != self._source.selected_ids():
             self._emphasise_selection(net)
         net.artists.show_live(self._source.live())
         self._show(net)
 
     def _emphasise_selection(self, net: DrawnNet) -> None:
-        net.artists.select(self._studio.selection.ids, self._source.current_ellipses())
+        net.artists.select(self._source.selected_ids(), self._source.current_ellipses())
 
     def _draw_roses(self, request: NetRequest) -> None:
         contents = self.rose_contents()
@@ -510,11 +533,16 @@ class StereonetPanel(QWidget):
             return
         if is_lasso:
             inside_ids = self.artists.features_within(path)
+            if any(map(is_proposal, inside_ids)):
+                self._studio.proposals_picked.emit(inside_ids, is_adding)
             # In the order of the records, so that the current feature does not depend on hashing.
             lasso_ids = [f.id for f in self._studio.session.features() if f.id in inside_ids]
             selection.set([*selection.ids, *lasso_ids] if is_adding else lasso_ids)
             return
         feature_id = self.artists.feature_at(x, y, 8.0 * self.canvas.devicePixelRatioF())
+        if feature_id is not None and is_proposal(feature_id):
+            self._studio.proposals_picked.emit((feature_id,), is_adding)
+            return
         if feature_id is not None and is_adding:
             selection.toggle(feature_id)
         elif not is_adding:

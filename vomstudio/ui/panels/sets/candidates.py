@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +19,9 @@ from vomstudio.project.repeated_features import first_picks
 from vomstudio.ui.base.studio import Studio
 
 if TYPE_CHECKING:
-    from vomstudio.core.arrays import FloatArray
+    from vomstudio.core.arrays import FloatArray, IntArray
     from vomstudio.geology.common_rotation_errors import Turns
-    from vomstudio.geology.sets.proposals import ProposedSet, SetProposal
+    from vomstudio.geology.sets.proposals import ProposedSet
     from vomstudio.ui.panels.net.feature_sets import Groups
 
 MIN_PLANES = 3
@@ -35,6 +36,8 @@ class Candidates:
 
     Attributes
     ----------
+    types : (n,) tuple of str
+        Name of the feature type of each plane; sets never contain several types.
     poles : (n, 3) float64
         Unit normals in the World frame.
     places : (n, 3) float64
@@ -48,6 +51,7 @@ class Candidates:
     """
 
     ids: tuple[str, ...]
+    types: tuple[str, ...]
     poles: FloatArray
     places: FloatArray
     turns: Turns
@@ -62,6 +66,10 @@ class ProposalResult:
 
     Attributes
     ----------
+    sets : tuple of ProposedSet
+        Sets of all types.
+    assignment : (n,) tuple of int
+        Index of the set of each candidate, or -1.
     names : tuple of str
         Proposed name of each set.
     cones_deg : tuple of float or None
@@ -69,27 +77,30 @@ class ProposalResult:
     """
 
     candidates: Candidates
-    proposal: SetProposal
+    sets: tuple[ProposedSet, ...]
+    assignment: tuple[int, ...]
     names: tuple[str, ...]
     cones_deg: tuple[float | None, ...]
+    warnings: tuple[Finding, ...]
 
     @property
-    def sets(self) -> tuple[ProposedSet, ...]:
-        return self.proposal.sets
+    def unassigned(self) -> int:
+        """Number of candidates that belong to no set."""
+        return self.assignment.count(-1)
 
     def groups(self, names: Sequence[str]) -> Groups:
         """Return the plane ids of each set in order, followed by the unassigned planes.
 
         Planes of sets with an empty name count as unassigned.
         """
-        row_by_set = {set_.name: k for k, set_ in enumerate(self.proposal.sets) if names[k].strip()}
         members: list[list[str]] = [[] for _ in range(len(names) + 1)]
-        for id_, name in zip(self.candidates.ids, self.proposal.assignment, strict=True):
-            members[row_by_set.get(name, len(names))].append(id_)
+        for id_, k in zip(self.candidates.ids, self.assignment, strict=True):
+            has_name = k >= 0 and bool(names[k].strip())
+            members[k if has_name else len(names)].append(id_)
         titles = [*(name.strip() for name in names), ""]
         return tuple((t, tuple(ids)) for t, ids in zip(titles, members, strict=True))
 
-    def assignment(self, names: Sequence[str]) -> dict[str, str]:
+    def set_names(self, names: Sequence[str]) -> dict[str, str]:
         """Return the new set name of each plane, by plane id.
 
         Unassigned planes are included only if sets are replaced.
@@ -153,10 +164,7 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
     if assigned_planes:
         code = "sets.replaced" if include_assigned else "sets.left-out"
         warnings.append(Finding(code, count=len(assigned_planes)))
-    types = {f.type_id for f in selected_planes}
-    if len(types) > 1:
-        names = [k.name for k in studio.session.of(FeatureType) if k.id in types]
-        warnings.append(Finding("sets.types-pooled", types=names))
+    titles = {type_.id: type_.name for type_ in studio.session.of(FeatureType)}
     places, findings = _places(studio, selected_planes)
     warnings += findings
     selected_ids = {f.id for f in selected_planes}
@@ -170,6 +178,7 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
     turns = turns_of(models_of(studio.records, selected_planes))
     return Candidates(
         ids=ids,
+        types=tuple(titles.get(f.type_id, "") for f in selected_planes),
         poles=poles,
         places=places,
         turns=turns,
@@ -208,29 +217,58 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list
 
 
 def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
-    """Propose sets for the candidate planes. Runs in any thread. Raises UsageError."""
+    """Propose sets for the candidate planes, separately for each type. Runs in any thread.
+
+    Raises
+    ------
+    UsageError
+        If the seeds are invalid.
+    """
     from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
-    proposal = propose_sets_of_poles(candidates.poles, options, places=candidates.places)
+    sets: list[ProposedSet] = []
     names: list[str] = []
-    number = 1
-    while len(names) < len(proposal.sets):
-        if f"J{number}" not in candidates.reserved_names:
-            names.append(f"J{number}")
-        number += 1
+    cones: list[float | None] = []
+    warnings: list[Finding] = []
+    assignment = np.full(len(candidates.ids), -1)
+    types = list(dict.fromkeys(candidates.types))
+    for type_name in types:
+        rows = np.flatnonzero(np.array(candidates.types) == type_name)
+        if len(rows) < max(MIN_PLANES, options.exactly or 0):
+            finding = Finding("sets.type-too-small", type=type_name, count=len(rows))
+            warnings.append(finding)
+            continue
+        proposal = propose_sets_of_poles(
+            candidates.poles[rows], options, places=candidates.places[rows]
+        )
+        warnings += (each for each in proposal.warnings if each not in warnings)
+        for set_ in proposal.sets:
+            members = rows[np.array(proposal.assignment) == set_.name]
+            assignment[members] = len(sets)
+            sets.append(set_)
+            names.append(_new_name(type_name, {*candidates.reserved_names, *names}))
+            cones.append(_cone(candidates, members, set_))
     return ProposalResult(
-        candidates,
-        proposal,
-        tuple(names),
-        tuple(_cone(candidates, proposal, set_) for set_ in proposal.sets),
+        candidates=candidates,
+        sets=tuple(sets),
+        assignment=tuple(assignment.tolist()),
+        names=tuple(names),
+        cones_deg=tuple(cones),
+        warnings=tuple(warnings),
     )
 
 
-def _cone(candidates: Candidates, proposal: SetProposal, set_: ProposedSet) -> float | None:
+def _new_name(type_name: str, reserved_names: set[str]) -> str:
+    """Return the first free name of a set, such as J1 for joints."""
+    initial = next((c for c in type_name if c.isalpha()), "S").upper()
+    names = (f"{initial}{number}" for number in count(1))
+    return next(name for name in names if name not in reserved_names)
+
+
+def _cone(candidates: Candidates, rows: IntArray, set_: ProposedSet) -> float | None:
     from vomstudio.geology.populations.set_statistics import mean_regions
     from vomstudio.geology.statistics import fisher
 
-    rows = np.flatnonzero(np.array(proposal.assignment) == set_.name)
     poles, turns = candidates.poles[rows], candidates.turns.of(rows)
     if not turns.known:
         return set_.cone95_deg
@@ -242,10 +280,9 @@ def proposal_warnings(result: ProposalResult, options: SetOptions) -> list[Findi
     """Return warnings about the proposed sets and their candidates."""
     from vomstudio.geology.sets.axial_mixture import MIN_MEMBERS
 
-    proposal = result.proposal
-    warnings = [*proposal.warnings, *result.candidates.warnings]
-    if not proposal.sets and options == SetOptions():
+    warnings = [*result.warnings, *result.candidates.warnings]
+    if not result.sets and options == SetOptions():
         warnings.insert(0, Finding("sets.none-distinct", minimum=MIN_MEMBERS))
-    if any(set_.kappa is None and set_.n > 1 for set_ in proposal.sets):
+    if any(set_.kappa is None and set_.n > 1 for set_ in result.sets):
         warnings.append(Finding("sets.parallel"))
     return warnings

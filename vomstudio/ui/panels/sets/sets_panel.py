@@ -242,7 +242,7 @@ class SetsPanel(QWidget):
         if result is None:
             return
         names = self._names()
-        assignment = result.assignment(names)
+        assignment = result.set_names(names)
         # Otherwise `_follow_edit` would discard the proposal on its own edit.
         self.result = None
         if not self._studio.attempt(edits.assign_sets, assignment):
@@ -286,7 +286,7 @@ class SetsPanel(QWidget):
             mean = format_attitude(plane, cone, notation, bare=True)
             numbers = number(set_.kappa), length(set_.spacing_m)
             rows.append([name, f"{set_.n:,}", mean, *numbers])
-        rows.append([tr("in no set"), f"{result.proposal.unassigned:,}", "", "", ""])
+        rows.append([tr("in no set"), f"{result.unassigned:,}", "", "", ""])
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(rows))
             for row, texts in enumerate(rows):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
@@ -18,10 +20,11 @@ from vomstudio.geology.plane_matching import compare_proposals
 from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.units import Axes
 from vomstudio.project import catalogue
-from vomstudio.project.records import Model
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, Model
 from vomstudio.studio.surfaces.facet_proposals import Proposals
 from vomstudio.studio.tools.interaction_types import Area, Hit
-from vomstudio.studio.tools.painted_area import patch_area
+from vomstudio.studio.tools.painted_area import merge_areas, patch_area
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, Label, create_row
 from vomstudio.ui.base.number_formatting import area as area_text
@@ -109,7 +112,7 @@ class FacetsPanel(ProposalsPanel):
         self._make_list(
             (
                 Column(
-                    tr("Doubt"),
+                    tr("Quality"),
                     _verdict_text,
                     tr("The most doubtful facets come first."),
                     number=False,
@@ -126,9 +129,7 @@ class FacetsPanel(ProposalsPanel):
         )
         self.accept_all = QPushButton(tr("Accept all"))
         self.accept_all.setIcon(theme.icon("check-all"))
-        self.accept_all.clicked.connect(
-            lambda _: self._decide(self._accept, sorted(self._facets.open))
-        )
+        self.accept_all.clicked.connect(lambda _: self._decide(self._accept, self.listed()))
         self.reject_all = QPushButton(tr("Reject all"))
         self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
         self.reject_all.clicked.connect(lambda _: self._facets.drop())
@@ -169,7 +170,10 @@ class FacetsPanel(ProposalsPanel):
         # The row is above the buttons, so that the user sees the feature type before accepting all.
         column.addWidget(self._options_row)
         column.addWidget(self._decision_row)
+        column.addWidget(self.filter)
+        column.addWidget(self.filter.problem)
         column.addWidget(self.table, 1)
+        column.addWidget(self.reason)
         column.addWidget(self.message)
         column.addStretch()
 
@@ -199,8 +203,8 @@ class FacetsPanel(ProposalsPanel):
             ),
             (
                 self.accept_all,
-                bool(self._facets.open),
-                tr("Make all facets patches, as one step; undo takes it back."),
+                bool(self.table.numbers.rowCount()),
+                tr("Accept all listed facets as one step."),
                 Finding("facets.none-open"),
             ),
             (
@@ -213,7 +217,7 @@ class FacetsPanel(ProposalsPanel):
             button.setEnabled(is_enabled)
             button.setToolTip(tip if is_enabled else str(reason))
         if proposals is not None and not proposals.whole:
-            self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
+            self.accept_all.setToolTip(tr("Accept all listed facets of the part in view."))
 
     # --- state -------------------------------------------------------------------------------
     def _limits_changed(self) -> None:
@@ -232,7 +236,8 @@ class FacetsPanel(ProposalsPanel):
     # --- proposals ---------------------------------------------------------------------------
     def _show_proposals(self) -> None:
         proposals, facets = self._facets.proposals, self._facets
-        for part in (self.table, self._decision_row, self._options_row, self.summary):
+        parts = (self.table, self.filter, self._decision_row, self._options_row, self.summary)
+        for part in parts:
             part.setVisible(proposals is not None)
         state = (proposals, len(facets.open))
         if state != self._table_state:
@@ -260,13 +265,9 @@ class FacetsPanel(ProposalsPanel):
             area = measured.area_m2
             if area is None:
                 area = proposals.exposed_area_of(row)
-            reasons = (
-                " ".join(each.message for each in measured.verdict.reasons)
-                if verdict != "good"
-                else ""
-            )
-            rows.append(((doubt, error, plane, area, row + 1), reasons))
-        self.table.fill(rows)
+            reasons = self._reason_text(row)
+            rows.append(((doubt, error, plane, area or None, row + 1), reasons))
+        self._show_rows(rows)
 
     def _paint(self) -> None:
         color_key = str(self.colours.currentData())
@@ -296,12 +297,27 @@ class FacetsPanel(ProposalsPanel):
         return "\n".join(line for line in lines if line)
 
     # --- decision ----------------------------------------------------------------------------
-    def _area(self, index: int) -> Area | None:
+    def _measured_feature(self, index: int) -> tuple[Feature, Measurement]:
+        proposals = self._facets.proposals
+        assert proposals is not None
+        return proposals.patches[index], proposals.measured[index]
+
+    def _reason_text(self, index: int) -> str:
+        verdict = self._measured_feature(index)[1].verdict
+        if verdict is None or verdict.quality == "good":
+            return ""
+        return " ".join(each.message for each in verdict.reasons)
+
+    def _area(self, indices: Sequence[int]) -> Area | None:
         proposals = self._facets.proposals
         open_model = None if proposals is None else self._studio.models.get(proposals.model_id)
         if proposals is None or open_model is None:
             return None
-        return patch_area(proposals.patches[index], proposals.model, open_model.surface)
+        areas = (
+            patch_area(proposals.patches[index], proposals.model, open_model.surface)
+            for index in indices
+        )
+        return merge_areas([area for area in areas if area is not None])
 
     def _index_at(self, hit: Hit) -> int | None:
         proposals = self._facets.proposals

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
+from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractItemView, QProgressBar, QPushButton, QScrollArea
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.records import Model
+from vomstudio.geology.orientation import Plane
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, Model
 from vomstudio.studio.surfaces.model_jobs import ModelWork, ProposalQueue
+from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes, proposal_indices
 from vomstudio.studio.tools.interaction_types import Area, Hit, Preview
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_model
+from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
+from vomstudio.ui.panels.features.feature_row import Row
+from vomstudio.ui.panels.features.feature_row import create_row as create_feature_row
+from vomstudio.ui.panels.features.filter_line import FilterLine
 from vomstudio.ui.panels.tools.common import hint_label
 from vomstudio.ui.widgets.number_table import Column, NumberTable
 from vomstudio.ui.widgets.type_box import TypeBox
@@ -27,6 +34,8 @@ from vomstudio.ui.widgets.type_box import TypeBox
 MIN_WIDTH_PX = 50
 """Minimum width of buttons and fields, so that the dock does not grow with the proposals."""
 _KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
+_MAX_HIGHLIGHTED = 200
+"""Maximum number of selected proposals that are highlighted on the outcrop."""
 
 
 class ModelPanel(LazyPanel):
@@ -138,6 +147,7 @@ class ProposalsPanel(ModelPanel):
     ) -> None:
         super().__init__(studio, queue, prefix, topic, start, icon)
         self._queue = queue
+        self._rows: list[tuple[tuple[Any, ...], str]] = []
 
     def _make_list(
         self, columns: Sequence[Column], title: str, height: int, *, descending: bool = False
@@ -145,6 +155,14 @@ class ProposalsPanel(ModelPanel):
         self.type = TypeBox(self._studio)
         self.type.setObjectName(f"{self._prefix}_type")
         self.type.setToolTip(tr("Feature type of accepted proposals."))
+        self._studio.next_changed.connect(self._follow_type)
+        self._follow_type()
+        self.filter = FilterLine(tr("Filter"), wraps=True)
+        self.filter.setObjectName(f"{self._prefix}_filter")
+        self.filter.setAccessibleName(tr("Filter of the proposals"))
+        self.filter.changed.connect(self._list)
+        self.reason = WrappedLabel()
+        self.reason.setObjectName(f"{self._prefix}_reason")
         self.table = NumberTable(columns, 0, descending=descending)
         self.table.setObjectName(f"{self._prefix}_table")
         self.table.setAccessibleName(title)
@@ -157,6 +175,75 @@ class ProposalsPanel(ModelPanel):
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
         self.reject.clicked.connect(lambda _: self._decide(self._reject, self._selection()))
         self._studio.surface_clicked.connect(self._clicked)
+        self._studio.proposals_picked.connect(self._picked)
+
+    def _follow_type(self) -> None:
+        """Propose the active type."""
+        self.type.select_type(self._studio.next_type_id)
+
+    # --- list --------------------------------------------------------------------------------
+    def _show_rows(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
+        """Show the rows of all undecided proposals that the filter accepts."""
+        self._rows = rows
+        self._list()
+
+    def _list(self) -> None:
+        """List the proposals that the filter accepts; those that were selected stay so."""
+        test, selection = self.filter.test, set(self._selection())
+        listed = [row for row in self._rows if test is None or test(self._filter_row(row))]
+        with QSignalBlocker(self.table.selectionModel()):
+            self.table.fill(listed)
+            if selection:
+                self.table.select_rows(lambda values: values[-1] - 1 in selection)
+        self._selection_changed()
+
+    def _filter_row(self, row: tuple[tuple[Any, ...], str]) -> Row:
+        feature, measured = self._measured_feature(int(row[0][-1]) - 1)
+        return create_feature_row(self._studio, feature, measured)
+
+    def _measured_feature(self, index: int) -> tuple[Feature, Measurement]:
+        """Return the feature that a proposal would become, with its measurement."""
+        raise NotImplementedError
+
+    def listed(self) -> list[int]:
+        """Return the indices of the listed proposals, in ascending order."""
+        return sorted(self._index(row) for row in range(self.table.numbers.rowCount()))
+
+    # --- net ---------------------------------------------------------------------------------
+    def _show_on_net(self) -> None:
+        """Show the planes of the listed proposals on the net while the panel is visible."""
+        planes = None
+        if self._queue.proposals is not None and self.isVisible():
+            planes = self._proposed_planes()
+        self._studio.planes_proposed.emit(self._prefix, planes)
+
+    def _proposed_planes(self) -> ProposedPlanes:
+        found: dict[int, Plane] = {}
+        for index in self.listed():
+            plane = self._measured_feature(index)[1].plane
+            if plane is not None:
+                found[index] = plane
+        return ProposedPlanes(
+            owner=self._prefix,
+            title=self.table.accessibleName(),
+            planes=tuple(found.values()),
+            indices=tuple(found),
+            selection=frozenset(self._selection()),
+        )
+
+    def _picked(self, ids: Iterable[str], is_adding: bool) -> None:
+        """Select the proposals that were picked on the net."""
+        if self.isVisible() and self._queue.proposals is not None:
+            picked = set(proposal_indices(self._prefix, ids))
+            self.table.select_rows(lambda values: values[-1] - 1 in picked, add=is_adding)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
+        super().showEvent(event)
+        self._show_on_net()
+
+    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
+        super().hideEvent(event)
+        self._show_on_net()
 
     # --- selection ---------------------------------------------------------------------------
     def _index(self, row: int) -> int:
@@ -176,18 +263,26 @@ class ProposalsPanel(ModelPanel):
         return index if index in selection else selection[-1]
 
     def _selection_changed(self) -> None:
-        """Highlight the most recently selected proposal on the outcrop."""
+        """Highlight the selected proposals on the outcrop and the net, and show the reason."""
         self._refresh_buttons()
+        self._show_on_net()
+        index = self._current()
+        reason = "" if index is None else self._reason_text(index)
+        self.reason.setText(reason)
+        self.reason.setVisible(bool(reason))
         if self._studio.open_tool is not None:
             return
-        index = self._current()
-        area = None if index is None else self._area(index)
+        area = self._area(self._selection()[:_MAX_HIGHLIGHTED])
         self._studio.preview.emit(
             None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
         )
 
-    def _area(self, index: int) -> Area | None:
-        """Return the area that is highlighted for a proposal, or None."""
+    def _reason_text(self, index: int) -> str:
+        """Return why a proposal is doubtful, or an empty text."""
+        raise NotImplementedError
+
+    def _area(self, indices: Sequence[int]) -> Area | None:
+        """Return the area that is highlighted for proposals, or None."""
         raise NotImplementedError
 
     def _clicked(self, hit: Hit) -> None:
@@ -227,6 +322,7 @@ class ProposalsPanel(ModelPanel):
         row = self.table.currentIndex().row()
         if not decide(indices):
             return
+        self.table.clearSelection()
         count = self.table.numbers.rowCount()
         if count and row >= 0:
             self.table.selectRow(min(row, count - 1))
@@ -244,3 +340,22 @@ class ProposalsPanel(ModelPanel):
                 self._decide(self._reject if is_delete else self._accept, self._selection())
                 return True
         return super().eventFilter(watched, event)
+
+
+class WrappedLabel(Label):
+    """Label that keeps the full height of its text when the panel is too small."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+
+    def setText(self, text: str) -> None:  # noqa: N802
+        super().setText(text)
+        self._keep_height()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._keep_height()
+
+    def _keep_height(self) -> None:
+        self.setMinimumHeight(self.heightForWidth(self.width()) if self.text() else 0)

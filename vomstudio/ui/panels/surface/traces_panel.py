@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QFileDialog,
     QGridLayout,
@@ -20,7 +20,8 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.trace_options import ONNX, ProposalOptions
 from vomstudio.geometry import transform
 from vomstudio.project import catalogue
-from vomstudio.project.records import Model
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, Model
 from vomstudio.studio.surfaces.trace_proposals import ProposedLines
 from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.ui.base import theme
@@ -89,8 +90,7 @@ class TracesPanel(ProposalsPanel):
         self.copy = CopyCommandButton(
             self._copy_command, tr("the command that finds these lines, rejected ones too")
         )
-        self.summary, self.reason = hint_label(), _WrappedLabel()
-        self.reason.setObjectName("proposed_why")
+        self.summary = hint_label()
 
     def _make_decisions(self) -> None:
         self._make_list(
@@ -151,6 +151,8 @@ class TracesPanel(ProposalsPanel):
         column.addWidget(self.progress)
         column.addWidget(self.summary)
         column.addWidget(self._decision_row)
+        column.addWidget(self.filter)
+        column.addWidget(self.filter.problem)
         column.addWidget(self.table, 1)
         column.addWidget(self.reason)
         column.addWidget(self._type_row)
@@ -263,7 +265,7 @@ class TracesPanel(ProposalsPanel):
     # --- proposals ---------------------------------------------------------------------------
     def _show_proposals(self) -> None:
         proposals, open_rows = self._traces.proposals, self._traces.open
-        for part in (self.table, self._decision_row, self._type_row):
+        for part in (self.table, self._decision_row, self._type_row, self.filter):
             part.setVisible(proposals is not None)
         if (proposals, open_rows) != self._table_state:
             self._table_state = (proposals, open_rows)
@@ -273,7 +275,6 @@ class TracesPanel(ProposalsPanel):
             text = summary_text(proposals, len(open_rows))
         self.summary.setText(text)
         self.summary.setVisible(bool(text))
-        self._show_reason()
         self._refresh_buttons()
 
     def _fill(self, proposals: ProposedLines | None, open_rows: frozenset[int]) -> None:
@@ -286,23 +287,23 @@ class TracesPanel(ProposalsPanel):
                 plane = line.measured.attitude(self._studio.settings.notation, bare=True)
                 error = catalogue.TOTAL.value(self._studio.subject(line.trace, line.measured))
             rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
-        self.table.fill(rows)
+        self._show_rows(rows)
 
-    def _selection_changed(self) -> None:
-        self._show_reason()
-        super()._selection_changed()
-
-    def _area(self, index: int) -> Area | None:
+    def _measured_feature(self, index: int) -> tuple[Feature, Measurement]:
         proposals = self._traces.proposals
-        return None if proposals is None else line_area([proposals.lines[index].points])
+        assert proposals is not None
+        line = proposals.lines[index]
+        return line.trace, line.measured
 
-    def _show_reason(self) -> None:
-        proposals, row = self._traces.proposals, self._current()
-        reason = ""
-        if proposals is not None and row is not None:
-            reason = reason_text(proposals, proposals.lines[row])
-        self.reason.setText(reason)
-        self.reason.setVisible(bool(reason))
+    def _area(self, indices: Sequence[int]) -> Area | None:
+        proposals = self._traces.proposals
+        if proposals is None:
+            return None
+        return line_area([proposals.lines[index].points for index in indices])
+
+    def _reason_text(self, index: int) -> str:
+        proposals = self._traces.proposals
+        return "" if proposals is None else reason_text(proposals, proposals.lines[index])
 
     def _index_at(self, hit: Hit) -> int | None:
         """Return the index of the line nearest to a point, or None if it is too far away."""
@@ -339,22 +340,3 @@ class TracesPanel(ProposalsPanel):
     def _restore_rejected(self) -> None:
         if self._model is not None:
             self._traces.forgive(self._model.id)
-
-
-class _WrappedLabel(Label):
-    """Label that keeps the full height of its text when the panel is too small."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setWordWrap(True)
-
-    def setText(self, text: str) -> None:  # noqa: N802
-        super().setText(text)
-        self._keep_height()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
-        super().resizeEvent(event)
-        self._keep_height()
-
-    def _keep_height(self) -> None:
-        self.setMinimumHeight(self.heightForWidth(self.width()) if self.text() else 0)
