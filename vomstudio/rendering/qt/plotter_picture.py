@@ -43,7 +43,7 @@ class PlotterPicture(QObject):
 
     def stop(self) -> None:
         """Draw nothing until `begin` is called again."""
-        self._scene = None
+        self._scene, self._present = None, lambda: None
         self._rest_timer.stop()
 
     @property

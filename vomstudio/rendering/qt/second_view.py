@@ -126,6 +126,9 @@ class SecondView(QWidget):
         finally:
             self._is_creating = False
         plotter.setGeometry(self.rect())
+        # Keys act on the outcrop.
+        plotter.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        plotter.setFocusProxy(self._source)
         plotter.show()
         self._labels.raise_()
 
@@ -167,6 +170,15 @@ class SecondView(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         super().resizeEvent(event)
+        self._fit_widgets()
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.DevicePixelRatioChange:
+            self._fit_widgets()
+        return super().event(event)
+
+    def _fit_widgets(self) -> None:
+        """Adapt to a new size or to another screen."""
         self._labels.setGeometry(self.rect())
         if self._plotter is not None:
             self._plotter.setGeometry(self.rect())
@@ -207,6 +219,10 @@ class SecondView(QWidget):
     def _everything(self) -> FloatArray:
         return np.zeros((0, 3)) if self._scene is None else self._scene.everything()
 
+    def frame_all(self) -> None:
+        """Show all contents, keeping the view direction."""
+        self.moves.frame(self._everything())
+
     # -- picking and projecting
 
     def pick(self, x: float, y: float) -> Hit | None:
@@ -236,9 +252,9 @@ class SecondView(QWidget):
 
     def set_preview(self, preview: Preview | None) -> None:
         """Show the preview of an unfinished feature, or None to remove it."""
-        self.preview = preview
-        if self._scene is not None:
-            area = None if preview is None else preview.area
+        previous, self.preview = self.preview, preview
+        area = None if preview is None else preview.area
+        if self._scene is not None and area is not (None if previous is None else previous.area):
             color = (1.0, 1.0, 1.0) if preview is None else preview.color
             self._scene.features.set_live(area, color)
             self._picture.redraw_features()
@@ -259,17 +275,12 @@ class SecondView(QWidget):
             return
         if not (self._scene.models or self._features()):
             return
-        scales = [
-            (scale, model_id)
-            for scale, model_id in self._source.display.scales()
-            if self._is_shown(model_id)
-        ]
         self.overlays.paint(
             painter,
             self.extent(),
             self._features(),
             self._source.features.selected,
-            scales,
+            self._scene.scales(),
             self.project,
             moving=self._picture.moving,
         )

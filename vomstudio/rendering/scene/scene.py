@@ -31,6 +31,7 @@ from vomstudio.rendering.scene.visible_nodes import VisibleNodes
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing
+from vomstudio.rendering.view.scalars import Scale
 from vomstudio.studio.tools.interaction_types import Hit
 
 
@@ -221,6 +222,14 @@ class Scene:
         model.field = ready
         self.look.tint(model)
         self.picture.abandon()
+
+    def scales(self) -> list[tuple[Scale, str]]:
+        """Return the colour scales of all displayed fields, with the ids of their models."""
+        return [
+            (model.field.scale, model.model_id)
+            for model in self._contents.visible()
+            if model.field is not None and self.look.shows_field(model)
+        ]
 
     # -- features
 

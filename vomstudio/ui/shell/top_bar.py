@@ -66,7 +66,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
         ),
         Command(
             "second_view",
-            tr("Second vie&w"),
+            tr("Second view"),
             lambda: docks.toggle("second_view", not docks.is_shown("second_view")),
             "view-split-vertical",
             "F7",

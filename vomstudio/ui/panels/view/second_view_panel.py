@@ -15,7 +15,7 @@ from vomstudio.project.records import Model
 from vomstudio.rendering.qt.second_view import SecondView, import_plotter
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import PREVIEW
-from vomstudio.studio.tools.interaction_types import PointerEvent
+from vomstudio.studio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.help_links import explain
@@ -62,7 +62,7 @@ class SecondViewPanel(QWidget):
             studio.settings_changed,
         ):
             signal.connect(self._follow)
-        studio.preview.connect(lambda preview: self.view and self.view.set_preview(preview))
+        studio.preview.connect(self._show_preview)
         studio.jobs.closed.connect(self.close_view)
         self._name_models()
 
@@ -77,12 +77,12 @@ class SecondViewPanel(QWidget):
         self.link.setCheckable(True)
         self.link.setChecked(True)
         theme.highlight_toggles(self.link)
-        self.link.toggled.connect(self._copy_outcrop)
+        self.link.toggled.connect(lambda linked: self._copy_outcrop() if linked else None)
         self.direction = self._menu_button("second_direction", "compass-outline", None)
         self.direction.setText(tr("Direction"))
         self.direction.setToolTip(tr("Look in a standard direction."))
         menu = self.direction.menu()
-        menu.addAction(tr("Whole model"), lambda: self.view and self.view.moves.home())
+        menu.addAction(tr("Whole model"), self._show_whole_model)
         menu.addAction(tr("As the outcrop"), self._copy_outcrop)
         menu.addSeparator()
         for name, text, _ in STANDARD_VIEWS:
@@ -200,18 +200,21 @@ class SecondViewPanel(QWidget):
         finally:
             self._is_linking = False
 
-    def _copy_outcrop(self, *_: object) -> None:
-        """Use the camera of the outcrop; on release of the link the camera stays."""
+    def _copy_outcrop(self) -> None:
+        """Use the camera of the outcrop."""
         viewport = self._outcrop.viewport
-        is_requested = self.link.isChecked() or self.sender() is not self.link
-        if self.view is not None and viewport is not None and is_requested:
+        if self.view is not None and viewport is not None:
             self._copy(viewport, self.view)
+
+    def _show_whole_model(self) -> None:
+        if self.view is not None:
+            self.view.frame_all()
 
     def _look(self, name: str) -> None:
         if self.view is not None:
             self.view.moves.standard_view(name)
 
-    # --- gestures ----------------------------------------------------------------------------
+    # --- gestures and previews ---------------------------------------------------------------
     def _pointer(self, event: PointerEvent) -> None:
         """Select features as in the outcrop, or pass the gesture to the active tool."""
         if self.view is None:
@@ -220,3 +223,7 @@ class SecondViewPanel(QWidget):
             self._outcrop.select_at(self.view, event)
         else:
             self._studio.pointer(replace(event, in_photo=True))
+
+    def _show_preview(self, preview: Preview | None) -> None:
+        if self.view is not None:
+            self.view.set_preview(preview)
