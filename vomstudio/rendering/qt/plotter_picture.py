@@ -31,7 +31,7 @@ class PlotterPicture(QObject):
         self._scene: Scene | None = None
         self._present: Callable[[], None] = lambda: None
         self._request_paint = request_paint
-        self._dirty, self._features_dirty, self._at_rest = True, False, False
+        self._dirty, self._features_dirty, self._rest_pending = True, False, False
         self._rest_timer = QTimer(self)
         self._rest_timer.setSingleShot(True)
         self._rest_timer.timeout.connect(self._come_to_rest)
@@ -99,7 +99,7 @@ class PlotterPicture(QObject):
             # Drawn again when the next part of the model has arrived.
             self._request_paint()
         else:
-            self._at_rest = True
+            self._rest_pending = True
             self._request_paint()
 
     # -- inside a paint
@@ -110,9 +110,9 @@ class PlotterPicture(QObject):
         if scene is None:
             return
         picture = scene.picture
-        if self._at_rest and not self.moving and not picture.refining:
+        if self._rest_pending and not self.moving and not picture.refining:
             picture.begin_rest()
-        self._at_rest = False
+        self._rest_pending = False
         if picture.refining:
             if picture.refine():
                 self._dirty = self._features_dirty = False

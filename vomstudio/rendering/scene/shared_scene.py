@@ -83,16 +83,16 @@ class SharedScene(Scene):
 
     def follow_features(self) -> bool:
         """Adopt the drawings and the selection of the source. Return whether they have changed."""
-        source, own = self._source.features, self.features
+        source, layer = self._source.features, self.features
         changes = {
             key: drawing
             for key, drawing in source.drawings.items()
-            if own.drawings.get(key) is not drawing
+            if layer.drawings.get(key) is not drawing
         }
-        removed = dict.fromkeys(own.drawings.keys() - source.drawings.keys())
+        removed = dict.fromkeys(layer.drawings.keys() - source.drawings.keys())
         if changes or removed:
             self.set_features({**changes, **removed})
-        is_selected = source.selected != own.selected
+        is_selected = source.selected != layer.selected
         if is_selected:
             self.set_selected(source.selected)
         return bool(changes or removed or is_selected)
@@ -108,70 +108,71 @@ class SharedScene(Scene):
         return picking.pick_front(candidates, self.camera, x, y, size, self.clip_box)
 
     def _follow_look(self, look: Appearance) -> bool:
-        own = self.look
-        if (own.mode, own.lit, own.point_size) == (look.mode, look.lit, look.point_size):
+        settings = (self.look.mode, self.look.lit, self.look.point_size)
+        if settings == (look.mode, look.lit, look.point_size):
             return False
-        own.mode, own.lit, own.point_size = look.mode, dict(look.lit), look.point_size
+        self.look.mode, self.look.lit = look.mode, dict(look.lit)
+        self.look.point_size = look.point_size
         self._redress()
         return True
 
     def _follow_model(self, model: ModelScene) -> bool:
         """Adopt the present state of a model of the source."""
-        own, changed = self.models.get(model.model_id), False
-        if own is None or own.data is not model.data:
+        twin, changed = self.models.get(model.model_id), False
+        if twin is None or twin.data is not model.data:
             bounds = model.origin + np.stack([model.low, model.high])
-            own = self.add_model(model.model_id, model.data, model.to_world, bounds, model.origin)
+            twin = self.add_model(model.model_id, model.data, model.to_world, bounds, model.origin)
             changed = True
-        if (own.to_world != model.to_world).any():
+        if (twin.to_world != model.to_world).any():
             self.set_to_world(model.model_id, model.to_world)
             changed = True
-        if own.field is not model.field or own.hidden is not model.hidden:
-            own.field, own.hidden = model.field, model.hidden
+        if twin.field is not model.field or twin.hidden is not model.hidden:
+            twin.field, twin.hidden = model.field, model.hidden
             changed = True
-        changed |= self._follow_skins(own, model)
-        changed |= self._follow_parts(own, own.proxies, model.proxies)
-        changed |= self._follow_parts(own, own.parts, model.parts)
-        own.chunks_done, own.textures_done = model.chunks_done, model.textures_done
+        changed |= self._follow_skins(twin, model)
+        changed |= self._follow_parts(twin, twin.proxies, model.proxies)
+        changed |= self._follow_parts(twin, twin.parts, model.parts)
+        twin.chunks_done, twin.textures_done = model.chunks_done, model.textures_done
         return changed
 
     @staticmethod
-    def _follow_skins(own: ModelScene, model: ModelScene) -> bool:
+    def _follow_skins(twin: ModelScene, model: ModelScene) -> bool:
         changed = False
         for material, skin in model.skins.items():
-            previous = own.skins.get(material)
+            previous = twin.skins.get(material)
             if previous is None or previous.texture is not skin.texture:
-                own.skins[material] = Skin(skin.texture)
+                twin.skins[material] = Skin(skin.texture)
                 changed = True
         return changed
 
-    def _follow_parts(self, own: ModelScene, parts: list[Part], sources: list[Part]) -> bool:
+    def _follow_parts(self, twin: ModelScene, parts: list[Part], sources: list[Part]) -> bool:
         """Adopt the parts of a model, which share the data of their sources."""
         changed = False
         if [id(part.source) for part in parts] != [id(source) for source in sources]:
             present = {id(part.source): part for part in parts}
             parts[:] = [
-                present.pop(id(source), None) or self._share(own, source) for source in sources
+                present.pop(id(source), None) or self._share(twin, source) for source in sources
             ]
             for part in present.values():
                 gpu_textures.remove_textures(part.actor)
                 self.canvas.remove(part.actor)
-            own.forget_boxes()
+            twin.forget_boxes()
             changed = True
         for part, source in zip(parts, sources, strict=True):
             if part.tinted != source.tinted or part.elements != source.elements:
                 part.tinted, part.elements, part.uploaded = source.tinted, source.elements, False
-                self.look.dress(own, part)
+                self.look.dress(twin, part)
                 changed = True
         return changed
 
-    def _share(self, own: ModelScene, source: Part) -> Part:
+    def _share(self, twin: ModelScene, source: Part) -> Part:
         """Create a part that draws the data of another part."""
         data = source.actor.GetMapper().GetInput()
         assert isinstance(data, vtkPolyData)
-        part = self._intake.part(own, data)
+        part = self._intake.part(twin, data)
         part.source, part.has_colors = source, source.has_colors
         part.material, part.density, part.has_uv = source.material, source.density, source.has_uv
         part.spacing, part.row, part.rows = source.spacing, source.row, source.rows
         part.tinted = source.tinted
-        self.look.dress(own, part)
+        self.look.dress(twin, part)
         return part

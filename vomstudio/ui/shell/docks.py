@@ -332,7 +332,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def arrange(self) -> None:
         """Dock all pages in their regions, and hide them except a view beside the outcrop."""
         self.leave_center()
-        beside = [n for n in self._docks if REGIONS[n] == "beside" and not self[n].isHidden()]
+        open_views = [n for n in self._docks if REGIONS[n] == "beside" and not self[n].isHidden()]
         first: dict[Region, QDockWidget] = {}
         for name, dock in self._docks.items():
             region = REGIONS[name]
@@ -346,7 +346,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             dock.hide()
         self._docked_before = False
         self._halved.clear()
-        for name in beside:
+        for name in open_views:
             self.bring_forward(name)
 
     def give_sizes(self) -> None:

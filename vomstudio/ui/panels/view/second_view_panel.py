@@ -41,7 +41,7 @@ class SecondViewPanel(QWidget):
         explain(self, "window.md#second-view")
         self._studio, self._outcrop = studio, outcrop
         self.view: SecondView | None = None
-        self._chosen: set[str] | None = None
+        self._selection: set[str] | None = None
         """Ids of the models chosen for this view, or None for those visible in the outcrop."""
         self._is_linking = False
         self._background = QtBackground(self, "second view", threads=1)
@@ -137,22 +137,22 @@ class SecondViewPanel(QWidget):
     def is_shown(self, model_id: str) -> bool:
         """Return whether a model is shown in this view."""
         studio = self._studio
-        if self._chosen is not None:
-            return model_id in self._chosen
+        if self._selection is not None:
+            return model_id in self._selection
         if not studio.visible("models"):
             return False
         return model_id.startswith(PREVIEW) or studio.visible(model_id)
 
     def show_models(self, ids: set[str] | None) -> None:
         """Show these models, or None for those that are visible in the outcrop."""
-        self._chosen = ids
+        self._selection = ids
         self._follow()
 
     def _fill_models(self, menu: QMenu) -> None:
         menu.clear()
         follow = menu.addAction(tr("As the outcrop"), lambda: self.show_models(None))
         follow.setCheckable(True)
-        follow.setChecked(self._chosen is None)
+        follow.setChecked(self._selection is None)
         menu.addSeparator()
         for model in self._studio.session.of(Model):
             action = menu.addAction(model.name.replace("&", "&&"))
@@ -175,7 +175,7 @@ class SecondViewPanel(QWidget):
         self.models.setText(metrics.elidedText(text, Qt.TextElideMode.ElideMiddle, 160))
 
     def _begin_project(self) -> None:
-        self._chosen = None
+        self._selection = None
         self._copy_outcrop()
         self._follow()
 
@@ -186,17 +186,17 @@ class SecondViewPanel(QWidget):
             self.view.follow_later()
 
     # --- camera ------------------------------------------------------------------------------
-    def _link(self, moved: Viewport | SecondView, other: Viewport | SecondView) -> None:
+    def _link(self, source: Viewport | SecondView, target: Viewport | SecondView) -> None:
         """Move the camera of the other view in the same way if the cameras are linked."""
         if self._is_linking or not self.link.isChecked() or not self.isVisible():
             return
-        self._copy(moved, other)
+        self._copy(source, target)
 
-    def _copy(self, moved: Viewport | SecondView, other: Viewport | SecondView) -> None:
+    def _copy(self, source: Viewport | SecondView, target: Viewport | SecondView) -> None:
         self._is_linking = True
         try:
-            other.camera.restore(moved.camera.to_dict())
-            other.moves.moved()
+            target.camera.restore(source.camera.to_dict())
+            target.moves.moved()
         finally:
             self._is_linking = False
 
