@@ -273,6 +273,8 @@ def _arrange(window: MainWindow) -> None:
         workspaces._pages[name] = {"inspector": "project", "drawer": ""}
     workspaces.switch(FIRST)
     window.net_overlay.reset()
+    # The command docks it again but leaves it open.
+    window.docks.close_page("second_view")
     window.actions_table.run("reset_panels")
     QCursor.setPos(QPoint(0, 0))
     driver.pause(0)

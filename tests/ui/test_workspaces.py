@@ -71,7 +71,7 @@ def offered_tools(window) -> set[str]:
 def test_every_page_has_a_region_and_a_workspace_that_offers_it(window):
     assert set(window.docks) == set(REGIONS)
     offered = {name for each in WORKSPACES for name in (*each.inspector, *each.drawer)}
-    assert offered | set(INSPECTOR_TABS) | {"stereonet"} == set(REGIONS)
+    assert offered | set(INSPECTOR_TABS) | {"stereonet", "second_view"} == set(REGIONS)
     for workspace in WORKSPACES:
         assert {REGIONS[name] for name in workspace.inspector} <= {"inspector"}
         assert {REGIONS[name] for name in workspace.drawer} <= {"drawer"}

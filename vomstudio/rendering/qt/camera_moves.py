@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
-from vomstudio.rendering.qt.scene_picture import ScenePicture
-from vomstudio.rendering.qt.viewport_protocol import Pane
+from vomstudio.rendering.qt.viewport_protocol import Pane, Redraws
 from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 
 
@@ -22,11 +21,23 @@ class CameraMoves(QObject):
     """Emitted when a stored view has been restored."""
 
     def __init__(
-        self, camera: Camera, pane: Pane, life: SceneLife, picture: ScenePicture, parent: QObject
+        self,
+        camera: Camera,
+        pane: Pane,
+        everything: Callable[[], FloatArray],
+        picture: Redraws,
+        parent: QObject,
     ) -> None:
+        """Create the moves of a camera.
+
+        Parameters
+        ----------
+        everything : callable
+            Returns World points (n, 3) around all visible contents.
+        """
         super().__init__(parent)
         self.camera = camera
-        self._pane, self._life, self._picture = pane, life, picture
+        self._pane, self._everything, self._picture = pane, everything, picture
         self._fitted: FloatArray | None = None
 
     def moved(self) -> None:
@@ -97,8 +108,7 @@ class CameraMoves(QObject):
             self.moved()
 
     def _frame_all(self) -> None:
-        scene = self._life.scene
-        self.frame(np.zeros((0, 3)) if scene is None else scene.everything())
+        self.frame(self._everything())
 
     # -- properties of the view
 

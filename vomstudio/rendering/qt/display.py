@@ -101,13 +101,7 @@ class ModelAppearance(QObject):
     def scales(self) -> list[tuple[Scale, str]]:
         """Return the colour scales of all displayed fields, with the ids of their models."""
         scene = self._life.scene
-        if scene is None:
-            return []
-        return [
-            (m.field.scale, m.model_id)
-            for m in scene.models.values()
-            if m.visible and m.field is not None and scene.look.shows_field(m)
-        ]
+        return [] if scene is None else scene.scales()
 
     def _placed(self, model_id: str) -> None:
         if model_id in self._styles and self._styles[model_id].name == ELEVATION:

@@ -128,6 +128,11 @@ class Gestures(QObject):
         """Set whether orbiting keeps the z axis upright or is free, as with a trackball."""
         self._turntable = enabled
 
+    def adopt_settings(self, other: Gestures) -> None:
+        """Use the buttons, keys and rotation of another view."""
+        self.orbit_button, self.tool_takes_keys = other.orbit_button, other.tool_takes_keys
+        self._turntable = other._turntable
+
     def stop(self) -> None:
         self._hover.stop()
         self._still.stop()

@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.qt.thread_calls import poster
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.studio.background import Background
@@ -64,6 +66,10 @@ class SceneLife(QObject):
         for job in waiting:
             job()
         self.started.emit()
+
+    def everything(self) -> FloatArray:
+        """Return the World box corners (n, 3) of the visible contents; see `Scene.everything`."""
+        return np.zeros((0, 3)) if self.scene is None else self.scene.everything()
 
     def when_started(self, job: Callable[[], None]) -> None:
         """Run a job now if the scene exists, or else when it has been created."""

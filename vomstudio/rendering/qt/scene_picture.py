@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QImage, QOpenGLContext
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.arrays import ByteArray
@@ -41,6 +41,8 @@ class ScenePicture(QObject):
     first_frame = Signal()
     drawn = Signal()
     """Emitted when the models have been drawn."""
+    content_changed = Signal()
+    """Emitted when the contents, and not only the camera, require a new picture."""
     outdated = Signal()
     """Emitted when the overlays must be laid out again."""
 
@@ -89,6 +91,7 @@ class ScenePicture(QObject):
 
     def redraw(self) -> None:
         """Draw again because the models have changed."""
+        self.content_changed.emit()
         self._dirty = True
         self._refine.stop()
         self._rest_soon()
@@ -96,11 +99,13 @@ class ScenePicture(QObject):
 
     def redraw_once(self) -> None:
         """Draw the models once, while refinement at rest continues."""
+        self.content_changed.emit()
         self._dirty = True
         self._view.update()
 
     def redraw_features(self) -> None:
         """Draw the features again."""
+        self.content_changed.emit()
         self._features_dirty = True
         self._view.update()
 
@@ -109,6 +114,7 @@ class ScenePicture(QObject):
 
         The previous picture remains until then, unless proxies can be drawn immediately.
         """
+        self.content_changed.emit()
         scene = self._life.scene
         if scene is None:
             return
@@ -122,6 +128,7 @@ class ScenePicture(QObject):
 
     def arrived(self, *, first: bool) -> None:
         """Draw new content after a short delay, or immediately if it is the `first`."""
+        self.content_changed.emit()
         if first:
             self.redraw_once()
         self._rest_soon()
@@ -171,6 +178,7 @@ class ScenePicture(QObject):
         scene = self._life.scene
         if scene is None:
             return
+        _leave_qt_context()
         picture = scene.picture
         if self._dirty and not picture.refining:
             self._dirty = self._features_dirty = False
@@ -252,6 +260,7 @@ class ScenePicture(QObject):
         scene = self._life.scene
         if scene is None:
             return
+        _leave_qt_context()
         picture = scene.picture
         if picture.refining:
             done = picture.refine()
@@ -282,3 +291,13 @@ class ScenePicture(QObject):
         )
         self.image.setDevicePixelRatio(self._view.devicePixelRatioF())
         self.outdated.emit()
+
+
+def _leave_qt_context() -> None:
+    """Leave Qt's graphics context, if any, because VTK switches to its own without Qt's knowledge.
+
+    Qt would otherwise continue to draw in the context of VTK.
+    """
+    context = QOpenGLContext.currentContext()
+    if context is not None:
+        context.doneCurrent()

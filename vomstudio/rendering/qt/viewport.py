@@ -81,6 +81,8 @@ class Viewport(QWidget):
     field_shown = Signal(str)
     """Emits the model id when the colour scale of its field is available from
     `display.scale_of`."""
+    content_changed = Signal()
+    """Emitted when the models, their appearance or the features have changed."""
     clip_changed = Signal(object)
     """Emits the ClipBox while a handle is dragged."""
 
@@ -96,7 +98,7 @@ class Viewport(QWidget):
         self._base: QImage | None = None
         self._life = life = SceneLife(camera, self._furnish, self)
         self._picture = picture = ScenePicture(self, life)
-        self.moves = CameraMoves(camera, self, life, picture, self)
+        self.moves = CameraMoves(camera, self, life.everything, picture, self)
         self.models = ShownModels(life, picture, self.moves, self)
         self.display = ModelAppearance(life, picture, self.models, self)
         self.overlays = Overlays(camera, self.display.captions)
@@ -112,6 +114,7 @@ class Viewport(QWidget):
     def _connect(self) -> None:
         self._picture.outdated.connect(self._forget_base)
         self._picture.first_frame.connect(self.first_frame)
+        self._picture.content_changed.connect(self.content_changed)
         self.gestures.pointer.connect(self.pointer)
         self.moves.changed.connect(self.camera_changed)
         self.models.stage.connect(self.model_stage)
@@ -178,6 +181,10 @@ class Viewport(QWidget):
         """Return the front-most point of a visible model at a pixel."""
         scene = self._life.scene
         return None if scene is None else scene.pick(x, y, self.extent())
+
+    def feature_at(self, x: float, y: float, *, discs: bool = True) -> str | None:
+        """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
+        return self.features.at(x, y, discs=discs)
 
     def world_of(self, hit: Hit) -> FloatArray:
         """Return the position (3,) of a hit in the World frame."""

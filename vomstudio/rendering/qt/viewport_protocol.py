@@ -15,3 +15,13 @@ class Pane(Protocol):
 
     def update(self) -> None:
         """Schedule a paint."""
+
+
+class Redraws(Protocol):
+    """Picture of the scene that can be drawn again."""
+
+    def stir(self) -> None:
+        """Draw once in the next paint because the camera has moved, and refine after a delay."""
+
+    def redraw_once(self) -> None:
+        """Draw the models once, while refinement at rest continues."""

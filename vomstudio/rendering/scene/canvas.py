@@ -1,4 +1,4 @@
-"""Off-screen window for drawing with VTK, and its pixels.
+"""Window for drawing with VTK, off screen or of a widget, and its pixels.
 
 There are three layers: layer 0 contains the surface of the models, layer 1 the features over
 them, and layer 2 the selected or live features. The colour and depth of a completed layer are
@@ -32,7 +32,7 @@ SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "basic render", "swr")
 
 
 class Canvas:
-    """Off-screen VTK window with three layers.
+    """VTK window with three layers, off screen unless it is the window of a widget.
 
     Attributes
     ----------
@@ -52,7 +52,19 @@ class Canvas:
         Whether the picture of the models, and the picture with features, is saved.
     """
 
-    def __init__(self) -> None:
+    def __init__(
+        self, window: vtkOpenGLRenderWindow | None = None, surface: vtkRenderer | None = None
+    ) -> None:
+        """Create a canvas.
+
+        Parameters
+        ----------
+        window : vtkOpenGLRenderWindow, optional
+            Window of a widget, which sets its size and finalizes it. By default, a window is
+            created off screen.
+        surface : vtkRenderer, optional
+            Renderer of layer 0 that the window already contains.
+        """
         self.size = (1, 1)
         self.origin: FloatArray | None = None
         self.software = True
@@ -60,7 +72,9 @@ class Canvas:
         self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
         self.frames = 0
         self.surface_saved = self.features_saved = False
-        self.surface, self.layer, self.emphasis = vtkRenderer(), vtkRenderer(), vtkRenderer()
+        self.surface = vtkRenderer() if surface is None else surface
+        self.layer, self.emphasis = vtkRenderer(), vtkRenderer()
+        self._widget_window = window
         self._window: vtkOpenGLRenderWindow | None = None
         self._buffers: Buffers | None = None
         self._before_layer: Callable[[], None] | None = None
@@ -87,12 +101,8 @@ class Canvas:
         return self._buffers
 
     def open(self, width: int, height: int) -> None:
-        window = vtkRenderWindow()
-        # VTK creates this class on every platform, and only this class has its own buffers.
-        assert isinstance(window, vtkOpenGLRenderWindow)
-        window.SetOffScreenRendering(1)
+        window = self._widget_window or self._off_screen_window(width, height)
         window.SetMultiSamples(0)
-        window.SetSize(width, height)
         window.SetNumberOfLayers(3)
         self.size = (width, height)
         surface = self.surface
@@ -107,8 +117,10 @@ class Canvas:
             renderer.SetAutomaticLightCreation(0)
             # Uses plain blending, because weighted blending needs three more full-screen passes.
             renderer.SetUseOIT(False)
-            window.AddRenderer(renderer)
+            if not window.HasRenderer(renderer):
+                window.AddRenderer(renderer)
         # A headlight illuminates everything that is visible.
+        surface.RemoveAllLights()
         light = vtkLight()
         light.SetLightTypeToHeadlight()
         surface.AddLight(light)
@@ -117,6 +129,15 @@ class Canvas:
             renderer.SetActiveCamera(surface.GetActiveCamera())
         self._window = window
         self._buffers = Buffers(window)
+
+    @staticmethod
+    def _off_screen_window(width: int, height: int) -> vtkOpenGLRenderWindow:
+        window = vtkRenderWindow()
+        # VTK creates this class on every platform, and only this class has its own buffers.
+        assert isinstance(window, vtkOpenGLRenderWindow)
+        window.SetOffScreenRendering(1)
+        window.SetSize(width, height)
+        return window
 
     def detect_driver(self) -> None:
         """Draw once to detect the graphics driver."""
@@ -141,13 +162,15 @@ class Canvas:
             renderer.RemoveAllObservers()
             renderer.RemoveAllViewProps()
             window.RemoveRenderer(renderer)
-        window.Finalize()
+        if self._widget_window is None:
+            window.Finalize()
         self._window = None
 
     def resize(self, width: int, height: int) -> None:
         self.size = (width, height)
         if self._window is not None:
-            self._window.SetSize(width, height)
+            if self._widget_window is None:
+                self._window.SetSize(width, height)
             self.surface_saved = self.features_saved = False
 
     # -- contents

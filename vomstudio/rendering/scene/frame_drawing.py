@@ -26,7 +26,7 @@ from vomstudio.rendering.scene.model_scene import Part
 from vomstudio.rendering.scene.texture_levels import TextureLevels
 from vomstudio.rendering.scene.visible_nodes import VisibleNodes
 from vomstudio.rendering.view.camera import Eye
-from vomstudio.rendering.view.frame_timing import SLOW_FRAME_S, Pace
+from vomstudio.rendering.view.frame_timing import BATCH_S, SLOW_FRAME_S, Pace
 
 BAND_POINTS = 25_000
 """Number of feature points that a software renderer draws in about 50 ms, including halos and
@@ -224,7 +224,6 @@ class FramePicture:
         if not frame.pending and not frame.first and self._shade_band():
             return False
         started = time.perf_counter()
-        # The features, including copying the surface below them, are a separate step.
         is_last = not frame.pending
         count = self.pace.next_batch([part for _, part in frame.pending])
         tint = self._contents.look.tint_node
@@ -233,6 +232,10 @@ class FramePicture:
             count = self.pace.next_batch([part for _, part in frame.pending])
         batch = [part for _, part in frame.pending[:count]]
         frame.pending = frame.pending[count:]
+        if frame.first and not frame.pending and not self.domed:
+            # The features, including copying the surface below them, are a separate step unless
+            # the whole frame is drawn quickly.
+            is_last = is_last or self.pace.expected(batch) <= BATCH_S
         self._show(batch)
         uses_bands = is_last and self._wants_bands
         self._render(

@@ -48,6 +48,8 @@ class Part:
     """Row of the node if the part is a node of a cloud."""
     piece: NodePoints | None = None
     """Points of the node if the part is a node of a cloud."""
+    source: Part | None = None
+    """Part of another scene whose data this part shares."""
 
 
 @dataclass(eq=False)
@@ -90,8 +92,12 @@ class ModelScene:
         dropped = [part for part in self.parts if part.row in dropped_rows]
         self.point_chunks = [self.point_chunks[k] for k in kept_indices]
         self.parts = [self.parts[k] for k in kept_indices]
-        self._boxes = None
+        self.forget_boxes()
         return dropped
+
+    def forget_boxes(self) -> None:
+        """Discard the boxes of the chunks because the parts have changed."""
+        self._boxes = None
 
     def chunk_boxes(self) -> tuple[FloatArray, FloatArray]:
         """Return the minimum and maximum corners, (n, 3) each, of the chunks in the local frame."""

@@ -19,7 +19,7 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.rendering.prepare.events import Event, FieldReady
 from vomstudio.rendering.scene import hidden_elements, picking
 from vomstudio.rendering.scene.actor_creation import Intake
-from vomstudio.rendering.scene.appearance import DISPLAY_MODES
+from vomstudio.rendering.scene.appearance import DISPLAY_MODES, Appearance
 from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
@@ -31,6 +31,7 @@ from vomstudio.rendering.scene.visible_nodes import VisibleNodes
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing
+from vomstudio.rendering.view.scalars import Scale
 from vomstudio.studio.tools.interaction_types import Hit
 
 
@@ -49,10 +50,15 @@ class Scene:
         Cloud nodes that are required for the view.
     """
 
-    def __init__(self, camera: Camera | None = None) -> None:
+    def __init__(
+        self,
+        camera: Camera | None = None,
+        canvas: Canvas | None = None,
+        look: Appearance | None = None,
+    ) -> None:
         self.camera = Camera() if camera is None else camera
-        self.canvas = Canvas()
-        self._contents = Contents()
+        self.canvas = Canvas() if canvas is None else canvas
+        self._contents = Contents() if look is None else Contents(look=look)
         self.models = self._contents.models
         self.look = self._contents.look
         self.features = self._contents.features
@@ -217,6 +223,14 @@ class Scene:
         self.look.tint(model)
         self.picture.abandon()
 
+    def scales(self) -> list[tuple[Scale, str]]:
+        """Return the colour scales of all displayed fields, with the ids of their models."""
+        return [
+            (model.field.scale, model.model_id)
+            for model in self._contents.visible()
+            if model.field is not None and self.look.shows_field(model)
+        ]
+
     # -- features
 
     def set_features(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
@@ -262,6 +276,11 @@ class Scene:
             for model in self.models.values():
                 for part in model.parts + model.proxies:
                     self._planes.cut(part.actor)
+
+    @property
+    def clip_box(self) -> ClipBox | None:
+        """Clipping box, or None for no clipping."""
+        return self._planes.box
 
     # -- visibility
 

@@ -88,7 +88,7 @@ class PointerEvent:
     turns : float
         Number of wheel notches, positive for rotation away from the user.
     in_photo : bool
-        Whether `x` and `y` are pixels of a photo instead of the viewport.
+        Whether `x` and `y` are pixels of a photo or of the second view instead of the viewport.
     photo : str
         Name of the photo.
     """

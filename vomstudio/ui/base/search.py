@@ -35,6 +35,10 @@ SYNONYMS: dict[str, str] = {
     "theme_dark": to_translate("dark, dark mode, dark theme, night"),
     "theme_light": to_translate("light, light mode, light theme"),
     "reset_panels": to_translate("reset, reset panels, default layout, restore panels"),
+    "second_view": to_translate(
+        "second window, split view, side by side, two views, compare epochs, linked cameras, "
+        "second screen, dual view"
+    ),
     "page_in_center": to_translate("enlarge, maximise, full page"),
     "declare_frame": to_translate(
         "frame of the model, crs, coordinate system, reference system, epsg, up axis, unit"

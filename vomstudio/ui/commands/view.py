@@ -9,17 +9,8 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.outcrop.outcrop_view import OutcropView
+from vomstudio.ui.outcrop.outcrop_view import STANDARD_VIEWS, OutcropView
 
-# (name, text, key)
-_VIEWS = (
-    ("top", to_translate("From above"), "Alt+1"),
-    ("north", to_translate("Looking north"), "Alt+2"),
-    ("east", to_translate("Looking east"), "Alt+3"),
-    ("south", to_translate("Looking south"), "Alt+4"),
-    ("west", to_translate("Looking west"), "Alt+5"),
-    ("bottom", to_translate("From below"), "Alt+6"),
-)
 _NOTATIONS = (
     ("notation_dipdir", to_translate("Dip direction/dip (132/41)"), "dipdir/dip"),
     ("notation_strike", to_translate("Strike/dip, right-hand rule (042/41)"), "strike/dip"),
@@ -163,7 +154,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             why_not=view.why_not,
             is_viewport_key=True,
         )
-        for name, text, key in _VIEWS
+        for name, text, key in STANDARD_VIEWS
     ]
     table += [
         Command(name, tr(text), set_notation(value), is_checked=is_notation(value))

@@ -8,8 +8,10 @@ import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.studio.tools.interaction_types import PointerEvent
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import extent_points
@@ -18,9 +20,18 @@ from vomstudio.ui.outcrop.camera_view import CameraView
 from vomstudio.ui.outcrop.extended_plane_drawings import ExtendedPlaneDrawings
 from vomstudio.ui.outcrop.face_grid_drawings import FaceGridDrawings
 from vomstudio.ui.outcrop.proposed_trace_drawings import ProposedTraceDrawings
-from vomstudio.ui.outcrop.scene_presenter import ScenePresenter
+from vomstudio.ui.outcrop.scene_presenter import FeatureView, ScenePresenter
 from vomstudio.ui.outcrop.view_history import ViewHistory
 
+# (name, text, key)
+STANDARD_VIEWS = (
+    ("top", to_translate("From above"), "Alt+1"),
+    ("north", to_translate("Looking north"), "Alt+2"),
+    ("east", to_translate("Looking east"), "Alt+3"),
+    ("south", to_translate("Looking south"), "Alt+4"),
+    ("west", to_translate("Looking west"), "Alt+5"),
+    ("bottom", to_translate("From below"), "Alt+6"),
+)
 _SAVE_CAMERA_DELAY_MS = 500
 _READING = "numbers.md#the-live-reading"
 
@@ -156,6 +167,11 @@ class OutcropView(QObject):
         """Return whether the clipping box intersects the visible models."""
         box, around = self._studio.display.box, self.models_box()
         return box is not None and around is not None and box.meets(around)
+
+    def select_at(self, view: FeatureView, event: PointerEvent) -> None:
+        """Select the feature at a click in another view of the outcrop."""
+        if self._presenter is not None:
+            self._presenter.select_at(view, event)
 
     # --- tools -------------------------------------------------------------------------------
     def apply_tool(self, tool: str) -> None:

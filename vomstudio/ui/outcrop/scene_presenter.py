@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
+from typing import Protocol
 
 import numpy as np
 
@@ -36,7 +37,14 @@ from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import line_symbol, plane_symbol, small_disc
-from vomstudio.studio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
+from vomstudio.studio.tools.interaction_types import (
+    Area,
+    Button,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+)
 from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.number_formatting import extent_points, orientation_text
 from vomstudio.ui.base.qt_owner import IncrementalWork
@@ -45,6 +53,16 @@ from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 
 _STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 500, 20_000, 4_000
 """Limits for drawing many features in steps between events: drawings and points per step."""
+
+
+class FeatureView(Protocol):
+    """View of the outcrop in which features can be selected by clicks."""
+
+    def pick(self, x: float, y: float) -> Hit | None: ...
+
+    def world_of(self, hit: Hit) -> FloatArray: ...
+
+    def feature_at(self, x: float, y: float, *, discs: bool = True) -> str | None: ...
 
 
 class ScenePresenter:
@@ -391,9 +409,9 @@ class ScenePresenter:
             extent=extent,
         )
 
-    def _patch_at(self, x: float, y: float) -> str | None:
+    def _patch_at(self, view: FeatureView, x: float, y: float) -> str | None:
         """Return the smallest visible patch or outlined area under a pixel."""
-        hit = self._viewport.pick(x, y)
+        hit = view.pick(x, y)
         if hit is None:
             return None
         patches = [
@@ -409,7 +427,7 @@ class ScenePresenter:
             return min(patches)[1]
         areas = [
             (float(getattr(feature, "area", None) or 0.0), id_)
-            for id_ in self._pieces.find_enclosing(self._viewport.world_of(hit))
+            for id_ in self._pieces.find_enclosing(view.world_of(hit))
             if (feature := get_feature(self._studio.records, id_)) is not None
             and self._studio.visible(id_)
             and self._studio.visible(group_of(feature))
@@ -447,23 +465,26 @@ class ScenePresenter:
     def _pointer(self, event: PointerEvent) -> None:
         if not self._studio.clicks_select:
             self._studio.pointer(event)
-        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
-            feature_id = (
-                self._layer.at(event.x, event.y, discs=False)
-                or self._patch_at(event.x, event.y)
-                or self._layer.at(event.x, event.y)
-            )
-            if feature_id is not None and event.ctrl:
-                self._studio.selection.toggle(feature_id)
-            elif not event.ctrl:
-                self._studio.selection.set([] if feature_id is None else [feature_id])
-                navigating = self._studio.tool is None
-                if (
-                    feature_id is None
-                    and navigating
-                    and (hit := self._viewport.pick(event.x, event.y))
-                ):
-                    self._studio.surface_clicked.emit(hit)
+        else:
+            self.select_at(self._viewport, event)
+
+    def select_at(self, view: FeatureView, event: PointerEvent) -> None:
+        """Select the feature at a click in a view, or else report the click on the surface."""
+        if event.kind is not Pointer.CLICK or event.button is not Button.LEFT:
+            return
+        x, y = event.x, event.y
+        feature_id = (
+            view.feature_at(x, y, discs=False)
+            or self._patch_at(view, x, y)
+            or view.feature_at(x, y)
+        )
+        if feature_id is not None and event.ctrl:
+            self._studio.selection.toggle(feature_id)
+        elif not event.ctrl:
+            self._studio.selection.set([] if feature_id is None else [feature_id])
+            navigating = self._studio.tool is None
+            if feature_id is None and navigating and (hit := view.pick(x, y)):
+                self._studio.surface_clicked.emit(hit)
 
 
 def _nearest_to_centroid(area: Area) -> FloatArray:

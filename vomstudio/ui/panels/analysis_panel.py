@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.project.edit import Edit
+from vomstudio.project.records import Model
 from vomstudio.ui.base.command_targets import ask_for_target
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import NewestResult, QtBackground
@@ -64,7 +65,9 @@ class LazyPanel(QWidget):
             self._timer.start()
 
     def _edited(self, edit: Edit) -> None:
-        if self._studio.affected(edit):
+        # A model may be the source of the panel although no feature depends on it.
+        records = (*edit.before.values(), *edit.after.values())
+        if self._studio.affected(edit) or any(isinstance(record, Model) for record in records):
             self._soon()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name

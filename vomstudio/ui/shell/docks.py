@@ -20,11 +20,13 @@ from vomstudio.ui.shell.layout import (
 from vomstudio.ui.shell.screens import bring_on_screen
 
 _LAYOUT_VERSION = 6
-_RIGHT, _BOTTOM = Qt.DockWidgetArea.RightDockWidgetArea, Qt.DockWidgetArea.BottomDockWidgetArea
+_LEFT, _RIGHT = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+_BOTTOM = Qt.DockWidgetArea.BottomDockWidgetArea
 _AREAS: dict[Region, Qt.DockWidgetArea] = {
     "inspector": _RIGHT,
     "drawer": _BOTTOM,
     "overlay": _RIGHT,
+    "beside": _LEFT,
 }
 
 
@@ -61,6 +63,8 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self.center_page = ""
         """Name of the page in the centre of the window, or ""."""
         self._docked_before = False
+        self._halved: set[str] = set()
+        """Pages beside the outcrop that have been given half of its width."""
         self._folded_page = ""
         self.net_docked = False
         for corner in (Qt.Corner.BottomLeftCorner, Qt.Corner.BottomRightCorner):
@@ -163,7 +167,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             dock.raise_()
             self.changed.emit()
             return
-        was_open = bool(self.page(REGIONS[name]))
+        was_open, center_width = bool(self.page(REGIONS[name])), self._center_width()
         updates = self._window.updatesEnabled()
         self._window.setUpdatesEnabled(False)
         try:
@@ -175,9 +179,16 @@ class WindowDocks(Mapping[str, QDockWidget]):
             if not was_open and not self._docked_before and REGIONS[name] == "drawer":
                 self.give_sizes()
                 self._docked_before = True
+            if REGIONS[name] == "beside" and name not in self._halved:
+                self._halved.add(name)
+                self._window.resizeDocks([dock], [center_width // 2], Qt.Orientation.Horizontal)
         finally:
             self._window.setUpdatesEnabled(updates)
         self.changed.emit()
+
+    def _center_width(self) -> int:
+        center: QWidget | None = self._window.centralWidget()
+        return 0 if center is None else center.width()
 
     def close_page(self, name: str) -> None:
         """Hide a page; a page in the centre first returns to its dock."""
@@ -319,8 +330,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 bring_on_screen(dock)
 
     def arrange(self) -> None:
-        """Dock all pages in their regions, and hide them."""
+        """Dock all pages in their regions, and hide them except a view beside the outcrop."""
         self.leave_center()
+        open_views = [n for n in self._docks if REGIONS[n] == "beside" and not self[n].isHidden()]
         first: dict[Region, QDockWidget] = {}
         for name, dock in self._docks.items():
             region = REGIONS[name]
@@ -333,6 +345,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 first[region] = dock
             dock.hide()
         self._docked_before = False
+        self._halved.clear()
+        for name in open_views:
+            self.bring_forward(name)
 
     def give_sizes(self) -> None:
         """Set the initial sizes of the inspector and drawer."""

@@ -7,7 +7,7 @@ from typing import Literal
 
 from vomstudio.core.words import to_translate
 
-Region = Literal["inspector", "drawer", "overlay"]
+Region = Literal["inspector", "drawer", "overlay", "beside"]
 
 REGIONS: dict[str, Region] = {
     "project": "inspector",
@@ -19,6 +19,7 @@ REGIONS: dict[str, Region] = {
     "three_points": "inspector",
     "compare": "inspector",
     "stereonet": "overlay",
+    "second_view": "beside",
     "table": "drawer",
     "statistics": "drawer",
     "sets": "drawer",

@@ -411,6 +411,7 @@ class MainWindow(QMainWindow):
         overlay.dock_requested.connect(self.actions_table.all["dock_net"].trigger)
         overlay.closed.connect(lambda: self.docks.close_page("stereonet"))
         self.docks.changed.connect(self._cover_net)
+        self.docks.changed.connect(self.actions_table.refresh)
         self.photo_tab.visible_page_changed.connect(self._cover_net)
         self._place.page_close_requested.connect(
             lambda: self.docks.toggle_center(self.docks.center_page)

@@ -65,6 +65,7 @@ MENUS = (
             "only_outcrop",
             "page_in_center",
             "dock_net",
+            "second_view",
             "reset_panels",
             "*theme",
         ),

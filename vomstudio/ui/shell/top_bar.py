@@ -65,6 +65,15 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             is_checked=lambda: docks.net_docked,
         ),
         Command(
+            "second_view",
+            tr("Second view"),
+            lambda: docks.toggle("second_view", not docks.is_shown("second_view")),
+            "view-split-vertical",
+            "F7",
+            tr("Show the outcrop a second time: another model or direction."),
+            is_checked=lambda: docks.is_shown("second_view"),
+        ),
+        Command(
             "reset_panels",
             tr("&Reset layout"),
             workspaces.reset,

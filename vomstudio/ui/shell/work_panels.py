@@ -68,6 +68,11 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
             at("panels.sections.elevation_panel.ElevationPanel", _direction),
         ),
         ("surface", to_translate("Surface"), at("panels.surface.surface_panel.SurfacePanel")),
+        (
+            "second_view",
+            to_translate("Second view"),
+            at("panels.view.second_view_panel.SecondViewPanel", _all),
+        ),
         ("compare", to_translate("Compare"), at("panels.comparison.compare_panel.ComparePanel")),
     )
 

@@ -165,6 +165,8 @@ class ComparePanel(QWidget):
         self.refresh()
 
     def _follow_edit(self, *_: object) -> None:
+        if self.comparison is not None and self._compared_id not in self._studio.records:
+            self._reset()
         self.agreement.invalidate()
         self.refresh()
 
@@ -339,6 +341,11 @@ class ComparePanel(QWidget):
 
     def _show_comparison(self, model_id: str, comparison: ModelComparison, content: object) -> None:
         assert isinstance(content, tuple)
+        if model_id not in self._studio.records:
+            # The model was removed, or another project opened, in the meantime.
+            self._job = None
+            self._refresh_buttons()
+            return
         fields, limit_m, counts = content
         self._job, self.comparison, self._compared_id = None, comparison, model_id
         self._show()

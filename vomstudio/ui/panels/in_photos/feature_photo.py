@@ -74,7 +74,7 @@ class FeaturePhoto(QObject):
 
     def close(self) -> None:
         """Stop background work and ignore its results."""
-        self.photos = self.view = None
+        self.set_photos(None)
         self.images.close()
         self._background.stop(wait_s=PATIENCE_S)
 
@@ -87,8 +87,12 @@ class FeaturePhoto(QObject):
         return self.photos.views.views[self.view].name
 
     def set_photos(self, photos: ModelPhotos | None) -> None:
-        """Set the photos of a model, and remove the displayed photo."""
+        """Set the photos of a model, and remove the displayed photo with all drawings."""
         self.photos, self.view = photos, None
+        self.canvas.set_photo(1, 1)
+        self.canvas.projection = None
+        self.canvas.set_marker(None)
+        self.canvas.set_preview(None)
 
     def request_sightings(self, token: int, target: FloatArray) -> None:
         """Search for the photos that show points (n, 3) in the World frame.
@@ -105,24 +109,15 @@ class FeaturePhoto(QObject):
                 first=True,
             )
 
-    def clear_features(self) -> None:
-        """Remove the features until the next call of `draw`."""
-        self.canvas.set_features((), frozenset())
-
-    def clear_photo(self) -> None:
-        """Remove the photo."""
-        self.canvas.set_photo(1, 1)
-        self.canvas.projection = None
-        self.canvas.set_marker(None)
-
     def show(self, view: int, zoom: bool = True) -> None:
         """Show the photo with this number, and zoom to the target if `zoom` is True."""
         photos = self.photos
-        assert photos is not None
+        if photos is None:
+            return
         self.view = view
         lens = photos.views.views[view].intrinsics
         self.canvas.set_photo(lens.width, lens.height)
-        self.canvas.projection = self._look_through
+        self.canvas.projection = partial(self._look_through, photos, view)
         self.canvas.direction = photos.views.direction(view)
         self.canvas.message = ""
         path = photos.path(view)
@@ -169,12 +164,12 @@ class FeaturePhoto(QObject):
             self.canvas.look_at(pixels)
 
     # --- drawing -----------------------------------------------------------------------------
-    def _look_through(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
-        assert self.photos is not None
-        assert self.view is not None
-        views = self.photos.views
-        visible = views.shows(self.view, points) | views.shows(self.view, points, self._tolerance)
-        return views.pixels(self.view, points), visible
+    def _look_through(
+        self, photos: ModelPhotos, view: int, points: FloatArray
+    ) -> tuple[FloatArray, BoolArray]:
+        views = photos.views
+        visible = views.shows(view, points) | views.shows(view, points, self._tolerance)
+        return views.pixels(view, points), visible
 
     def draw(self, place: FloatArray | None) -> None:
         """Draw the features, the tool and the cross at `place`, a point (3,) in the World frame."""

@@ -159,13 +159,12 @@ class InPhotosPanel(QWidget):
         self._place = None
         self._sightings = []
         self.list.clear()
-        self.feature_photo.clear_photo()
         self._schedule_refresh()
 
-    def _links_changed(self, model_id: str) -> None:
+    def _links_changed(self, _: str) -> None:
         photos = self.feature_photo.photos
-        if photos is not None and photos.model_id == model_id:
-            self.feature_photo.photos = None
+        if photos is not None and self._links.of(photos.model_id) is None:
+            self.feature_photo.set_photos(None)
         self._schedule_refresh()
 
     def _follow_selection(self, ids: tuple[str, ...]) -> None:
@@ -191,8 +190,6 @@ class InPhotosPanel(QWidget):
         self._update_message()
         if photos is None:
             self.list.clear()
-            self.feature_photo.clear_photo()
-            self.canvas.set_preview(None)
             self.summary.setText("")
             return
         target, self._target_text = self._find_target()
@@ -205,12 +202,14 @@ class InPhotosPanel(QWidget):
         previous = self.photo
         self.feature_photo.set_photos(photos)
         self._sightings = []
-        self.feature_photo.clear_features()
         if photos is not None and previous is not None and photos.views.has(previous):
             self._show(photos.views.row(previous), zoom=False)
 
     def _choose_model(self) -> ModelPhotos | None:
-        """Return the photos of the selected feature's model, otherwise those of the first model."""
+        """Return the photos of the selected feature's model, otherwise those of the first model.
+
+        Hidden models are skipped.
+        """
         records, ids = self._studio.records, self._links.models()
         tool = self._studio.open_tool
         candidates = [getattr(getattr(tool, "feature", None), "model_id", None)]
@@ -218,9 +217,13 @@ class InPhotosPanel(QWidget):
             getattr(records.get(i), "model_id", None) for i in self._studio.selection.ids
         ]
         for model_id in (*candidates, *ids):
-            if model_id and (photos := self._links.of(model_id)) is not None:
+            photos = self._links.of(model_id) if model_id and self._is_visible(model_id) else None
+            if photos is not None:
                 return photos
         return None
+
+    def _is_visible(self, model_id: str) -> bool:
+        return self._studio.visible(model_id) and self._studio.visible("models")
 
     def _find_target(self) -> tuple[FloatArray, str]:
         """Return the points (n, 3), World frame, that should be visible, and their description."""
@@ -374,6 +377,8 @@ class InPhotosPanel(QWidget):
         elif not models:
             message = tr("Open a model to see it in its photos.")
             button_names = {"choose_photos"}
+        elif self._links.models() and not any(map(self._is_visible, self._links.models())):
+            message = tr("The model is hidden. Show it to see it in its photos.")
         elif self._links.busy():
             message = tr("Searching for the photos of the model…")
         else:

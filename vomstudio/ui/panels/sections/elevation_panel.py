@@ -22,6 +22,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.elevation.picture import ElevationPicture
 from vomstudio.products.elevation.results import WrittenElevation
 from vomstudio.project.records import Model
 from vomstudio.studio.jobs.events import Failed
@@ -64,6 +65,7 @@ class ElevationPanel(QWidget):
         self._background = QtBackground(self)
         self._job: RunningJob | None = None
         self.result: WrittenElevation | None = None
+        self._result_model_id = ""
         self.model = ModelBox(studio)
         self.model.setObjectName("elevation_model")
         self.plane = PlaneField(studio, "elevation_plane", tr("horizontal"), view)
@@ -114,9 +116,11 @@ class ElevationPanel(QWidget):
 
     # --- request -----------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """List the models of the project."""
+        """List the models of the project, and remove the result of a removed model."""
         if self._studio.has_project:
             self.model.list_models()
+            if self.result is not None and self._result_model_id not in self._studio.records:
+                self._clear()
         self._follow_model()
 
     def _follow_model(self, *_: object) -> None:
@@ -218,7 +222,7 @@ class ElevationPanel(QWidget):
             ELEVATION,
             request,
             title=tr("Elevation model {file}", file=request.out.name),
-            on_done=self._background.guard(partial(self._show_result, model.frame.has_metres)),
+            on_done=self._background.guard(partial(self._show_result, model)),
             on_failed=self._background.guard(self._show_failure),
         )
         self._check()
@@ -227,18 +231,24 @@ class ElevationPanel(QWidget):
         if self._job is not None and not self._job.outcome:
             self.message.setText(self._job.status())
 
-    def _show_result(self, metric: bool, result: WrittenElevation) -> None:
-        self._job, self.result = None, result
+    def _show_result(self, model: Model, result: WrittenElevation) -> None:
+        self._job, self.result, self._result_model_id = None, result, model.id
+        finding = Finding("export.written", file=result.raster)
+        self._studio.info(finding)
+        if model.id not in self._studio.records:
+            # The model was removed, or another project opened, in the meantime.
+            self._clear()
+            self._check()
+            return
+        metric = model.frame.has_metres
         unit = "m" if metric else tr("units")
         self.figures.setText(result_text(result, self._studio.settings.notation, unit))
-        finding = Finding("export.written", file=result.raster)
         self.message.setText("\n".join(map(str, (finding, *result.warnings))))
-        self._studio.info(finding)
         from vomstudio.products.elevation.picture import read_picture
 
         self._background.run(
             lambda: read_picture(Path(result.raster)),
-            lambda picture: self.picture.show_picture(picture, metric=metric),
+            lambda picture: self._show_picture(result, picture, metric),
             lambda error: self.message.setText(error.message),
         )
         self._check()
@@ -248,11 +258,22 @@ class ElevationPanel(QWidget):
         self._check()
         self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
 
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
+    def _show_picture(
+        self, result: WrittenElevation, picture: ElevationPicture, metric: bool
+    ) -> None:
+        if result is self.result:
+            self.picture.show_picture(picture, metric=metric)
+
+    def _clear(self) -> None:
+        """Remove the result."""
         self.result = None
         self.figures.setText("")
+        self.cursor_label.setText("")
         self.picture.show_picture(None)
+
+    def _reset(self) -> None:
+        """Clear the form when another project is opened."""
+        self._clear()
         for fields in (self.grid, self.file_options):
             fields.reset()
         self.target.clear()

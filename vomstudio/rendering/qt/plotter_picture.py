@@ -1,0 +1,150 @@
+"""Scheduling of the second view's picture, which is drawn only inside paint events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from vomstudio.rendering.qt.scene_picture import REFRESH_DELAY_MS, REST_MS
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.scene.scene import Scene
+
+
+class PlotterPicture(QObject):
+    """Schedule of a picture: once per step of a move, in small steps at rest, never when idle.
+
+    Attributes
+    ----------
+    moving : bool
+        Whether the camera is moving or has just stopped.
+    """
+
+    completed = Signal()
+    """Emitted when the picture that is shown has changed."""
+
+    def __init__(self, request_paint: Callable[[], None], parent: QObject) -> None:
+        super().__init__(parent)
+        self.moving = False
+        self._scene: Scene | None = None
+        self._present: Callable[[], None] = lambda: None
+        self._request_paint = request_paint
+        self._dirty, self._features_dirty, self._rest_pending = True, False, False
+        self._rest_timer = QTimer(self)
+        self._rest_timer.setSingleShot(True)
+        self._rest_timer.timeout.connect(self._come_to_rest)
+
+    def begin(self, scene: Scene, present: Callable[[], None]) -> None:
+        """Draw a scene from now on; `present` passes a finished picture to the screen."""
+        self._scene, self._present = scene, present
+        self.redraw()
+
+    def stop(self) -> None:
+        """Draw nothing until `begin` is called again."""
+        self._scene, self._present = None, lambda: None
+        self._rest_timer.stop()
+
+    @property
+    def still(self) -> bool:
+        """Whether the picture is complete and nothing will be drawn until something changes."""
+        scene = self._scene
+        return (
+            scene is not None
+            and scene.picture.complete
+            and not (self.moving or self._dirty or self._features_dirty)
+            and not self._rest_timer.isActive()
+        )
+
+    # -- requests
+
+    def stir(self) -> None:
+        """Draw once in the next paint because the camera has moved, and refine after a delay."""
+        self.moving, self._dirty = True, True
+        if self._scene is not None:
+            self._scene.picture.abandon()
+        self._rest_timer.start(REST_MS)
+        self._request_paint()
+
+    def redraw(self) -> None:
+        """Draw again because the models have changed."""
+        self._dirty = True
+        self._rest_soon()
+        self._request_paint()
+
+    def redraw_once(self) -> None:
+        """Draw the models once, while refinement at rest continues."""
+        self._dirty = True
+        self._request_paint()
+
+    def redraw_features(self) -> None:
+        """Draw the features again."""
+        self._features_dirty = True
+        self._request_paint()
+
+    def _rest_soon(self) -> None:
+        if not self._rest_timer.isActive():
+            self._rest_timer.start(REFRESH_DELAY_MS)
+
+    def _come_to_rest(self) -> None:
+        self.moving = False
+        scene = self._scene
+        if scene is None:
+            return
+        if scene.picture.complete and not self._dirty:
+            # Labels that did not fit during the movement may fit now.
+            self.completed.emit()
+        elif any(m.visible and m.proxies and not m.chunks_done for m in scene.models.values()):
+            # Drawn again when the next part of the model has arrived.
+            self._request_paint()
+        else:
+            self._rest_pending = True
+            self._request_paint()
+
+    # -- inside a paint
+
+    def draw(self) -> None:
+        """Draw what has changed since the last paint, or the next step of a picture at rest."""
+        scene = self._scene
+        if scene is None:
+            return
+        picture = scene.picture
+        if self._rest_pending and not self.moving and not picture.refining:
+            picture.begin_rest()
+        self._rest_pending = False
+        if picture.refining:
+            if picture.refine():
+                self._dirty = self._features_dirty = False
+                self._finish(scene)
+            else:
+                self._request_paint()
+        elif self._dirty:
+            self._dirty = self._features_dirty = False
+            picture.draw(moving=self.moving)
+            if picture.layering:
+                self._request_paint()
+                return
+            self._finish(scene)
+            if picture.more_to_come:
+                self.redraw_once()
+        elif picture.layering:
+            if picture.draw_band():
+                self._finish(scene)
+            else:
+                self._request_paint()
+        elif self._features_dirty:
+            self._features_dirty = False
+            picture.draw_features()
+            if picture.layering:
+                self._request_paint()
+            else:
+                self._finish(scene)
+
+    def _finish(self, scene: Scene) -> None:
+        # Labels are hidden behind the models; the depth is read while its context is current.
+        scene.canvas.depth()
+        self._present()
+        self.completed.emit()
+        if not scene.picture.complete:
+            self._rest_soon()

@@ -1,0 +1,178 @@
+"""Second scene that draws the contents of another scene without copying their data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from vomstudio.rendering.scene import gpu_textures, picking
+from vomstudio.rendering.scene.appearance import Appearance
+from vomstudio.rendering.scene.canvas import Canvas
+from vomstudio.rendering.scene.gpu_textures import Skin
+from vomstudio.rendering.scene.model_scene import ModelScene, Part
+from vomstudio.rendering.scene.scene import Scene
+from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.drawing import PREVIEW
+from vomstudio.studio.tools.interaction_types import Hit
+
+
+class _SharedAppearance(Appearance):
+    """Appearance whose field colours are applied by the source scene to the shared data."""
+
+    def __init__(self, source: Scene) -> None:
+        super().__init__()
+        self._source = source
+
+    def tint_node(self, model: ModelScene, part: Part) -> bool:
+        source_model = self._source.models.get(model.model_id)
+        if source_model is None or part.source is None:
+            return False
+        self._source.look.tint_node(source_model, part.source)
+        if part.tinted == part.source.tinted:
+            return False
+        part.tinted, part.uploaded = part.source.tinted, False
+        part.actor.GetMapper().SetScalarVisibility(True)
+        return True
+
+
+class SharedScene(Scene):
+    """Scene with its own camera and actors, whose data belong to a source scene.
+
+    Points, faces, colours and decoded textures are shared; only what the graphics card needs is
+    created again. `follow` adopts the changes of the source.
+    """
+
+    def __init__(self, source: Scene, camera: Camera, canvas: Canvas) -> None:
+        super().__init__(camera, canvas, _SharedAppearance(source))
+        self._source = source
+
+    def follow(self, is_shown: Callable[[str], bool]) -> bool:
+        """Adopt the present contents and appearance of the source.
+
+        Parameters
+        ----------
+        is_shown : callable
+            Returns whether this scene shows a model, given its id.
+
+        Returns
+        -------
+        bool
+            Whether the models must be drawn again; features are redrawn separately.
+        """
+        source = self._source
+        changed = self._follow_look(source.look)
+        for model_id in [i for i in self.models if i not in source.models]:
+            self.remove_model(model_id)
+            changed = True
+        for model_id, model in source.models.items():
+            changed |= self._follow_model(model)
+            if self.models[model_id].visible != is_shown(model_id):
+                self.set_visible(model_id, not self.models[model_id].visible)
+                changed = True
+        if source.clip_box is not self.clip_box:
+            self.set_clip(source.clip_box)
+            changed = True
+        if source.picture.eye_dome != self.picture.eye_dome:
+            self.set_eye_dome(source.picture.eye_dome)
+            changed = True
+        if changed:
+            self.picture.abandon()
+        return changed
+
+    def follow_features(self) -> bool:
+        """Adopt the drawings and the selection of the source. Return whether they have changed."""
+        source, layer = self._source.features, self.features
+        changes = {
+            key: drawing
+            for key, drawing in source.drawings.items()
+            if layer.drawings.get(key) is not drawing
+        }
+        removed = dict.fromkeys(layer.drawings.keys() - source.drawings.keys())
+        if changes or removed:
+            self.set_features({**changes, **removed})
+        is_selected = source.selected != layer.selected
+        if is_selected:
+            self.set_selected(source.selected)
+        return bool(changes or removed or is_selected)
+
+    def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
+        """Return the front-most point of the visible models at a pixel, or None."""
+        models = self._source.models
+        candidates = [
+            models[model.model_id]
+            for model in self._contents.visible()
+            if model.model_id in models and not model.model_id.startswith(PREVIEW)
+        ]
+        return picking.pick_front(candidates, self.camera, x, y, size, self.clip_box)
+
+    def _follow_look(self, look: Appearance) -> bool:
+        settings = (self.look.mode, self.look.lit, self.look.point_size)
+        if settings == (look.mode, look.lit, look.point_size):
+            return False
+        self.look.mode, self.look.lit = look.mode, dict(look.lit)
+        self.look.point_size = look.point_size
+        self._redress()
+        return True
+
+    def _follow_model(self, model: ModelScene) -> bool:
+        """Adopt the present state of a model of the source."""
+        twin, changed = self.models.get(model.model_id), False
+        if twin is None or twin.data is not model.data:
+            bounds = model.origin + np.stack([model.low, model.high])
+            twin = self.add_model(model.model_id, model.data, model.to_world, bounds, model.origin)
+            changed = True
+        if (twin.to_world != model.to_world).any():
+            self.set_to_world(model.model_id, model.to_world)
+            changed = True
+        if twin.field is not model.field or twin.hidden is not model.hidden:
+            twin.field, twin.hidden = model.field, model.hidden
+            changed = True
+        changed |= self._follow_skins(twin, model)
+        changed |= self._follow_parts(twin, twin.proxies, model.proxies)
+        changed |= self._follow_parts(twin, twin.parts, model.parts)
+        twin.chunks_done, twin.textures_done = model.chunks_done, model.textures_done
+        return changed
+
+    @staticmethod
+    def _follow_skins(twin: ModelScene, model: ModelScene) -> bool:
+        changed = False
+        for material, skin in model.skins.items():
+            previous = twin.skins.get(material)
+            if previous is None or previous.texture is not skin.texture:
+                twin.skins[material] = Skin(skin.texture)
+                changed = True
+        return changed
+
+    def _follow_parts(self, twin: ModelScene, parts: list[Part], sources: list[Part]) -> bool:
+        """Adopt the parts of a model, which share the data of their sources."""
+        changed = False
+        if [id(part.source) for part in parts] != [id(source) for source in sources]:
+            present = {id(part.source): part for part in parts}
+            parts[:] = [
+                present.pop(id(source), None) or self._share(twin, source) for source in sources
+            ]
+            for part in present.values():
+                gpu_textures.remove_textures(part.actor)
+                self.canvas.remove(part.actor)
+            twin.forget_boxes()
+            changed = True
+        for part, source in zip(parts, sources, strict=True):
+            if part.tinted != source.tinted or part.elements != source.elements:
+                part.tinted, part.elements, part.uploaded = source.tinted, source.elements, False
+                self.look.dress(twin, part)
+                changed = True
+        return changed
+
+    def _share(self, twin: ModelScene, source: Part) -> Part:
+        """Create a part that draws the data of another part."""
+        data = source.actor.GetMapper().GetInput()
+        assert isinstance(data, vtkPolyData)
+        part = self._intake.part(twin, data)
+        part.source, part.has_colors = source, source.has_colors
+        part.material, part.density, part.has_uv = source.material, source.density, source.has_uv
+        part.spacing, part.row, part.rows = source.spacing, source.row, source.rows
+        part.tinted = source.tinted
+        self.look.dress(twin, part)
+        return part
