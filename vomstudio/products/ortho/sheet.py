@@ -130,7 +130,8 @@ def _words(view: ViewDirection, width_mm: float) -> list[str]:
     unknown = unknown_direction_text(view)
     letters = round(width_mm / (LETTER_MM * _FONT_PT))
     # A direction that was given needs no reason.
-    reason = [] if view.reason.code == "view.as-given" else textwrap.wrap(view.reason.message, letters)
+    is_given = view.reason.code == "view.as-given"
+    reason = [] if is_given else textwrap.wrap(view.reason.message, letters)
     return [direction_text(view), *reason, *([unknown] if unknown else [])]
 
 
