@@ -1,0 +1,92 @@
+"""Style of the window: Fusion with flat buttons, thin splitters and a visible focus frame."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPalette, QPen
+from PySide6.QtWidgets import QProxyStyle, QStyle, QStyleOption, QWidget
+
+FOCUS_WIDTH_PX = 2.0
+_RADIUS_PX = 4.0
+_FRAME_SHARE, _HOVER_SHARE, _PRESSED_SHARE = 0.28, 0.08, 0.18
+"""Shares of the text colour in the frame of a button, and in its fill under the cursor."""
+
+_Control, _Primitive, _State = QStyle.ControlElement, QStyle.PrimitiveElement, QStyle.StateFlag
+
+
+class FlatStyle(QProxyStyle):
+    """Fusion without gradients and dotted handles, the same on every platform."""
+
+    def __init__(self) -> None:
+        super().__init__("Fusion")
+
+    def drawPrimitive(  # noqa: N802 - Qt's name
+        self,
+        element: QStyle.PrimitiveElement,
+        option: QStyleOption,
+        painter: QPainter,
+        widget: QWidget | None = None,
+    ) -> None:
+        """Draw flat buttons and the focus frame; leave the handles of docks empty."""
+        if element == _Primitive.PE_PanelButtonCommand:
+            _draw_button(option, painter)
+        elif element == _Primitive.PE_FrameFocusRect:
+            draw_focus(painter, QRectF(option.rect), option.palette)
+        elif element != _Primitive.PE_IndicatorDockWidgetResizeHandle:
+            super().drawPrimitive(element, option, painter, widget)
+
+    def drawControl(  # noqa: N802 - Qt's name
+        self,
+        element: QStyle.ControlElement,
+        option: QStyleOption,
+        painter: QPainter,
+        widget: QWidget | None = None,
+    ) -> None:
+        """Draw a splitter as a thin line."""
+        if element != _Control.CE_Splitter:
+            super().drawControl(element, option, painter, widget)
+            return
+        line = QRectF(option.rect)
+        middle = line.center()
+        if option.state & _State.State_Horizontal:
+            line.setRect(middle.x(), line.top(), 1.0, line.height())
+        else:
+            line.setRect(line.left(), middle.y(), line.width(), 1.0)
+        painter.fillRect(line, _mix(option.palette, QPalette.ColorRole.Window, _FRAME_SHARE))
+
+
+def _draw_button(option: QStyleOption, painter: QPainter) -> None:
+    state = option.state
+    share = 0.0
+    if state & (_State.State_Sunken | _State.State_On):
+        share = _PRESSED_SHARE
+    elif state & _State.State_MouseOver and state & _State.State_Enabled:
+        share = _HOVER_SHARE
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setBrush(_mix(option.palette, QPalette.ColorRole.Button, share))
+    painter.setPen(QPen(_mix(option.palette, QPalette.ColorRole.Button, _FRAME_SHARE), 1.0))
+    frame = QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5)
+    painter.drawRoundedRect(frame, _RADIUS_PX, _RADIUS_PX)
+    painter.restore()
+
+
+def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
+    """Draw the frame of the widget that has the keyboard focus."""
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(palette.color(QPalette.ColorRole.Highlight), FOCUS_WIDTH_PX))
+    half = 0.5 * FOCUS_WIDTH_PX
+    painter.drawRoundedRect(rect.adjusted(half, half, -half, -half), _RADIUS_PX, _RADIUS_PX)
+    painter.restore()
+
+
+def _mix(palette: QPalette, role: QPalette.ColorRole, share: float) -> QColor:
+    """Mix a colour of the palette with a share of the text colour."""
+    ground, text = palette.color(role), palette.color(QPalette.ColorRole.ButtonText)
+    parts = [
+        round((1.0 - share) * a + share * b)
+        for a, b in zip(ground.getRgb()[:3], text.getRgb()[:3], strict=True)  # type: ignore[index]
+    ]
+    return QColor(*parts)
