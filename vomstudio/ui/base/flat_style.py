@@ -8,6 +8,8 @@ from PySide6.QtWidgets import QProxyStyle, QStyle, QStyleOption, QWidget
 
 FOCUS_WIDTH_PX = 2.0
 _RADIUS_PX = 4.0
+_LINE_SHARE = 0.15
+"""Share of the text colour in the line of a splitter."""
 _FRAME_SHARE, _HOVER_SHARE, _PRESSED_SHARE = 0.28, 0.08, 0.18
 """Shares of the text colour in the frame of a button, and in its fill under the cursor."""
 
@@ -27,12 +29,14 @@ class FlatStyle(QProxyStyle):
         painter: QPainter,
         widget: QWidget | None = None,
     ) -> None:
-        """Draw flat buttons and the focus frame; leave the handles of docks empty."""
+        """Draw flat buttons, the focus frame, and the handles of docks as thin lines."""
         if element == _Primitive.PE_PanelButtonCommand:
             _draw_button(option, painter)
         elif element == _Primitive.PE_FrameFocusRect:
             draw_focus(painter, QRectF(option.rect), option.palette)
-        elif element != _Primitive.PE_IndicatorDockWidgetResizeHandle:
+        elif element == _Primitive.PE_IndicatorDockWidgetResizeHandle:
+            _draw_handle(option, painter)
+        else:
             super().drawPrimitive(element, option, painter, widget)
 
     def drawControl(  # noqa: N802 - Qt's name
@@ -43,16 +47,22 @@ class FlatStyle(QProxyStyle):
         widget: QWidget | None = None,
     ) -> None:
         """Draw a splitter as a thin line."""
-        if element != _Control.CE_Splitter:
-            super().drawControl(element, option, painter, widget)
-            return
-        line = QRectF(option.rect)
-        middle = line.center()
-        if option.state & _State.State_Horizontal:
-            line.setRect(middle.x(), line.top(), 1.0, line.height())
+        if element == _Control.CE_Splitter:
+            _draw_handle(option, painter)
         else:
-            line.setRect(line.left(), middle.y(), line.width(), 1.0)
-        painter.fillRect(line, _mix(option.palette, QPalette.ColorRole.Window, _FRAME_SHARE))
+            super().drawControl(element, option, painter, widget)
+
+
+def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
+    """Draw a line along the longer side of a handle."""
+    rect = QRectF(option.rect)
+    middle = rect.center()
+    line = (
+        QRectF(round(middle.x()), rect.top(), 1.0, rect.height())
+        if rect.height() > rect.width()
+        else QRectF(rect.left(), round(middle.y()), rect.width(), 1.0)
+    )
+    painter.fillRect(line, _mix(option.palette, QPalette.ColorRole.Window, _LINE_SHARE))
 
 
 def _draw_button(option: QStyleOption, painter: QPainter) -> None:
@@ -76,7 +86,7 @@ def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(palette.color(QPalette.ColorRole.Highlight), FOCUS_WIDTH_PX))
+    painter.setPen(QPen(palette.color(QPalette.ColorRole.Accent), FOCUS_WIDTH_PX))
     half = 0.5 * FOCUS_WIDTH_PX
     painter.drawRoundedRect(rect.adjusted(half, half, -half, -half), _RADIUS_PX, _RADIUS_PX)
     painter.restore()
