@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPalette, QPen
-from PySide6.QtWidgets import QProxyStyle, QStyle, QStyleOption, QWidget
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QComboBox,
+    QProxyStyle,
+    QStyle,
+    QStyleOption,
+    QStyleOptionComplex,
+    QWidget,
+)
 
 FOCUS_WIDTH_PX = 2.0
 _RADIUS_PX = 4.0
@@ -14,6 +22,8 @@ _FRAME_SHARE, _HOVER_SHARE, _PRESSED_SHARE = 0.28, 0.08, 0.18
 """Shares of the text colour in the frame of a button, and in its fill under the cursor."""
 
 _Control, _Primitive, _State = QStyle.ControlElement, QStyle.PrimitiveElement, QStyle.StateFlag
+_Complex = QStyle.ComplexControl
+_BOXES = (_Complex.CC_ComboBox, _Complex.CC_Slider, _Complex.CC_GroupBox)
 
 
 class FlatStyle(QProxyStyle):
@@ -38,6 +48,13 @@ class FlatStyle(QProxyStyle):
             _draw_handle(option, painter)
         else:
             super().drawPrimitive(element, option, painter, widget)
+            if (
+                element == _Primitive.PE_PanelLineEdit
+                and option.state & _State.State_HasFocus
+                # The field of a box is inside the frame of the box.
+                and not (widget and isinstance(widget.parent(), QAbstractSpinBox | QComboBox))
+            ):
+                draw_focus(painter, QRectF(option.rect), option.palette)
 
     def drawControl(  # noqa: N802 - Qt's name
         self,
@@ -51,6 +68,27 @@ class FlatStyle(QProxyStyle):
             _draw_handle(option, painter)
         else:
             super().drawControl(element, option, painter, widget)
+            if element == _Control.CE_TabBarTabLabel and _is_reached_by_key(option):
+                draw_focus(painter, QRectF(option.rect).adjusted(3, 3, -3, -3), option.palette)
+
+    def drawComplexControl(  # noqa: N802 - Qt's name
+        self,
+        control: QStyle.ComplexControl,
+        option: QStyleOptionComplex,
+        painter: QPainter,
+        widget: QWidget | None = None,
+    ) -> None:
+        """Draw the focus frame around boxes and sliders."""
+        super().drawComplexControl(control, option, painter, widget)
+        is_text = control == _Complex.CC_SpinBox and option.state & _State.State_HasFocus
+        if is_text or (control in _BOXES and _is_reached_by_key(option)):
+            draw_focus(painter, QRectF(option.rect), option.palette)
+
+
+def _is_reached_by_key(option: QStyleOption) -> bool:
+    """Return whether a widget has the focus and the last focus change was made by a key."""
+    wanted = _State.State_HasFocus | _State.State_KeyboardFocusChange
+    return option.state & wanted == wanted
 
 
 def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
@@ -79,6 +117,9 @@ def _draw_button(option: QStyleOption, painter: QPainter) -> None:
     frame = QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5)
     painter.drawRoundedRect(frame, _RADIUS_PX, _RADIUS_PX)
     painter.restore()
+    # Fusion shows the focus of a button in its panel.
+    if _is_reached_by_key(option):
+        draw_focus(painter, QRectF(option.rect), option.palette)
 
 
 def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
