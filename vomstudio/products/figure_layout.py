@@ -1,10 +1,10 @@
-"""Layout that figures share: ticks of logarithmic axes, room for legends, columns of a legend."""
+"""Layout that figures share: ticks of logarithmic axes, legends, and names beside symbols."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -128,6 +128,75 @@ def _drawn_points(axes: Axes) -> FloatArray:
         parts.append((points[:-1] + shares * np.diff(points, axis=0)).reshape(-1, 2))
     every = np.concatenate(parts)
     return every[((every >= 0.0) & (every <= 1.0)).all(axis=1)]
+
+
+_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
+"""Positions (right, up) of a name relative to its symbol, the best first."""
+_ACROSS: Mapping[int, Literal["left", "center", "right"]] = {1: "left", 0: "center", -1: "right"}
+_ALONG: Mapping[int, Literal["bottom", "center", "top"]] = {1: "bottom", 0: "center", -1: "top"}
+
+
+def name_symbols(
+    axes: Axes,
+    points: FloatArray,
+    names: Mapping[int, str],
+    *,
+    symbol_pt: float,
+    font_pt: float,
+    color: str,
+) -> None:
+    """Write names beside symbols where they overlap no other text or symbol; omit the others.
+
+    Parameters
+    ----------
+    axes : Axes
+        Axes with everything else drawn.
+    points : (n, 2) array
+        All symbols, in data coordinates.
+    names : mapping of int to str
+        Names by the row of their symbol.
+    symbol_pt, font_pt : float
+        Sizes of the symbols and of the letters.
+    color : str
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.transforms import Bbox
+
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    # The layout of the figure is set when it is drawn.
+    figure.draw_without_rendering()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    places = axes.transData.transform(points)
+    half = 0.5 * symbol_pt * figure.dpi / 72.0
+    occupied = [Bbox([place - half, place + half]) for place in places]
+    occupied += [text.get_window_extent(renderer) for text in axes.texts]
+    if (legend := axes.get_legend()) is not None:
+        occupied.append(legend.get_window_extent(renderer))
+    inside = axes.get_window_extent(renderer)
+    # Also keep a distance from the symbol itself.
+    away = 0.5 * symbol_pt + 1.5
+    for row, name in names.items():
+        x, y = points[row].tolist()
+        for right, up in _SIDES:
+            label = axes.annotate(
+                name,
+                (x, y),
+                xytext=(right * away, up * away),
+                textcoords="offset points",
+                ha=_ACROSS[right],
+                va=_ALONG[up],
+                fontsize=font_pt,
+                color=color,
+                zorder=5,
+                parse_math=False,
+            )
+            box = label.get_window_extent(renderer)
+            within = inside.x0 <= box.x0 and box.x1 <= inside.x1
+            if within and not any(box.overlaps(other) for other in occupied):
+                occupied.append(box)
+                break
+            label.remove()
 
 
 def arrange_columns(widths: Sequence[float], width: float, gap: float) -> list[float]:

@@ -39,6 +39,8 @@ _RIGHT_MM, _TOP_MM, _BOTTOM_MM = 10.0, 10.0, 8.0
 """Margins of an SVG page."""
 _TEXT_MM = 3.2
 _ROW_MM, _COLUMN_GAP_MM = 1.6 * _TEXT_MM, 5.0
+_MIN_TEXT_MM = 90.0
+"""Minimum width of the texts below and above a narrow drawing."""
 _SCALE_MM = 21.0
 """Distance of the legend from the frame, with axis labels and scale bar between."""
 _LABEL_MM = 2.6
@@ -218,9 +220,9 @@ def svg_text(drawing: Drawing) -> str:
     mm = 1000.0 / scale
     width, height = ((high - low) * mm).tolist()
     x_left, y_top = left_margin_mm(drawing.bounds, _TEXT_MM), _TOP_MM
-    legend = _SvgLegend(drawing, width)
+    legend = _SvgLegend(drawing, max(width, _MIN_TEXT_MM))
     page = (
-        width + x_left + _RIGHT_MM,
+        x_left + max(width, _MIN_TEXT_MM) + _RIGHT_MM,
         height + y_top + _SCALE_MM + legend.height_mm + _BOTTOM_MM,
     )
     matrix = (mm, mm, x_left - float(low[0]) * mm, y_top + float(high[1]) * mm)
@@ -486,8 +488,11 @@ def _frame(
         out.append(f'<line x1="{x_left - 1.5:.3f}" y1="{y:.3f}" x2="{x_left:.3f}" y2="{y:.3f}"/>')
         text(x_left - 2.2, y + 1.1, number_text(value), "end")
     bold = 'font-weight="bold"'
-    text(x_left, y_top - 3, drawing.ends[0], "start", bold)
-    text(x_left + width, y_top - 3, drawing.ends[1], "end", bold)
+    # The texts of a narrow drawing extend beyond it.
+    letters = 1.3 * _LETTER_WIDTH * _TEXT_MM * (sum(map(len, drawing.ends)) + 2)
+    beyond = min(max(0.5 * (letters - width), 0.0), x_left - 1.0)
+    text(x_left - beyond, y_top - 3, drawing.ends[0], "start", bold)
+    text(x_left + max(width + beyond, letters - beyond), y_top - 3, drawing.ends[1], "end", bold)
     text(x_left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
     x = max(x_left - longest - 4.5, _TEXT_MM)
     text(
