@@ -216,7 +216,9 @@ def _places(root: QWidget) -> Iterator[tuple[str, QRect]]:
         for row in range(min(_ROWS, model.rowCount())):
             for column in range(model.columnCount()):
                 index = model.index(row, column)
-                place = view.visualRect(index).intersected(view.viewport().rect())
+                place = view.visualRect(index)
+                if not view.viewport().rect().contains(place):
+                    continue
                 enabled = bool(index.flags() & Qt.ItemFlag.ItemIsEnabled)
                 text = index.data()
                 if not enabled or not text or place.width() < 8 or place.height() < 8:
