@@ -20,6 +20,7 @@ from vomstudio.io.settings import read_settings
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 from vomstudio.studio.running_jobs import Jobs
+from vomstudio.ui.base import theme
 from vomstudio.ui.shell.main_window import MainWindow
 
 LEFT = Qt.MouseButton.LeftButton
@@ -53,6 +54,7 @@ def pause(milliseconds: int = 30) -> None:
 def make_window(paths: list[Path] | None = None) -> MainWindow:
     """The window as `vomstudio.ui.shell.window_start` makes it, with everything there."""
     settings, problems = read_settings()
+    theme.use(settings.theme)
     window = MainWindow(settings)
     window.show()
     QTest.qWaitForWindowExposed(window)

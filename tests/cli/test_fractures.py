@@ -279,10 +279,10 @@ def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:
     words = " ".join(ElementTree.parse(picture).getroot().itertext())
     for wanted in (
         "10 traces",
-        "nodes: I 9, Y 0, X 9",
-        "strike, %",
-        "mean length",
+        "I 9, Y 0, X 9",
+        "n = 10 pieces",
         "rung (9)",
+        "stile (1)",
         "whole area",
     ):
         assert wanted in words

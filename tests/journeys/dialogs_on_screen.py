@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tests import driver
+from tests import appearance, driver
 from tests.journeys.conftest import bare_outcrop, read_picks
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
@@ -96,6 +96,7 @@ def describe(dialog: QWidget, name: str) -> dict[str, Any]:
         "place": [*place.getRect(), area.width(), area.height()],
         "fields": len(fields),
         "squeezed": squeezed,
+        "violations": appearance.violations(dialog),
         "hidden": [
             getattr(w, "text", lambda: "")() or w.objectName() or type(w).__name__
             for w in out_of_reach(dialog)

@@ -60,5 +60,6 @@ def test_every_dialog_fits_the_screen_and_all_in_it_is_reached(
         assert dialog["fits"], dialog
         assert dialog["hidden"] == [], dialog
         assert dialog["squeezed"] == [], dialog
+        assert dialog["violations"] == [], dialog["dialog"]
     assert dialogs_of_the_program() <= {dialog["kind"] for dialog in seen}
     assert sum(dialog["fields"] for dialog in seen) > 80

@@ -132,6 +132,27 @@ def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
     assert found["length_m"] == pytest.approx(panel.result.figures.length_m, rel=1e-12)
 
 
+def test_a_section_is_drawn_from_the_side_of_the_viewer(window, model_id, picks, capfd) -> None:
+    panel = section_of(window)
+    ends = []
+    for trend in (290.0, 110.0):
+        driver.look_at(window, np.concatenate(list(picks.values())), trend)
+        type_in(panel.plane.line, "")
+        type_in(panel.plane.line, "110/90")
+        settle(panel)
+        # The viewer sees the azimuth to the right of the view on the right.
+        assert panel.result.figures.right_deg == pytest.approx((trend + 90.0) % 360.0)
+        ends.append(panel.result.drawing.ends)
+    assert ends[0] == ends[1][::-1]
+    press(panel.section_options.fields["flip"])
+    settle(panel)
+    assert panel.result.drawing.ends == ends[0]
+    press(panel.copy)
+    line = QGuiApplication.clipboard().text()
+    found = told(line, capfd, "-o", str(window.studio.project.folder / "cut.csv"))
+    assert found["right_deg"] == pytest.approx(panel.result.figures.right_deg)
+
+
 @pytest.mark.full
 def test_what_cannot_be_cut_is_said(window, model_id) -> None:
     panel = section_of(window)

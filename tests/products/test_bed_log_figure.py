@@ -33,10 +33,10 @@ def log_of(heights, rocks=(), notes=(), **errors):
     )
 
 
-def mm(svg: str) -> float:
+def mm(svg: str, page_width_mm: float) -> float:
     """Of a unit of the file."""
-    (width,) = re.findall(r'<svg[^>]* width="([\d.]+)pt"', svg)
-    return 170.0 / float(width)
+    (size,) = re.findall(r"<svg[^>]* width=\"([\d.]+)pt\"", svg)
+    return page_width_mm / float(size)
 
 
 def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> None:
@@ -48,7 +48,7 @@ def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> Non
     write_log_figure(target, result, format="svg", about="bedding 000/00")
     svg = target.read_text("utf-8")
     heights = {
-        round(abs(float(b) - float(a)) * mm(svg), 2)
+        round(abs(float(b) - float(a)) * mm(svg, page.width_mm), 2)
         for x, a, b in re.findall(r'd="M ([\d.]+) ([\d.]+) \nL \1 ([\d.]+)', svg)
     }
     assert 180.0 in heights  # the axis

@@ -50,8 +50,9 @@ def test_each_type_is_named_beside_a_glyph_of_its_colour_on_the_page(
     assert bool(remarks) == (dip_deg is not None)
     assert sum(each.text == remarks for each in elements) == bool(remarks)
     page = float(root.get("height", "").removesuffix("mm"))
-    heights = [float(each.get("y", "0")) for each in elements if each.tag.endswith("text")]
-    assert len(set(heights[-3:])) == 3
+    texts = [each for each in elements if each.tag.endswith("text")]
+    assert len({(each.get("x"), each.get("y")) for each in texts}) == len(texts)
+    heights = [float(each.get("y", "0")) for each in texts]
     assert max(heights) < page - 3.0
 
 

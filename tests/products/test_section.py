@@ -13,7 +13,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.interpretation import Item, apparent_dip_deg, count_features
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.directions import ProjectionDirections
-from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
+from vomstudio.products.section.section_lines import Curtain, curtain_of_line, curtain_of_plane
 from vomstudio.products.section.writing import project_items
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
@@ -94,6 +94,31 @@ def test_a_profile_follows_its_line() -> None:
     assert s[np.argmax(z)] == pytest.approx(10, abs=1e-5)
     with refused("section.no-length", field="--section-line"):
         curtain_of_line([[1, 1], [1, 1]])
+
+
+@pytest.mark.parametrize(
+    "curtain",
+    [
+        curtain_of_plane(Plane(30, 60), UTM),
+        curtain_of_line(UTM[:2] + np.array([[-4.0, -1.0], [0.3, 0.2], [3.0, -2.0]])),
+    ],
+    ids=["plane", "line"],
+)
+def test_the_other_side_is_a_mirror_image_of_the_same_places(curtain: Curtain) -> None:
+    other = curtain.flipped()
+    assert other.normal == pytest.approx(-curtain.normal)
+    assert other.ends == pytest.approx(curtain.ends[::-1])
+    cut, mirrored = cut_model(CUBE, curtain), cut_model(CUBE, other)
+    assert mirrored.length_m == pytest.approx(cut.length_m)
+    places, along = np.concatenate(cut.world), np.concatenate(cut.lines)
+    places_there, along_there = np.concatenate(mirrored.world), np.concatenate(mirrored.lines)
+    nearest = np.linalg.norm(places[:, None] - places_there, axis=2).argmin(axis=1)
+    assert places_there[nearest] == pytest.approx(places, abs=1e-6)
+    total = along[:, 0] + along_there[nearest, 0]
+    assert total == pytest.approx(np.full(len(total), total[0]), abs=1e-6)
+    assert along_there[nearest, 1] == pytest.approx(along[:, 1], abs=1e-6)
+    back = cut_model(CUBE, other.flipped())
+    assert np.concatenate(back.lines) == pytest.approx(along, abs=1e-6)
 
 
 def test_a_cloud_is_cut_by_a_slab() -> None:

@@ -134,6 +134,7 @@ def section(
     plane: Any = None,
     through: Any = None,
     section_line: Any = None,
+    flip: bool = False,
     slab_m: float | None = None,
 ) -> Section:
     """Cut a model along a plane, or vertically along a line.
@@ -147,6 +148,8 @@ def section(
         on the plane in the World frame.
     section_line : (n, 2) array, optional
         Alternatively, a line on the map as x, y (n, 2) in the World frame.
+    flip : bool, optional
+        Whether to look from the other side: a mirror image.
     slab_m : float, optional
         Thickness of the slab of cloud points along the section, metres; by default four
         times the mean spacing of the points.
@@ -181,6 +184,7 @@ def section(
         through=None if point is None else ",".join(map(repr, point.ravel().tolist())),
         # An array here, but a file on the command line.
         section_line=None if section_line is None else "section_line",
+        flip=flip,
         slab_m=slab_m,
     )
     with arguments_named(SectionOptions):
@@ -192,6 +196,7 @@ def section(
                 raise wrong_shape(line, "(n, 2)", "section_line")
             refuse_rows(np.asarray(~np.isfinite(line).all(axis=1)), "section_line")
             curtain = curtain_of_line(line)
+            curtain = curtain.flipped() if flip else curtain
         data = to_model(model)
         cut = cut_model(data._data, curtain, options.slab_m)
     figures = figures_of(cut, curtain, (), 0)

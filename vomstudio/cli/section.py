@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if is_by_domain
         else ProjectionDirections(along)
     )
-    curtain, warnings = _curtain(place, model)
+    curtain, warnings = _curtain(place, model, options.flip)
     grazing = directions.check(curtain)
     progress_of(args).stage(tr("Intersecting the model"))
     model_cut = cut_model(model.data, curtain, options.slab_m)
@@ -120,7 +120,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _curtain(
-    place: Curtain | ProfileLine, model: WorldModel
+    place: Curtain | ProfileLine, model: WorldModel, flip: bool
 ) -> tuple[Curtain, tuple[Finding, ...]]:
     """Return the curtain in World, and findings about the line. Raises InputError."""
     import numpy as np
@@ -133,7 +133,8 @@ def _curtain(
     bounds = np.array(model.data.bounds, np.float64)
     points, warnings = profile_in_world(place, model.crs, bounds)
     try:
-        return curtain_of_line(points), warnings
+        curtain = curtain_of_line(points)
+        return curtain.flipped() if flip else curtain, warnings
     except InputError as error:
         error.file = str(place.path)
         raise

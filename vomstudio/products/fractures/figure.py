@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -11,13 +12,19 @@ import numpy as np
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.fractures.length_laws import LengthFit, find_law
 from vomstudio.geology.fractures.network import MappedNetwork, TraceLengths
-from vomstudio.geology.fractures.nodes import NodeCounts
 from vomstudio.geology.fractures.pieces import line_segments
 from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
 from vomstudio.geology.notation import format_wind
 from vomstudio.geology.roses import count_rose
+from vomstudio.geometry.units import round_length
+from vomstudio.products.figure_layout import (
+    arrange_columns,
+    make_room_for_legend,
+    set_log_ticks,
+)
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.figure_file import size_settings, write_figure
+from vomstudio.products.net.legend import shorten_text, text_width
 from vomstudio.products.net.rose import choose_rings
 from vomstudio.products.net.rose_drawing import draw_rose
 from vomstudio.products.net.style import PRINT, NetStyle
@@ -26,16 +33,77 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE_MM = (170.0, 128.0)
+WIDTH_MM = 170.0
 BIN_DEG = 10.0
-MAX_SHORT_NAME = 12
-"""Maximum length of set names for a two-column legend below the map."""
+MAX_SETS = 24
+"""Maximum number of sets in the legend."""
+_MARGIN_MM, _LETTER_MM = 3.0, 6.0
+_TITLES_MM, _PANEL_MM, _CURVES_MM = 10.0, 52.0, 42.0
+"""Heights of the titles, the upper panels and the curves."""
+_AXIS_MM, _LEGEND_ROW_MM = 12.0, 4.4
+_LEGEND_LINE_MM, _LEGEND_GAP_MM = 7.0, 5.0
+_BAR_MM, _ARROW_MM = 8.0, 9.0
+"""Heights for the scale bar below the map and the arrow above it."""
+_DASHES = ("-", (0, (4, 1.5)), (0, (1, 1)))
+"""Line styles that distinguish sets of the same colour."""
 _LAWS = {
     "exponential": to_translate("exponential"),
     "lognormal": to_translate("lognormal"),
     "weibull": to_translate("Weibull"),
     "power_law": to_translate("power law"),
 }
+
+
+@dataclass(frozen=True)
+class FracturePage:
+    """Page layout of a fracture figure.
+
+    Parameters
+    ----------
+    columns_mm : tuple of float
+        Widths of the legend's columns.
+    rows : int
+        Rows of the legend.
+    curves : str
+        Letters of the panels below: lengths (d) and intensity (e).
+    """
+
+    columns_mm: tuple[float, ...]
+    rows: int
+    curves: str
+
+    @property
+    def lower_mm(self) -> float:
+        """Height of the row of curves."""
+        return _TITLES_MM + _CURVES_MM + _AXIS_MM if self.curves else _MARGIN_MM
+
+    @property
+    def legend_mm(self) -> float:
+        """Height of the legend."""
+        return _LEGEND_ROW_MM * self.rows + _MARGIN_MM if self.rows else 0.0
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the page."""
+        return _MARGIN_MM + _TITLES_MM + _PANEL_MM + self.legend_mm + self.lower_mm
+
+
+def lay_out_page(mapped: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
+    """Lay out the figure: the legend names all sets, and panels without data are left out."""
+    cut = mapped.pieces.cut.any(axis=1)
+    letters = ("d" if len(cut) and not cut.all() else "") + (
+        "e" if mapped.found.P21_by_size else ""
+    )
+    texts = _legend_texts(mapped)
+    if not texts:
+        return FracturePage((), 0, letters)
+    mm = 25.4 / 72.0
+    widths = [_LEGEND_LINE_MM + 1.5 + mm * text_width(text, 0.9 * style.font_pt) for text in texts]
+    width = WIDTH_MM - 2 * _MARGIN_MM
+    columns = arrange_columns(widths, width, _LEGEND_GAP_MM)
+    return FracturePage(
+        tuple(min(each, width) for each in columns), math.ceil(len(texts) / len(columns)), letters
+    )
 
 
 def write_fractures(
@@ -47,45 +115,76 @@ def write_fractures(
     dpi: float = 300.0,
 ) -> None:
     """Write the figure as SVG, PDF or PNG; text remains editable in SVG and PDF."""
+    page = lay_out_page(mapped, style)
     write_figure(
         target,
-        lambda figure: draw_fractures(figure, mapped, style),
+        lambda figure: draw_fractures(figure, mapped, page, style),
         format=format,
-        size_mm=SIZE_MM,
+        size_mm=(WIDTH_MM, page.height_mm),
         paper=style.paper,
         dpi=dpi,
         settings=size_settings(style),
     )
 
 
-def draw_fractures(figure: Figure, mapped: MappedNetwork, style: NetStyle = PRINT) -> list[Axes]:
+def draw_fractures(
+    figure: Figure, mapped: MappedNetwork, page: FracturePage, style: NetStyle = PRINT
+) -> list[Axes]:
     """Draw the map, rose, nodes, lengths and intensity, and return their axes."""
     figure.set_facecolor(style.paper)
+    height = page.height_mm
+    bottom = height - _MARGIN_MM - _TITLES_MM - _PANEL_MM
+    base = _AXIS_MM
     places = {
-        "a": (0.02, 0.47, 0.33, 0.47),
-        "b": (0.36, 0.47, 0.29, 0.47),
-        "c": (0.68, 0.49, 0.30, 0.41),
-        "d": (0.09, 0.09, 0.38, 0.31),
-        "e": (0.60, 0.09, 0.37, 0.31),
+        "a": (_MARGIN_MM, bottom + _BAR_MM, 54.0, _PANEL_MM - _BAR_MM - _ARROW_MM),
+        "b": (61.0, bottom, 52.0, _PANEL_MM),
+        "c": (117.0, bottom, 50.0, _PANEL_MM),
     }
-    if not mapped.found.P21_by_size:
-        del places["e"]
-        places["d"] = (0.09, 0.09, 0.88, 0.31)
-    axes = [figure.add_axes(place) for place in places.values()]
-    draw = (_draw_map, _draw_rose, _draw_triangle, _draw_lengths, _draw_sizes)
-    for letter, ax, one in zip(places, axes, draw, strict=False):
-        one(ax, mapped, style)
-        x = places[letter][0]
-        is_lower_row = letter in "de"
-        figure.text(
-            max(x - 0.07, 0.008) if is_lower_row else x,
-            0.425 if is_lower_row else 0.96,
+    if page.curves == "de":
+        places |= {"d": (16.0, base, 66.0, _CURVES_MM), "e": (104.0, base, 63.0, _CURVES_MM)}
+    elif page.curves:
+        places[page.curves] = (16.0, base, 151.0, _CURVES_MM)
+    draw = {
+        "a": _draw_map,
+        "b": _draw_rose,
+        "c": _draw_triangle,
+        "d": _draw_lengths,
+        "e": _draw_sizes,
+    }
+    paper = figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=1)
+    paper.set_xlim(0.0, WIDTH_MM)
+    paper.set_ylim(0.0, height)
+    paper.set_axis_off()
+    axes = []
+    for letter, (x, y, wide, tall) in places.items():
+        ax = figure.add_axes((x / WIDTH_MM, y / height, wide / WIDTH_MM, tall / height), zorder=2)
+        title = draw[letter](ax, mapped, style)
+        axes.append(ax)
+        left = x - 13.0 if letter in "de" else x
+        top = y + tall + _TITLES_MM - 1.0
+        top += _ARROW_MM if letter == "a" else 0.0
+        paper.text(
+            left,
+            top,
             letter,
             fontsize=1.25 * style.font_pt,
             weight="bold",
             color=style.ink,
-            va="bottom",
+            va="top",
         )
+        paper.text(
+            left + _LETTER_MM,
+            top - 0.5,
+            title,
+            fontsize=style.font_pt,
+            color=style.ink,
+            va="top",
+            linespacing=1.1,
+            parse_math=False,
+        )
+    _draw_bar(paper, axes[0], places["a"], style)
+    _draw_directions(paper, places["a"], mapped, style)
+    _draw_legend(paper, mapped, page, bottom, style)
     return axes
 
 
@@ -93,21 +192,64 @@ def _color(i: int, style: NetStyle) -> str:
     return style.color(OKABE_ITO[i % len(OKABE_ITO)])
 
 
-def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
+def _dash(i: int) -> Any:
+    return _DASHES[i // len(OKABE_ITO) % len(_DASHES)]
+
+
+def _legend_texts(mapped: MappedNetwork) -> list[str]:
+    """Return the names of the sets with their numbers of pieces; empty for a single set."""
+    if len(mapped.sets) < 2:
+        return []
+    counts = np.bincount(mapped.set_of[mapped.set_of >= 0], minlength=len(mapped.sets))
+    width = (WIDTH_MM - 2 * _MARGIN_MM - _LEGEND_LINE_MM - 1.5) * 72.0 / 25.4
+    texts = [
+        shorten_text(f"{name} ({count:,})", PRINT.font_pt, width)
+        for name, count in zip(mapped.sets, counts.tolist(), strict=True)
+    ]
+    if len(texts) > MAX_SETS:
+        hidden = len(texts) - MAX_SETS + 1
+        texts[MAX_SETS - 1 :] = [tr("and {count} more", count=hidden)]
+    return texts
+
+
+def _draw_legend(
+    paper: Axes, mapped: MappedNetwork, page: FracturePage, top: float, style: NetStyle
+) -> None:
+    for k, text in enumerate(_legend_texts(mapped)):
+        row, column = divmod(k, len(page.columns_mm))
+        x = _MARGIN_MM + sum(page.columns_mm[:column]) + _LEGEND_GAP_MM * column
+        y = top - _MARGIN_MM - _LEGEND_ROW_MM * (row + 0.5)
+        if k < MAX_SETS - 1 or len(mapped.sets) <= MAX_SETS:
+            paper.plot(
+                [x, x + _LEGEND_LINE_MM],
+                [y, y],
+                color=_color(k, style),
+                linestyle=_dash(k),
+                linewidth=1.4 * style.line_pt,
+            )
+        paper.text(
+            x + _LEGEND_LINE_MM + 1.5,
+            y,
+            text,
+            fontsize=0.9 * style.font_pt,
+            color=style.ink,
+            va="center",
+            parse_math=False,
+        )
+
+
+def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     import shapely
     from matplotlib.collections import LineCollection
 
-    ax.set_aspect("equal")
     ax.set_axis_off()
     lines = mapped.pieces.lines
     thin = float(np.clip(12.0 / math.sqrt(max(len(lines), 1)), 0.15, 0.8)) * style.line_pt
-    for i, name in enumerate(mapped.sets):
+    for i in range(len(mapped.sets)):
         mine = lines[mapped.set_of == i]
         color = _color(i, style) if len(mapped.sets) > 1 else style.ink
         paths = [shapely.get_coordinates(line) for line in mine]
-        ax.add_collection(
-            LineCollection(paths, colors=color, linewidths=thin, label=f"{name} ({len(mine):,})")
-        )
+        ax.add_collection(LineCollection(paths, colors=color, linewidths=thin, linestyles=_dash(i)))
     counted = mapped.counted
     edges = [] if counted.area is None else list(shapely.get_parts(shapely.boundary(counted.area)))
     edges += [] if counted.scanlines is None else list(counted.scanlines)
@@ -118,96 +260,98 @@ def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
             colors=style.ink if len(mapped.sets) > 1 else _color(1, style),
         )
     )
+    network = mapped.found
+    title = tr("{count:,} traces", count=network.traces)
+    if network.plane is not None and not network.plane.is_horizontal:
+        title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
+    if network.P21_1_per_m is not None:
+        title += "\n" + tr("P21 = {p21:.3g} 1/m", p21=network.P21_1_per_m)
     shapes = [*lines, *edges]
-    if not shapes:
-        return
-    low_x, low_y, high_x, high_y = shapely.total_bounds(shapes)
-    span = max(high_x - low_x, high_y - low_y) or 1.0
-    ax.set_xlim(low_x - 0.02 * span, high_x + 0.02 * span)
-    rows = min(len(mapped.sets), 8) if len(mapped.sets) > 1 else 0
-    ax.set_ylim(low_y - (0.12 + 0.07 * max(rows - 1, 0)) * span, high_y + 0.24 * span)
-    bar = _round_length(0.3 * span)
-    ax.plot(
-        [low_x, low_x + bar],
-        [low_y - 0.05 * span] * 2,
+    if shapes:
+        low_x, low_y, high_x, high_y = shapely.total_bounds(shapes)
+        ax.set_xlim(low_x, high_x)
+        ax.set_ylim(low_y, high_y)
+        _fill_box(ax)
+    return title
+
+
+def _fill_box(ax: Axes) -> None:
+    """Extend the limits of a map to the shape of its box, so that both axes have one scale."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    place = ax.get_position()
+    wide, tall = place.width * figure.get_figwidth(), place.height * figure.get_figheight()
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    length = 1.02 * max((right - left) / wide, (high - low) / tall, 1e-9)
+    x, y = 0.5 * (left + right), 0.5 * (low + high)
+    ax.set_xlim(x - 0.5 * length * wide, x + 0.5 * length * wide)
+    ax.set_ylim(y - 0.5 * length * tall, y + 0.5 * length * tall)
+
+
+def _draw_bar(
+    paper: Axes, ax: Axes, place: tuple[float, float, float, float], style: NetStyle
+) -> None:
+    left, bottom, wide, _ = place
+    low, high = ax.get_xlim()
+    bar = round_length(0.35 * (high - low))
+    length = wide * bar / (high - low)
+    paper.plot(
+        [left, left + length],
+        [bottom - 3.0] * 2,
         color=style.ink,
         linewidth=2 * style.line_pt,
         solid_capstyle="butt",
     )
-    ax.text(
-        low_x + bar / 2,
-        low_y - 0.07 * span,
+    paper.text(
+        left + length + 1.5,
+        bottom - 3.0,
         f"{bar:g} m",
-        ha="center",
-        va="top",
-        fontsize=style.font_pt,
+        va="center",
+        fontsize=0.9 * style.font_pt,
         color=style.ink,
     )
+
+
+def _draw_directions(
+    paper: Axes,
+    place: tuple[float, float, float, float],
+    mapped: MappedNetwork,
+    style: NetStyle,
+) -> None:
+    """Draw the upward arrow and, on a face, the directions of its ends."""
+    left, bottom, wide, tall = place
+    top = bottom + tall
     left_name, right_name, up = _orientation(mapped)
-    for x, name, side in ((low_x, left_name, "left"), (high_x, right_name, "right")):
-        ax.text(
-            x,
-            high_y + 0.04 * span,
-            name,
-            ha=side,
-            va="bottom",
-            weight="bold",
-            fontsize=0.85 * style.font_pt,
-            color=style.ink,
-        )
-    middle = 0.5 * (low_x + high_x)
-    ax.annotate(
-        up,
-        (middle, high_y + 0.02 * span),
-        (middle, high_y + 0.14 * span),
-        ha="center",
-        va="bottom",
-        fontsize=0.85 * style.font_pt,
-        weight="bold",
-        color=style.ink,
-        arrowprops={"arrowstyle": "<-", "color": style.ink, "linewidth": style.line_pt},
+    bold: dict[str, Any] = {
+        "weight": "bold",
+        "fontsize": 0.9 * style.font_pt,
+        "color": style.ink,
+        "va": "bottom",
+    }
+    paper.text(left, top + 1.5, left_name, ha="left", **bold)
+    paper.text(left + wide, top + 1.5, right_name, ha="right", **bold)
+    middle = left + 0.5 * wide
+    paper.annotate(
+        "",
+        (middle, top + 5.0),
+        (middle, top),
+        arrowprops={"arrowstyle": "-|>", "color": style.ink, "linewidth": style.line_pt},
     )
-    is_short = max((len(name) for name in mapped.sets), default=0) <= MAX_SHORT_NAME
-    if 1 < len(mapped.sets) <= 8:
-        ax.legend(
-            loc="lower right",
-            fontsize=0.85 * style.font_pt,
-            frameon=False,
-            handlelength=1.2,
-            labelcolor=style.ink,
-            borderaxespad=0.0,
-            ncols=2 if len(mapped.sets) > 4 and is_short else 1,
-        )
-    network = mapped.found
-    title, separator = tr("{count:,} traces", count=network.traces), ", "
-    if network.plane is not None and not network.plane.is_horizontal:
-        title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
-        # If it includes the plane, the text is wider than the map.
-        separator = "\n"
-    if network.P21_1_per_m is not None:
-        title += separator + tr("P21 = {p21:.3g} 1/m", p21=network.P21_1_per_m)
-    ax.set_title(title, fontsize=style.font_pt, weight="bold", color=style.ink, pad=4)
+    paper.text(middle, top + 5.0, up, ha="center", **bold)
 
 
 def _orientation(mapped: MappedNetwork) -> tuple[str, str, str]:
-    """Return the compass directions to the left, right and top of the map, or ""."""
+    """Return the directions to the left, right and top of the map; a map needs only the top."""
     plane = mapped.found.plane
-    is_map = plane is None or plane.is_horizontal
-    if mapped.y_axis != "N":
-        return "", "", tr(mapped.y_axis) if is_map else tr("up")
     if plane is None or plane.is_horizontal:
-        return format_wind(270.0), format_wind(90.0), "N"
+        return "", "", "N" if mapped.y_axis == "N" else tr(mapped.y_axis)
+    if mapped.y_axis != "N":
+        return "", "", tr("up")
     azimuth = math.degrees(math.atan2(plane.right[0], plane.right[1]))
     return format_wind(azimuth + 180.0), format_wind(azimuth), tr("up")
 
 
-def _round_length(length: float) -> float:
-    """Round a length down to 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(length))
-    return next(power * step for step in (5.0, 2.0, 1.0) if power * step <= length * (1 + 1e-9))
-
-
-def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
+def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     start, end, _ = line_segments(mapped.pieces.lines)
     plane = mapped.found.plane
     directions = end - start
@@ -218,26 +362,23 @@ def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
         weights=np.hypot(*directions.T),
     )
     ax.set_xlim(-1.25, 1.25)
-    ax.set_ylim(-1.14, 1.3)
+    ax.set_ylim(-1.14, 1.36)
     ax.set_aspect("equal")
     ax.set_axis_off()
     if rose.total <= 0:
-        return
+        return ""
     is_from_y = plane is None or plane.azimuths_from == "north"
     y_axis = mapped.y_axis if is_from_y else "up"
     rings = choose_rings(float(rose.shares.max()))
     draw_rose(ax, rose, rings, True, _color(1, style), style, up=tr(y_axis))
-    counted = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
-    ax.set_title(
-        # On a single line, the text would overlap the map.
-        tr("pitch on the face,\n{counted}", counted=counted)
+    count = len(mapped.pieces.lines)
+    text = (
+        tr("Pitch on the face, n = {count:,} pieces", count=count)
         if y_axis == "up"
-        else tr("strike, {counted}", counted=counted),
-        fontsize=style.font_pt,
-        weight="bold",
-        color=style.ink,
-        pad=4,
+        else tr("Strike, n = {count:,} pieces", count=count)
     )
+    share = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
+    return f"{text}\n{share}"
 
 
 def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
@@ -249,7 +390,7 @@ def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
     return (0.5 * i + x) / total, math.sqrt(0.75) * i / total
 
 
-def _draw_triangle(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
+def _draw_triangle(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     ax.set_aspect("equal")
     ax.set_axis_off()
     ax.set_xlim(-0.14, 1.14)
@@ -290,11 +431,13 @@ def _draw_triangle(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
             markeredgecolor=style.ink,
             markeredgewidth=0.6 * style.line_pt,
         )
-    ax.set_title(_node_words(nodes), fontsize=style.font_pt, weight="bold", color=style.ink, pad=8)
-
-
-def _node_words(nodes: NodeCounts) -> str:
-    return tr("nodes: I {i:,}, Y {y:,}, X {x:,}", i=nodes.I, y=nodes.Y, x=nodes.X)
+    return tr(
+        "Nodes, n = {count:,}\nI {i:,}, Y {y:,}, X {x:,}",
+        count=nodes.I + nodes.Y + nodes.X,
+        i=nodes.I,
+        y=nodes.Y,
+        x=nodes.X,
+    )
 
 
 def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
@@ -325,7 +468,7 @@ def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
     )
 
 
-def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
+def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     from scipy.stats import CensoredData, ecdf
 
     _plain_axes(ax, style)
@@ -333,20 +476,17 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     ax.set_ylabel(tr("share that is longer"), fontsize=style.font_pt, color=style.ink)
     lengths, cut = mapped.pieces.lengths(), mapped.pieces.cut.any(axis=1)
     length = mapped.found.length
+    title = tr("Lengths, n = {count:,} pieces", count=len(lengths))
     if length.mean_m is not None:
-        ax.set_title(
+        title += "\n" + (
             tr(
-                "mean length {mean:.3g} m, of the pieces {naive:.3g} m",
+                "mean {mean:.3g} m, of the pieces {naive:.3g} m",
                 mean=length.mean_m,
                 naive=length.naive_mean_m,
-            ),
-            fontsize=style.font_pt,
-            weight="bold",
-            color=style.ink,
-            pad=4,
+            )
+            if cut.any()
+            else tr("mean {mean:.3g} m", mean=length.mean_m)
         )
-    if not len(lengths) or cut.all():
-        return
     survival = ecdf(CensoredData.right_censored(lengths, cut)).sf
     is_positive = survival.probabilities > 0
     x, s = survival.quantiles[is_positive], survival.probabilities[is_positive]
@@ -356,7 +496,7 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
         where="post",
         color=style.soft,
         linewidth=1.6 * style.line_pt,
-        label=tr("pieces as seen (Kaplan-Meier)"),
+        label=tr("pieces (Kaplan-Meier)"),
     )
     at = np.sort(lengths[cut])
     if len(at):
@@ -378,14 +518,22 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     ax.set_yscale("log")
     ax.set_ylim(0.5 / len(lengths), 1.5)
     ax.set_xlim(grid[0], 1.3 * grid[-1])
-    ax.legend(
-        loc="lower left",
+    _add_legend(ax, "lower left", style)
+    for axis in (ax.xaxis, ax.yaxis):
+        set_log_ticks(axis, 0.9 * style.font_pt)
+    return title
+
+
+def _add_legend(ax: Axes, place: str, style: NetStyle) -> None:
+    legend = ax.legend(
+        loc=place,
         fontsize=0.85 * style.font_pt,
         frameon=False,
         labelcolor=style.ink,
         handlelength=1.6,
         borderaxespad=0.2,
     )
+    make_room_for_legend(ax, legend)
 
 
 def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> None:
@@ -408,7 +556,7 @@ def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> No
             color=style.ink,
             linewidth=style.line_pt,
             linestyle=(0, (3, 2)),
-            label=tr("{law}, edge taken as chance", law=name),
+            label=tr("{law}, random censoring", law=name),
         )
 
 
@@ -417,7 +565,7 @@ def _survival(fit: LengthFit, x: Any) -> Any:
     return np.exp(law.log_s(x, u))
 
 
-def _draw_sizes(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
+def _draw_sizes(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     _plain_axes(ax, style)
     ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)
@@ -458,34 +606,9 @@ def _draw_sizes(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
         )
     ax.set_xscale("log")
     ax.set_ylim(bottom=0)
-    _round_ticks(ax, r)
-    ax.legend(
-        loc="upper right",
-        fontsize=0.85 * style.font_pt,
-        frameon=False,
-        labelcolor=style.ink,
-        handlelength=1.6,
-        borderaxespad=0.2,
-    )
-    ax.set_title(
-        tr("intensity by size of the window"),
-        fontsize=style.font_pt,
-        weight="bold",
-        color=style.ink,
-        pad=4,
-    )
-
-
-def _round_ticks(ax: Axes, values: Any) -> None:
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
-
-    powers = 10.0 ** np.arange(-6.0, 7.0)
-    ticks = np.sort(np.outer(powers, [1.0, 2.0, 5.0]).ravel())
-    ax.xaxis.set_major_locator(
-        FixedLocator(ticks[(ticks >= values.min() * 0.9) & (ticks <= values.max() * 1.1)])
-    )
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    _add_legend(ax, "upper right", style)
+    set_log_ticks(ax.xaxis, 0.9 * style.font_pt)
+    return tr("Intensity by size of the window")
 
 
 def _plain_axes(ax: Axes, style: NetStyle) -> None:

@@ -44,7 +44,7 @@ _PANEL_TOP, _PANEL_BOTTOM = 1.3, 1.14
 """Distance of the upper and lower edges of a panel from the centre of the rose, in radii."""
 _HEAD_LETTERS, _FOOT_LETTERS = 3.9, 3.2
 """Height above each panel, and height below all panels, in letters."""
-_MAX_PANEL_MM = 105.0
+_MIN_PANEL_MM, _MAX_PANEL_MM = 42.0, 105.0
 
 
 def choose_rings(top: float) -> list[float]:
@@ -88,7 +88,7 @@ def figure_size(
     contents: RoseContents, style: NetStyle = PRINT, width_mm: float = WIDTH_MM
 ) -> tuple[float, float]:
     """Return the width and height of a figure with all roses, in inches."""
-    columns = min(len(contents.roses), 3)
+    columns = min(len(contents.roses), 3, max(1, int(width_mm / _MIN_PANEL_MM)))
     side = min(width_mm / columns, _MAX_PANEL_MM)
     rows = math.ceil(len(contents.roses) / columns)
     letter = style.font_pt / 72.0 * 25.4

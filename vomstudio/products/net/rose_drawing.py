@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BOTTOM, TOP = -0.92, 1.12
+_LABEL_LETTERS = 3.3
+"""Width of the label of a share relative to its font size."""
 LEFT, RIGHT = -0.82, 1.1
 """Left and right limits of a histogram in its panel."""
 
@@ -121,6 +123,13 @@ def draw_histogram(
 
     top, tall, across = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0
     small: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
+    # In a narrow panel, the labels of the shares are smaller.
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    low, high = ax.get_xlim()
+    panel_pt = 72.0 * ax.get_position().width * figure.get_figwidth()
+    margin_pt = panel_pt * (LEFT - 0.06 - low) / (high - low)
+    fitting = min(0.9 * style.font_pt, margin_pt / _LABEL_LETTERS)
     for share in (0.0, *rings):
         y = BOTTOM + tall * share / top
         last = share == 0.0
@@ -132,7 +141,16 @@ def draw_histogram(
             zorder=layer("rim" if last else "ground"),
         )
         if share:
-            ax.text(LEFT - 0.04, y, f"{100 * share:g} %", ha="right", va="center", **small)
+            label = f"{100 * share:g} %"
+            ax.text(
+                LEFT - 0.04,
+                y,
+                label,
+                ha="right",
+                va="center",
+                fontsize=fitting,
+                color=style.ink,
+            )
     for angle in (0, 30, 60, 90):
         x = LEFT + angle * across
         ax.plot([x, x], [BOTTOM, BOTTOM - 0.05], color=style.ink, linewidth=style.line_pt)

@@ -19,6 +19,7 @@ import numpy as np
 
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.products.figure_layout import name_symbols
 from vomstudio.products.net.figure_file import size_settings, write_figure
 from vomstudio.products.net.style import PRINT, NetStyle
 
@@ -34,10 +35,6 @@ _LOOKS = {
     None: ("x", "#7a7a7a", to_translate("not judged")),
 }
 _MAX_NAMES = 30
-_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
-"""Positions (right, up) of a name relative to its symbol, the best first."""
-_ACROSS = {1: "left", 0: "center", -1: "right"}
-_ALONG = {1: "bottom", 0: "center", -1: "top"}
 
 
 def write_shapes(
@@ -102,45 +99,18 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
 
 
 def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
-    """Label the symbols that are not good if the name overlaps no other text or symbol."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.transforms import Bbox
-
+    """Name the symbols that are not good."""
     if not known:
         return
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    places = axes.transData.transform(
-        [(float(row["collinearity"]), float(row["coplanarity"])) for row in known]
+    poor = [k for k, row in enumerate(known) if row.get("quality") != "good"][:_MAX_NAMES]
+    name_symbols(
+        axes,
+        np.array([(float(row["collinearity"]), float(row["coplanarity"])) for row in known]),
+        {k: str(known[k].get("name") or known[k]["id"]) for k in poor},
+        symbol_pt=style.marker_pt,
+        font_pt=0.8 * style.font_pt,
+        color=style.ink,
     )
-    half = 0.5 * style.marker_pt * figure.dpi / 72.0
-    occupied = [Bbox([place - half, place + half]) for place in places]
-    occupied += [text.get_window_extent(renderer) for text in axes.texts]
-    if (legend := axes.get_legend()) is not None:
-        occupied.append(legend.get_window_extent(renderer))
-    inside = axes.get_window_extent(renderer)
-    # Also keep a distance from the symbol itself.
-    away = 0.5 * style.marker_pt + 1.5
-    for row in [row for row in known if row.get("quality") != "good"][:_MAX_NAMES]:
-        for right, up in _SIDES:
-            label = axes.annotate(
-                str(row.get("name") or row["id"]),
-                (float(row["collinearity"]), float(row["coplanarity"])),
-                xytext=(right * away, up * away),
-                textcoords="offset points",
-                ha=_ACROSS[right],
-                va=_ALONG[up],
-                fontsize=0.8 * style.font_pt,
-                color=style.ink,
-                zorder=5,
-            )
-            box = label.get_window_extent(renderer)
-            within = inside.x0 <= box.x0 and box.x1 <= inside.x1
-            if within and not any(box.overlaps(other) for other in occupied):
-                occupied.append(box)
-                break
-            label.remove()
 
 
 def _ground(axes: Axes, top: float, style: NetStyle) -> None:
@@ -158,7 +128,7 @@ def _ground(axes: Axes, top: float, style: NetStyle) -> None:
     soft: dict[str, Any] = {"color": style.soft, "fontsize": 0.9 * style.font_pt, "zorder": 3}
     words = {"facecolor": style.paper, "edgecolor": "none", "pad": 1.0}
     axes.text(1.15, top / 1.3, tr("sheet (oblate)"), va="top", bbox=words, **soft)
-    axes.text(1.15, 3.3, tr("ball"), va="bottom", **soft)
+    axes.text(1.15, 3.6, tr("ball"), va="bottom", **soft)
     axes.text(top / 1.6, top / 1.6, tr("rod (prolate)"), ha="right", va="bottom", **soft)
     axes.text(top / 1.6, top / 60, tr("cannot be: λ2 < λ3"), ha="right", va="top", **soft)
     for at, line in (

@@ -25,7 +25,7 @@ from vomstudio.products.ortho.vector_drawing import (
     write_dxf,
     write_gpkg,
 )
-from vomstudio.products.ortho.view_description import direction_text, end_labels
+from vomstudio.products.ortho.view_description import axis_labels, direction_text, end_labels
 
 FORMATS = ("gpkg", "svg", "dxf")
 SURFACE = "outcrop"
@@ -70,13 +70,13 @@ def draw_features(
         else:
             outside_count += 1
     unit = "m" if plan.view.metric else tr("units")
-    axes = (tr("right ({unit})", unit=unit), tr("up ({unit})", unit=unit))
+    left_label, right_label, _ = end_labels(plan.view)
+    axes = axis_labels(plan.view, unit)
     shift = np.zeros(2)
     if is_straight_down(plan):
         shift = np.asarray(plan.reference[:2])
         axes = (tr("x, East ({unit})", unit=unit), tr("y, North ({unit})", unit=unit))
     placed_shapes = tuple(replace(shape, points=shape.points + shift) for shape in shapes)
-    left_label, right_label, _ = end_labels(plan.view)
     drawing = Drawing(
         placed_shapes,
         np.stack([low, high]) + shift,

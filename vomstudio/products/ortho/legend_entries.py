@@ -37,6 +37,8 @@ class LegendShape(Protocol):
     def symbol(self) -> tuple[FloatArray, ...]: ...
     @property
     def values(self) -> Mapping[str, Any]: ...
+    @property
+    def legend(self) -> str: ...
 
 
 @dataclass
@@ -90,7 +92,7 @@ def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
     """Return one entry per feature type and colour, in the order of the shapes."""
     entries: dict[tuple[str, str], LegendEntry] = {}
     for shape in shapes:
-        name = str(shape.values.get("kind") or shape.layer.replace("_", " "))
+        name = shape.legend or str(shape.values.get("kind") or shape.layer.replace("_", " "))
         entry = entries.setdefault((name.casefold(), shape.color), LegendEntry(name, shape.color))
         if len(shape.points) == 1:
             entry.place = True

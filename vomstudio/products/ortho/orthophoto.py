@@ -183,7 +183,7 @@ def write_orthophoto(
             write_drawings(parts, drawing, shown_crs, facts["picture_id"], raster_turn(plan))
             facts["drawn"] = len(drawing.shapes)
         facts["warnings"] = plain(warnings)
-        paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
+        paths[sidecar].write_text(_sidecar_text(facts), "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         for page in pages:
             progress.stage(tr("Drawing the sheet"))
@@ -192,6 +192,12 @@ def write_orthophoto(
     return OrthophotoFiles(
         image, sidecar, depth, world, sheet, drawings, coverage, tuple(warnings), facts
     )
+
+
+def _sidecar_text(facts: dict[str, Any]) -> str:
+    """Format the sidecar; an oblique picture has the CRS of World only, not one of its own."""
+    own = {key: value for key, value in facts.items() if key != "crs" or value is not None}
+    return json.dumps(own, indent=1, ensure_ascii=False) + "\n"
 
 
 def _drawn_facts(coverage: float, filled: int, source: TileSource) -> dict[str, Any]:

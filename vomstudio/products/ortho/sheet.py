@@ -129,7 +129,9 @@ def _words(view: ViewDirection, width_mm: float) -> list[str]:
 
     unknown = unknown_direction_text(view)
     letters = round(width_mm / (LETTER_MM * _FONT_PT))
-    reason = textwrap.wrap(view.reason.message, letters)
+    # A direction that was given needs no reason.
+    is_given = view.reason.code == "view.as-given"
+    reason = [] if is_given else textwrap.wrap(view.reason.message, letters)
     return [direction_text(view), *reason, *([unknown] if unknown else [])]
 
 
@@ -154,7 +156,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
             ha="right" if label.right else "left",
             color=label.color,
             parse_math=False,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.9, "pad": 0.8},
         )
 
 

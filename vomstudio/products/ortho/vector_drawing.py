@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -21,9 +21,12 @@ from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.svg_lines import PROGRAM_CLASS
+from vomstudio.products.figure_layout import arrange_columns
 from vomstudio.products.ortho.interpretation import ProjectedItem
 from vomstudio.products.ortho.legend_entries import LegendEntry, entries_of, explain_symbols
 
+_MAX_CELLS = 1000
+"""Maximum number of cells along a side of a table of coverage."""
 Box = tuple[float, float, float, float]
 """Bounding box: left, bottom, right, top."""
 
@@ -32,12 +35,21 @@ _EDGE = "#404040"
 MAX_SIDE_MM = 250.0
 """Maximum length of the longer side of a drawing on paper."""
 MARGIN_MM = 18.0
+_RIGHT_MM, _TOP_MM, _BOTTOM_MM = 10.0, 10.0, 8.0
+"""Margins of an SVG page."""
 _TEXT_MM = 3.2
+_ROW_MM, _COLUMN_GAP_MM = 1.6 * _TEXT_MM, 5.0
+_MIN_TEXT_MM = 90.0
+"""Minimum width of the texts below and above a narrow drawing."""
+_SCALE_MM = 21.0
+"""Distance of the legend from the frame, with axis labels and scale bar between."""
 _LABEL_MM = 2.6
 _LETTER_WIDTH = 0.58
 """Mean width of a letter relative to its height."""
 DIP_TICK_MM = 5.0
 _GLYPH_MM = 6.0
+_LABEL_GAP_MM = 0.4
+"""Minimum distance between labels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +74,8 @@ class DrawingShape:
         Polylines of a map symbol, as in `ProjectedItem`.
     is_annotation : bool
         Whether the shape only annotates the drawing and is not a feature.
+    legend : str
+        Name in the legend; empty for the name of its type or layer.
     """
 
     layer: str
@@ -74,6 +88,7 @@ class DrawingShape:
     values: Mapping[str, Any] = field(default_factory=dict)
     symbol: tuple[FloatArray, ...] = ()
     is_annotation: bool = False
+    legend: str = ""
 
     def marks(self, reach: float) -> list[FloatArray]:
         """Return the polylines (k, 2) of the symbol of a plane; `reach` is half its length."""
@@ -204,10 +219,11 @@ def svg_text(drawing: Drawing) -> str:
     scale = paper_scale(drawing.bounds)
     mm = 1000.0 / scale
     width, height = ((high - low) * mm).tolist()
-    x_left, y_top = left_margin_mm(drawing.bounds, _TEXT_MM), MARGIN_MM
+    x_left, y_top = left_margin_mm(drawing.bounds, _TEXT_MM), _TOP_MM
+    legend = _SvgLegend(drawing, max(width, _MIN_TEXT_MM))
     page = (
-        width + x_left + MARGIN_MM,
-        height + 2 * MARGIN_MM + (_lines_below(drawing) + 2) * 1.6 * _TEXT_MM,
+        x_left + max(width, _MIN_TEXT_MM) + _RIGHT_MM,
+        height + y_top + _SCALE_MM + legend.height_mm + _BOTTOM_MM,
     )
     matrix = (mm, mm, x_left - float(low[0]) * mm, y_top + float(high[1]) * mm)
     out = [
@@ -236,7 +252,7 @@ def svg_text(drawing: Drawing) -> str:
         out.append("</g>")
     out.append("</g>")
     out += _labels(drawing, matrix, scale)
-    out += _frame(drawing, matrix, (x_left, y_top, width, height), scale)
+    out += _frame(drawing, matrix, (x_left, y_top, width, height), scale, legend)
     return "\n".join([*out, "</svg>", ""])
 
 
@@ -326,7 +342,8 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     places += [line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)]
     dots = np.concatenate([np.empty((0, 2)), *places])
     bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
-    lines = np.concatenate([np.empty((0, 2)), *(_along(bar, 0.5 * tall) for bar in bars)])
+    lines = [s.points for s in drawing.shapes if len(s.points) > 1 and not s.filled]
+    symbols, strokes = (_Coverage(each, drawing.bounds, 0.25 * tall) for each in (bars, lines))
     occupied: list[Box] = []
     labels = []
     for shape in drawing.shapes:
@@ -344,14 +361,42 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
         free = [spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied)]
         if free:
             row, right, box = min(
-                free, key=lambda s: (_covers(s[2], dots) > 0, _covers(s[2], lines))
+                free,
+                key=lambda s: (
+                    _covers(s[2], dots) > 0,
+                    2 * symbols.count(s[2]) + strokes.count(s[2]),
+                ),
             )
-            occupied.append(box)
+            apart = _LABEL_GAP_MM * mm
+            occupied.append((box[0] - apart, box[1] - apart, box[2] + apart, box[3] + apart))
             middle = 0.5 * (box[1] + box[3])
-            apart = row not in (0.0, -1.0)
             end = box[2] if right else box[0]
-            labels.append(PlacedLabel(shape, end, middle, right, apart, (x, y)))
+            labels.append(PlacedLabel(shape, end, middle, right, row not in (0.0, -1.0), (x, y)))
     return labels
+
+
+class _Coverage:
+    """Number of points along lines in a box, from a table of cumulated counts."""
+
+    def __init__(self, lines: Sequence[FloatArray], bounds: FloatArray, step: float) -> None:
+        low, high = bounds
+        self._low = low
+        cells = np.clip(np.ceil((high - low) / step).astype(int), 1, _MAX_CELLS)
+        self._step = (high - low) / cells
+        points = np.concatenate([np.empty((0, 2)), *(_along(line, step) for line in lines)])
+        at = np.floor((points - low) / self._step).astype(int)
+        at = at[((at >= 0) & (at < cells)).all(axis=1)]
+        counts = np.zeros(cells + 1, np.int64)
+        np.add.at(counts, (at[:, 0] + 1, at[:, 1] + 1), 1)
+        self._sums = counts.cumsum(axis=0).cumsum(axis=1)
+
+    def count(self, box: Box) -> int:
+        corners = (np.array(box).reshape(2, 2) - self._low) / self._step
+        (x0, y0), (x1, y1) = np.clip(
+            np.round(corners).astype(int), 0, np.array(self._sums.shape) - 1
+        )
+        sums = self._sums
+        return int(sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0])
 
 
 def _is_free(box: Box, bounds: FloatArray, occupied: list[Box]) -> bool:
@@ -414,6 +459,7 @@ def _frame(
     matrix: tuple[float, float, float, float],
     frame: tuple[float, float, float, float],
     scale: int,
+    legend: _SvgLegend,
 ) -> list[str]:
     x_left, y_top, width, height = frame
     sx, sy, tx, ty = matrix
@@ -435,20 +481,26 @@ def _frame(
         x = value * sx + tx
         out.append(f'<line x1="{x:.3f}" y1="{bottom:.3f}" x2="{x:.3f}" y2="{bottom + 1.5:.3f}"/>')
         text(x, bottom + 5, number_text(value), "middle")
+    longest = 0.0
     for value in choose_ticks(float(low[1]), float(high[1])):
+        longest = max(longest, _LETTER_WIDTH * _TEXT_MM * len(number_text(value)))
         y = -value * sy + ty
         out.append(f'<line x1="{x_left - 1.5:.3f}" y1="{y:.3f}" x2="{x_left:.3f}" y2="{y:.3f}"/>')
         text(x_left - 2.2, y + 1.1, number_text(value), "end")
     bold = 'font-weight="bold"'
-    text(x_left, y_top - 3, drawing.ends[0], "start", bold)
-    text(x_left + width, y_top - 3, drawing.ends[1], "end", bold)
+    # The texts of a narrow drawing extend beyond it.
+    letters = 1.3 * _LETTER_WIDTH * _TEXT_MM * (sum(map(len, drawing.ends)) + 2)
+    beyond = min(max(0.5 * (letters - width), 0.0), x_left - 1.0)
+    text(x_left - beyond, y_top - 3, drawing.ends[0], "start", bold)
+    text(x_left + max(width + beyond, letters - beyond), y_top - 3, drawing.ends[1], "end", bold)
     text(x_left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
+    x = max(x_left - longest - 4.5, _TEXT_MM)
     text(
-        4.5,
+        x,
         y_top + height / 2,
         drawing.axes[1],
         "middle",
-        f'transform="rotate(-90 4.5 {y_top + height / 2:.3f})"',
+        f'transform="rotate(-90 {x:.3f} {y_top + height / 2:.3f})"',
     )
     length = round_length(0.25 * float(high[0] - low[0]))
     y = bottom + 14
@@ -457,21 +509,38 @@ def _frame(
     text(
         x_left + length * sx + 2, y + 1.6, f"{bar}, 1 : {scale:,}".replace(",000", " 000"), "start"
     )
-    y += 7
-    legend = drawing.legend
-    slots = max((sum((each.line, each.area, each.place)) for each in legend), default=0)
-    for entry in legend:
-        out += _svg_glyphs(entry, x_left, y - 0.35 * _TEXT_MM)
-        text(x_left + 1.2 * slots * _GLYPH_MM, y, entry.short_name, "start")
-        y += 1.6 * _TEXT_MM
-    if remark := explain_symbols(legend):
-        text(x_left, y, remark, "start")
-        y += 1.6 * _TEXT_MM
-    for line in drawing.title:
+    y = bottom + _SCALE_MM
+    for k, entry in enumerate(legend.entries):
+        row, column = divmod(k, len(legend.columns))
+        x = x_left + sum(legend.columns[:column]) + _COLUMN_GAP_MM * column
+        out += _svg_glyphs(entry, x, y + row * _ROW_MM - 0.35 * _TEXT_MM)
+        text(x + legend.glyphs_mm, y + row * _ROW_MM, entry.short_name, "start")
+    y += legend.rows * _ROW_MM
+    for line in legend.lines:
         text(x_left, y, line, "start")
-        y += 1.6 * _TEXT_MM
+        y += _ROW_MM
     out.append("</g>")
     return out
+
+
+class _SvgLegend:
+    """Legend in columns, and the lines of text below it."""
+
+    def __init__(self, drawing: Drawing, width_mm: float) -> None:
+        self.entries = drawing.legend
+        remark = explain_symbols(self.entries)
+        self.lines = [*([remark] if remark else []), *drawing.title]
+        slots = max((sum((e.line, e.area, e.place)) for e in self.entries), default=0)
+        self.glyphs_mm = 1.2 * slots * _GLYPH_MM
+        letter = 1.1 * _LETTER_WIDTH * _TEXT_MM
+        widths = [self.glyphs_mm + letter * len(entry.short_name) for entry in self.entries]
+        self.columns = arrange_columns(widths, width_mm, _COLUMN_GAP_MM)
+        self.rows = math.ceil(len(self.entries) / len(self.columns))
+
+    @property
+    def height_mm(self) -> float:
+        """Height of all rows."""
+        return (self.rows + len(self.lines)) * _ROW_MM
 
 
 def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
@@ -500,12 +569,6 @@ def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
             f'<circle cx="{x0:.3f}" cy="{middle:.3f}" r="0.6" fill="{entry.color}" {ink}/>'
         )
     return glyphs
-
-
-def _lines_below(drawing: Drawing) -> int:
-    """Return the number of lines of text below the scale bar."""
-    legend = drawing.legend
-    return len(legend) + bool(explain_symbols(legend)) + len(drawing.title)
 
 
 def _png(picture: ByteArray) -> str:

@@ -8,13 +8,12 @@ from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_wind
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import STEEP_DEG
-from vomstudio.products.ortho.view_directions import ViewDirection
+from vomstudio.products.ortho.view_directions import AS_GIVEN, ViewDirection
 
 
 def end_labels(view: ViewDirection) -> tuple[str, str, str]:
     """Return the labels for the left end, the right end, and the upward arrow."""
-    frame = view.frame
-    azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
+    azimuth = _right_azimuth(view)
     steep = abs(view.plunge_deg) >= STEEP_DEG
     if not view.north_known:
         left_text, right_text = (
@@ -24,9 +23,32 @@ def end_labels(view: ViewDirection) -> tuple[str, str, str]:
     return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if steep else tr("up")
 
 
+def _right_azimuth(view: ViewDirection) -> float:
+    right = view.frame.right
+    return wrap360(math.degrees(math.atan2(right[0], right[1])))
+
+
+def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
+    """Return the labels of the horizontal and the vertical axis of a picture."""
+    across = tr("distance ({unit})", unit=unit)
+    up = tr("distance up ({unit})", unit=unit)
+    if view.north_known:
+        wind = format_wind(_right_azimuth(view)).partition(" ")[0]
+        across = tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
+    if view.frame.is_vertical:
+        up = tr("distance toward N ({unit})", unit=unit) if view.north_known else across
+    return across, up
+
+
 def direction_text(view: ViewDirection) -> str:
-    """Describe the viewing direction and its sense."""
+    """Describe the viewing direction, and the sense in which an axis is viewed."""
     trend = format_azimuth(view.trend_deg, 1)
+    if view.sense == AS_GIVEN:
+        return tr(
+            "View toward {trend}/{plunge:.1f} (trend/plunge, °)",
+            trend=trend,
+            plunge=view.plunge_deg,
+        )
     return tr(
         "View toward {trend}/{plunge:.1f} (trend/plunge, °), {sense}",
         trend=trend,

@@ -22,6 +22,8 @@ FORMATS = (".pdf", ".svg", ".html")
 INK, FACE = "#202020", "#efe9df"
 PERPENDICULAR, OBLIQUE, CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
 """Colours of photos and control points on the sheet and in the window."""
+_FOOT, _LINE, _PARAGRAPH = 0.027, 0.0138, 0.003
+"""Lower margin, and heights of a line and of the gap below a reminder, as shares of the page."""
 _WORDS = {
     "perpendicular": to_translate("perpendicular"),
     "oblique": to_translate("oblique"),
@@ -74,7 +76,10 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
 
     height = 6.0 if pictures_only else 11.69
     figure = Figure(figsize=(8.27, height))
-    bottom, top = (0.08, 0.94) if pictures_only else (0.325, 0.785)
+    lines = [_wrapped(line, 112) for line in _reminders(plan)]
+    # The drawings fill the page down to the reminders.
+    reminders = _FOOT + sum(_LINE * len(parts) + _PARAGRAPH for parts in lines)
+    bottom, top = (0.08, 0.94) if pictures_only else (reminders + 0.045, 0.785)
     # Leave half an inch between the drawings for the tick labels of the upper one.
     tall = (top - bottom - 0.5 / height) / 2
     for low, above in ((top - tall, False), (bottom, True)):
@@ -86,12 +91,12 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
             figure.text(x, y, name, fontsize=9.0, color="#606060", va="top")
             figure.text(x + 0.15, y, value, fontsize=9.0, color=INK, va="top")
-        y = 0.28
-        for line in _reminders(plan):
-            for k, part in enumerate(_wrapped(line, 112)):
+        y = reminders
+        for parts in lines:
+            for k, part in enumerate(parts):
                 figure.text(0.07 if k == 0 else 0.09, y, part, fontsize=8.5, color=INK, va="top")
-                y -= 0.0138
-            y -= 0.003
+                y -= _LINE
+            y -= _PARAGRAPH
     return figure
 
 

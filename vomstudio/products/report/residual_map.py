@@ -12,6 +12,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
+from vomstudio.products.figure_layout import name_symbols
 
 # Length of the longest arrow, relative to the width of the picture.
 _MAX_ARROW_SHARE = 0.12
@@ -68,17 +69,20 @@ def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
             scale=1.0,
             width=0.004,
         )
-        # In the side view, the labels would overlap.
-        if len(labels) <= _MAX_LABELS and j == 1:
-            for label, place in zip(labels, at, strict=True):
-                axes.annotate(
-                    label, (place[i], place[j]), (3, 3), textcoords="offset points", fontsize=7
-                )
         axes.margins(0.15)
         axes.set_aspect("equal", "datalim")
         axes.set_xlabel(f"{names[0]}, {unit}")
         axes.set_ylabel(f"{names[1]}, {unit}")
         axes.set_title(title)
+    for axes, (i, j, _, _) in zip(figure.axes, sides, strict=True):
+        name_symbols(
+            axes,
+            at[:, [i, j]],
+            dict(enumerate(labels[:_MAX_LABELS])),
+            symbol_pt=4.0,
+            font_pt=7.0,
+            color="#222222",
+        )
     return embed_figure(
         figure,
         tr(

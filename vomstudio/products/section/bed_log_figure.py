@@ -29,13 +29,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-WIDTH_MM = 170.0
 _MAX_COLUMN_MM = 190.0
 """Maximum height of the column, such that the figure with its text fits on an A4 page."""
 _LEFT_MM, _COLUMN_MM = 20.0, 38.0
 _THICKNESS_MM, _LITHOLOGY_MM, _NOTES_MM = 64.0, 96.0, 130.0
 """Left edges of the text columns beside the beds."""
-_TOP_MM, _BOTTOM_MM = 17.0, 20.0
+_WIDTHS_MM = (100.0, 130.0, 170.0)
+"""Widths of a page with thicknesses, with lithologies too, and with notes."""
+_TOP_MM, _BOTTOM_MM, _NOTE_MM = 17.0, 5.0, 6.0
 _ROW_MM = 4.0
 _MAX_ROWS = 250
 """If a log has more beds, only those at least as thick as a row are labelled."""
@@ -57,6 +58,10 @@ class LogPage:
         Height of the text of each bed above the base of the column; NaN if the text does not fit.
     lowest_mm, highest_mm : float
         Lower and upper limits of the drawing, relative to the base of the column.
+    width_mm : float
+        Width of the page.
+    notes_mm : float
+        Height of the grain sizes and notes below the column.
     """
 
     scale: float
@@ -64,11 +69,18 @@ class LogPage:
     rows_mm: FloatArray
     lowest_mm: float
     highest_mm: float
+    width_mm: float
+    notes_mm: float
+
+    @property
+    def base_mm(self) -> float:
+        """Lower edge of the page, relative to the base of the column."""
+        return self.lowest_mm - _BOTTOM_MM - self.notes_mm
 
     @property
     def height_mm(self) -> float:
         """Height of the page in mm."""
-        return self.highest_mm - self.lowest_mm + _TOP_MM + _BOTTOM_MM
+        return self.highest_mm + _TOP_MM - self.base_mm
 
 
 def lay_out_page(log: BedLog) -> LogPage:
@@ -84,7 +96,33 @@ def lay_out_page(log: BedLog) -> LogPage:
     half = 0.5 * _ROW_MM
     low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half)
     high = max(column, float(np.nanmax(rows, initial=0.0)) + half)
-    return LogPage(scale, column, rows, low, high)
+    columns = 2 if any(i.notes for i in log.intervals) else 0
+    columns = columns or int(any(i.lithology for i in log.intervals))
+    return LogPage(
+        scale=scale,
+        column_mm=column,
+        rows_mm=rows,
+        lowest_mm=low,
+        highest_mm=high,
+        width_mm=_WIDTHS_MM[columns],
+        notes_mm=_NOTE_MM * len(_notes_below(_styles(log))),
+    )
+
+
+def _styles(log: BedLog) -> list[LithologyStyle]:
+    return [style_of(each.lithology, each.strabospot) for each in log.intervals]
+
+
+def _notes_below(styles: Sequence[LithologyStyle]) -> list[str]:
+    """Return the parts below the column, from top to bottom."""
+    parts = []
+    if any(s.width is not None and not s.dunham for s in styles):
+        parts.append("grains")
+    if any(s.width is not None and s.dunham for s in styles):
+        parts += ["dunham", "classes"]
+    if any(s.width is None for s in styles):
+        parts.append("dashes")
+    return parts
 
 
 def write_log_figure(
@@ -121,7 +159,7 @@ def write_log_figure(
         target,
         lambda figure: draw_log(figure, log, page, about, metric, style),
         format=format,
-        size_mm=(WIDTH_MM, page.height_mm),
+        size_mm=(page.width_mm, page.height_mm),
         paper=style.paper,
         dpi=dpi,
         settings={**size_settings(style), "hatch.linewidth": 0.45 * style.line_pt},
@@ -133,17 +171,17 @@ def draw_log(
 ) -> Axes:
     """Draw a log on a page-sized figure; axes are in mm from the base of the column."""
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    ax.set_xlim(-_LEFT_MM, WIDTH_MM - _LEFT_MM)
-    ax.set_ylim(page.lowest_mm - _BOTTOM_MM, page.highest_mm + _TOP_MM)
+    ax.set_xlim(-_LEFT_MM, page.width_mm - _LEFT_MM)
+    ax.set_ylim(page.base_mm, page.highest_mm + _TOP_MM)
     ax.set_axis_off()
-    styles = [style_of(each.lithology, each.strabospot) for each in log.intervals]
+    styles = _styles(log)
     for each, look, row in zip(log.intervals, styles, page.rows_mm, strict=True):
         low, high = (1000.0 * value / page.scale for value in (each.base_m, each.top_m))
         _draw_bed(ax, low, high, look, style)
         if np.isfinite(row):
             _write_bed(ax, each, 0.5 * (low + high), float(row), look, style)
     _draw_heights(ax, page, metric, style)
-    _draw_grains(ax, styles, style)
+    _draw_notes(ax, page.lowest_mm, styles, style)
     _write_head(ax, log, page, about, metric, style)
     return ax
 
@@ -261,36 +299,26 @@ def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> Non
     )
 
 
-def _draw_grains(ax: Axes, styles: Sequence[LithologyStyle], style: NetStyle) -> None:
-    """Label the grain sizes below the column if any bed has one."""
-    down = -3.0
-    for names, dunham in ((GRAINS, False), (DUNHAM_GRAINS, True)):
-        if not any(s.width is not None and s.dunham == dunham for s in styles):
-            continue
-        ends = _COLUMN_MM * np.arange(1, len(names) + 1) / len(names)
-        ax.plot([0.0, _COLUMN_MM], [down, down], color=style.ink, linewidth=0.6 * style.line_pt)
-        for end, name in zip(ends.tolist(), names, strict=True):
-            ax.plot([end, end], [down, down - 1.0], color=style.ink, linewidth=0.6 * style.line_pt)
-            ax.text(
-                end,
-                down - 1.4,
-                name if dunham else tr(name),
-                ha="center",
-                va="top",
-                color=style.ink,
-                fontsize=0.8 * style.font_pt,
-            )
-        down -= 6.0
-    if any(s.width is None for s in styles):
-        ax.text(
-            0.0,
-            down,
-            tr("dashed edge: grain size not stated"),
-            ha="left",
-            va="top",
-            color=style.ink,
-            fontsize=0.8 * style.font_pt,
-        )
+def _draw_notes(ax: Axes, low: float, styles: Sequence[LithologyStyle], style: NetStyle) -> None:
+    """Draw the grain sizes below the column, and explain classes and dashed edges."""
+    down = low - 3.0
+    small: dict[str, Any] = {"va": "top", "color": style.ink, "fontsize": 0.8 * style.font_pt}
+    for part in _notes_below(styles):
+        if part in ("grains", "dunham"):
+            names = GRAINS if part == "grains" else tuple(DUNHAM_GRAINS)
+            ends = _COLUMN_MM * np.arange(1, len(names) + 1) / len(names)
+            ax.plot([0.0, _COLUMN_MM], [down, down], color=style.ink, linewidth=0.6 * style.line_pt)
+            for end, name in zip(ends.tolist(), names, strict=True):
+                ax.plot(
+                    [end, end], [down, down - 1.0], color=style.ink, linewidth=0.6 * style.line_pt
+                )
+                ax.text(end, down - 1.4, tr(name), ha="center", **small)
+        elif part == "classes":
+            classes = ", ".join(f"{key} {tr(name)}" for key, name in DUNHAM_GRAINS.items())
+            ax.text(0.0, down, classes, ha="left", **small)
+        else:
+            ax.text(0.0, down, tr("Dashed edge: grain size not stated"), ha="left", **small)
+        down -= _NOTE_MM
 
 
 def _write_head(

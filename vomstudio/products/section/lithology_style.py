@@ -16,8 +16,14 @@ from vomstudio.core.words import to_translate
 Ornament = Literal["", "bricks", "slanting bricks", "cross"]
 
 GRAINS = (to_translate("clay"), to_translate("silt"), to_translate("sand"), to_translate("gravel"))
-DUNHAM_GRAINS = ("M", "W", "P", "G", "R")
-"""Mudstone, wackestone, packstone, grainstone, and rudstone or equally coarse rocks."""
+DUNHAM_GRAINS = {
+    "M": to_translate("mudstone"),
+    "W": to_translate("wackestone"),
+    "P": to_translate("packstone"),
+    "G": to_translate("grainstone"),
+    "R": to_translate("rudstone or coarser"),
+}
+"""Names of Dunham's classes by their letters, from fine to coarse."""
 DEFAULT_WIDTH = 0.5
 """Width of a bed without a grain size."""
 

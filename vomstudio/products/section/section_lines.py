@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -99,6 +99,32 @@ class Curtain:
         left, right = (math.degrees(math.atan2(v[0], v[1])) for v in (-first, last))
         return wrap360(left), wrap360(right)
 
+    @property
+    def normal(self) -> FloatArray:
+        """Mean normal (3,) towards the viewer."""
+        return np.asarray(np.mean([panel.normal for panel in self.panels], axis=0))
+
+    def flipped(self) -> Curtain:
+        """Return the section as seen from the other side, a mirror image.
+
+        Distances along a line count from its other end; those on a plane change their sign.
+        """
+        if not math.isfinite(self.panels[-1].high):
+            (panel,) = self.panels
+            return replace(self, panels=(replace(panel, right=0.0 - panel.right),))
+        length = self.panels[-1].start + self.panels[-1].high
+        # Like those of a line, the panels begin at their origin.
+        panels = (
+            replace(
+                panel,
+                origin=panel.origin + panel.high * panel.right,
+                right=0.0 - panel.right,
+                start=length - panel.start - panel.high,
+            )
+            for panel in reversed(self.panels)
+        )
+        return replace(self, panels=tuple(panels))
+
     def bends(self, max_count: int) -> list[tuple[float, float]]:
         """Return the distance of each bend along the section, and the azimuth after it.
 
@@ -170,7 +196,8 @@ def curtain_of_options(options: SectionOptions) -> Curtain:
     Raises UsageError.
     """
     plane = plane_option(str(options.plane))
-    return curtain_of_plane(plane, parse_through(str(options.through)))
+    curtain = curtain_of_plane(plane, parse_through(str(options.through)))
+    return curtain.flipped() if options.flip else curtain
 
 
 def parse_through(text: str) -> FloatArray:

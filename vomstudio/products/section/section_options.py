@@ -43,6 +43,12 @@ class SectionOptions(Options):
             "or a vertical section along the line in this file: a table x, y, or a GIS layer"
         ),
     )
+    flip: bool = option(
+        False,
+        label=to_translate("Other side"),
+        help=to_translate("look from the other side: a mirror image"),
+        tip=to_translate("Look at the section from the other side"),
+    )
     slab_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,

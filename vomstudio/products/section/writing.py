@@ -306,7 +306,13 @@ def section_drawing(
 ) -> Drawing:
     """Draw a section; `figures` are needed to describe the projection of features."""
     shapes = [
-        DrawingShape(_SURFACE, line, values={"polyline": k + 1}) for k, line in enumerate(cut.lines)
+        DrawingShape(
+            _SURFACE,
+            line,
+            values={"polyline": k + 1},
+            legend=tr("surface of the model"),
+        )
+        for k, line in enumerate(cut.lines)
     ]
     shapes += [shape_of(flat) for flat in flats]
     every = np.concatenate([shape.points for shape in shapes])

@@ -36,6 +36,8 @@ def draw_surface(figure: Figure, figures: SurfaceFigures, *, metric: bool = True
 
 
 def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     values = figures.deviations
     rows, columns = values.shape
     cell = figures.cell_m
@@ -45,7 +47,7 @@ def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) ->
     image = axes.imshow(
         values, cmap=_PALETTE, vmin=-reach, vmax=reach, extent=extent, interpolation="nearest"
     )
-    bar = figure.colorbar(image, ax=axes, location="bottom", shrink=0.8)
+    bar = figure.colorbar(image, ax=axes, location="bottom", shrink=0.8, ticks=MaxNLocator(4))
     bar.set_label(tr("deviation ({unit})", unit=unit))
     axes.set_xlabel(tr("along the strike ({unit})", unit=unit))
     axes.set_ylabel(tr("down the dip ({unit})", unit=unit))

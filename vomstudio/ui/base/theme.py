@@ -29,6 +29,7 @@ from shiboken6 import isValid
 
 from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.words import to_translate
+from vomstudio.ui.base.flat_style import FlatStyle
 
 _FRAMED_WIDGETS = (
     "QCheckBox",
@@ -42,10 +43,11 @@ _FRAMED_WIDGETS = (
 _INNER_WIDGETS = ("QHeaderView", "QScrollBar")
 """Child widgets of lists, which would inherit the colours of the list."""
 _FRAME_COLOR = "#8f8f8f"
+_SCHEMES = {"light": Qt.ColorScheme.Light, "dark": Qt.ColorScheme.Dark}
 
 
 def use(name: str) -> None:
-    """Apply a colour scheme.
+    """Apply a colour scheme, and the style of the program on the first call.
 
     Parameters
     ----------
@@ -54,20 +56,28 @@ def use(name: str) -> None:
     """
     application = QApplication.instance()
     assert isinstance(application, QApplication)
-    schemes = {"light": Qt.ColorScheme.Light, "dark": Qt.ColorScheme.Dark}
-    scheme = schemes.get(name, Qt.ColorScheme.Unknown)
-    application.setPalette(QPalette())
-    application.styleHints().setColorScheme(scheme)
-    if name in schemes and is_dark() != (name == "dark"):
-        # Not every desktop supports a colour scheme per program.
-        application.setPalette(_palette(name == "dark"))
-    _outline_boxes()
-    if not application.property("outlined"):
-        application.setProperty("outlined", True)
+    if not application.property("styled"):
+        application.setProperty("styled", True)
+        application.setStyle(FlatStyle())
         # Qt changes its palette after this signal.
         application.styleHints().colorSchemeChanged.connect(
-            lambda _: QTimer.singleShot(0, _outline_boxes)
+            lambda _: QTimer.singleShot(0, _apply_palette)
         )
+    application.setProperty("theme", name)
+    application.styleHints().setColorScheme(_SCHEMES.get(name, Qt.ColorScheme.Unknown))
+    _apply_palette()
+
+
+def _apply_palette() -> None:
+    """Apply the palette of the chosen theme, which is the same on every desktop."""
+    application = QApplication.instance()
+    if not isinstance(application, QApplication):
+        return
+    name = application.property("theme")
+    application.setPalette(QPalette())
+    # Not every desktop reports a colour scheme or supports one per program.
+    application.setPalette(_palette(is_dark() if name not in _SCHEMES else name == "dark"))
+    _outline_boxes()
     for toggles in list(_TOGGLES):
         if isValid(toggles):
             toggles.follow()
@@ -101,23 +111,29 @@ def is_dark() -> bool:
 
 def _palette(dark: bool) -> QPalette:
     """Return the palette of a scheme; Qt derives the other colours."""
-    button, window = ("#454545", "#323232") if dark else ("#efefef", "#efefef")
+    button, window = ("#454545", "#323232") if dark else ("#fafafa", "#efefef")
     palette = QPalette(QColor(button), QColor(window))
     role, group = QPalette.ColorRole, QPalette.ColorGroup
     for each, color in (
         (role.Base, "#242424" if dark else "#ffffff"),
         (role.AlternateBase, "#2b2b2b" if dark else "#f7f7f7"),
-        (role.Highlight, "#3d7ab8" if dark else "#308cc6"),
+        (role.Highlight, "#2f6ea8" if dark else "#0072b2"),
+        (role.Accent, "#56b4e9" if dark else "#0072b2"),
         (role.HighlightedText, "#ffffff"),
         (role.Link, "#7db8ef" if dark else "#0057ae"),
         (role.ToolTipBase, "#4a4a4a" if dark else "#ffffdc"),
         (role.ToolTipText, "#ffffff" if dark else "#000000"),
-        (role.PlaceholderText, "#9a9a9a" if dark else "#707070"),
+        (role.PlaceholderText, "#b4b4b4" if dark else "#5c5c5c"),
     ):
         palette.setColor(each, QColor(color))
     for each in (role.Text, role.WindowText, role.ButtonText):
         palette.setColor(group.Disabled, each, QColor("#8c8c8c"))
     return palette
+
+
+def paper_palette() -> QPalette:
+    """Return the palette of pages that are paper in every theme, such as reports."""
+    return _palette(False)
 
 
 def toggle_style_sheet() -> str:
@@ -136,6 +152,9 @@ def toggle_style_sheet() -> str:
         " { subcontrol-origin: padding; subcontrol-position: right center; right: 3px; }"
         "QToolButton:checked, QPushButton:checked, QToolBar QToolButton:checked {"
         f" background: {fill}; border: 1px solid {frame}; border-radius: 3px; padding: 3px; }}"
+        # A widget with a style sheet draws no focus frame of its own.
+        "QToolButton:focus, QPushButton:focus, QToolBar QToolButton:focus {"
+        f" border: 2px solid {frame}; border-radius: 3px; padding: 2px; }}"
     )
 
 

@@ -9,7 +9,6 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QFrame,
-    QPushButton,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.files.regular import path_exists
 from vomstudio.core.words import tr
+from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, PanelScrollArea, escape_markup
 from vomstudio.ui.base.studio import Studio
 
@@ -86,10 +86,15 @@ class StartPage(QFrame):
         if existing:
             self._recent.addWidget(Label(tr("Recent")))
         for path in existing:
-            button = QPushButton(path.name)
+            # With an icon the text is left-aligned without a style sheet, which would keep the
+            # colours of the previous theme.
+            button = QToolButton()
+            button.setText(path.name.replace("&", "&&"))
+            button.setIcon(theme.icon("history"))
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setToolTip(escape_markup(str(path)))
-            button.setFlat(True)
-            button.setStyleSheet("text-align: left; padding: 2px 6px;")
+            button.setAutoRaise(True)
+            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.clicked.connect(lambda _=False, p=path: self._open_path(p))
             self._recent.addWidget(button)
 

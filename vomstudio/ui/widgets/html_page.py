@@ -9,6 +9,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QDialog, QTextBrowser, QVBoxLayout, QWidget
 
 from vomstudio.core.words import tr
+from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.long_boxes import fit_to_screen
 
@@ -41,6 +42,8 @@ class HtmlPage(QDialog):
         location.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.text = QTextBrowser()
         self.text.setObjectName("html_page")
+        # Reports state dark colours for white paper.
+        self.text.setPalette(theme.paper_palette())
         self.text.setSource(QUrl.fromLocalFile(str(path)))
         column = QVBoxLayout(self)
         column.addWidget(location)

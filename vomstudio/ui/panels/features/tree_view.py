@@ -103,9 +103,20 @@ class FeatureTree(QTreeWidget):
         """Fit the set column to the width that the names and orientations leave."""
         header = self.header()
         width = self.viewport().width() - header.sectionSize(ORIENTATION)
-        width -= self.sizeHintForColumn(NAME)
+        width -= self._name_width()
         header.setSectionHidden(SET, width < MIN_SET_WIDTH_PX)
         header.resizeSection(SET, max(MIN_SET_WIDTH_PX, min(width, MAX_SET_WIDTH_PX)))
+
+    def _name_width(self) -> int:
+        """Return the width of the longest name, also of rows out of sight, which Qt ignores."""
+        width = self.sizeHintForColumn(NAME)
+        groups = (self.topLevelItem(i) for i in range(self.topLevelItemCount()))
+        for group in (each for each in groups if each is not None and each.childCount()):
+            items = (group.child(row) for row in range(group.childCount()))
+            longest = max(items, key=lambda item: len(item.text(NAME)))
+            hint = self.sizeHintForIndex(self.indexFromItem(longest)).width()
+            width = max(width, 2 * self.indentation() + hint)
+        return width
 
     def edit(  # type: ignore[override]
         self,

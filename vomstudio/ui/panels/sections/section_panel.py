@@ -19,9 +19,11 @@ from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.products.section.section_lines import Curtain
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
 from vomstudio.project.domains import domain_names
 from vomstudio.project.records import Feature, Model, Picked
@@ -66,6 +68,8 @@ from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_text
 from vomstudio.ui.widgets.vertex_table import parse_number
 
+_MIN_FACING = 0.05
+"""Sine of the angle between view and section above which a side faces the viewer."""
 _FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
 
 
@@ -82,6 +86,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         super().__init__(studio, "section", "window.md#section", tr("Cutting…"))
         self.line: FloatArray | None = None
         self._line_name = ""
+        self._view = view
         self._drawn_line = DrawnLine(self, studio)
         self.model = ModelBox(studio)
         self.model.setObjectName("section_model")
@@ -128,6 +133,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         form.addRow(tr("Through"), self._through_row)
         self._line_row = create_row(self.take_line, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
+        form.addRow("", self.section_options.fields["flip"])
         form.addRow(tr("Project"), self.direction)
         form.addRow("", self.domain_axes)
         form.addRow("", self.features)
@@ -250,11 +256,15 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             raise InputError(Finding("field.plane-missing"))
         through = None if is_line else self._point(model)
         curtain = build_curtain(plane, through, self.line if is_line else None)
+        # The switch mirrors the side that faces the view of the outcrop.
+        flip = self._is_seen_from_behind(curtain) != self.section_options.options().flip
+        curtain = curtain.flipped() if flip else curtain
         data, frame = studio.models[model.id].data, model.frame
         options = self.section_options.options(
             plane=None if plane is None or is_line else plane_text(plane),
             through=None if through is None else format_numbers(through.tolist()),
             section_line=self._line_name if is_line else None,
+            flip=flip,
             **{} if isinstance(data, PointCloud) else {"slab_m": None},
         )
         uses_domain_axes = self.domain_axes.isChecked() and bool(
@@ -282,6 +292,14 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             records=dict(studio.records) if self.features.isChecked() else None,
             direction=None if direction is None or uses_domain_axes else direction.vector(),
         )
+
+    def _is_seen_from_behind(self, curtain: Curtain) -> bool:
+        """Return whether the viewer of the outcrop is behind the section."""
+        direction = self._view()
+        if direction is None:
+            return False
+        facing = float(curtain.normal @ Line(*direction).vector())
+        return facing > _MIN_FACING
 
     # --- result ---------------------------------------------------------------------------------
     def _result_text(self, result: SectionAnswer) -> str:

@@ -1,0 +1,223 @@
+"""Layout that figures share: ticks of logarithmic axes, legends, and names beside symbols."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.legend import Legend
+
+_LETTER = 0.64
+"""Mean width of a digit relative to the font size."""
+_PLAIN_POWERS = range(-3, 6)
+"""Powers of ten that are written as decimal numbers."""
+_LEGEND_GAP = 0.03
+"""Distance between a legend and the curves, as a share of the axes."""
+
+
+def set_log_ticks(axis: Axis, font_pt: float) -> None:
+    """Set round ticks on a logarithmic axis, as dense as their labels allow.
+
+    Call it after the limits of the axis and the position of the axes are set.
+    """
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+
+    low, high = sorted(axis.get_view_interval())
+    is_horizontal = axis.axis_name == "x"
+    figure = axis.axes.get_figure(root=True)
+    assert figure is not None
+    place = axis.axes.get_position()
+    share, side = (
+        (place.width, figure.get_figwidth())
+        if is_horizontal
+        else (place.height, figure.get_figheight())
+    )
+    points_per_decade = 72.0 * share * side / math.log10(high / low)
+    ticks = np.array([low, high])
+    for ticks in _log_ticks(low, high):
+        letters = max(len(_plain_number(value)) for value in ticks.tolist())
+        needed = font_pt * (_LETTER * letters + 1.0 if is_horizontal else 1.5)
+        if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= needed:
+            break
+    axis.set_major_locator(FixedLocator(ticks.tolist()))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _plain_number(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _log_ticks(low: float, high: float) -> Iterator[FloatArray]:
+    """Yield sets of at least two round ticks within a range, the densest first."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    powers = 10.0 ** np.arange(first, last + 1)
+    for steps in ((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0), (1.0, 2.0, 5.0), (1.0, 3.0)):
+        ticks = np.sort(np.outer(powers, steps).ravel())
+        ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]
+        if 2 <= len(ticks) <= 12:
+            yield ticks
+    inside = powers[(powers >= low * (1 - 1e-9)) & (powers <= high * (1 + 1e-9))]
+    for stride in range(1, max(2, len(inside))):
+        if len(inside[::stride]) >= 2:
+            yield inside[::stride]
+    from matplotlib.ticker import MaxNLocator
+
+    # A short range contains too few round powers.
+    for count in (4, 2, 1):
+        ticks = np.asarray(MaxNLocator(count).tick_values(low, high), np.float64)
+        ticks = ticks[(ticks >= low) & (ticks <= high)]
+        if len(ticks) >= 2:
+            yield ticks
+
+
+def _plain_number(value: float) -> str:
+    power = math.floor(math.log10(value) + 1e-9)
+    if power in _PLAIN_POWERS:
+        return f"{value:g}"
+    factor = value / 10.0**power
+    return f"$10^{{{power}}}$" if abs(factor - 1) < 1e-6 else f"{factor:g}·$10^{{{power}}}$"
+
+
+def make_room_for_legend(axes: Axes, legend: Legend) -> None:
+    """Extend the vertical limits until no curve or area lies below the legend.
+
+    The limit on the side of the legend is extended. Draw everything first.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    box = legend.get_window_extent(renderer).transformed(axes.transAxes.inverted())
+    points = _drawn_points(axes)
+    beside = points[(points[:, 0] >= box.x0 - 0.01) & (points[:, 0] <= box.x1 + 0.01), 1]
+    if not len(beside):
+        return
+    scale = axes.yaxis.get_transform()
+    low, high = scale.transform(np.array(axes.get_ylim()))
+    if box.y0 + box.y1 > 1.0:
+        top = float(beside.max())
+        limit = box.y0 - _LEGEND_GAP
+        if top > limit:
+            high = low + (high - low) * top / limit
+    else:
+        bottom = float(beside.min())
+        limit = box.y1 + _LEGEND_GAP
+        if bottom < limit:
+            low = high - (high - low) * (1.0 - bottom) / (1.0 - limit)
+    new_low, new_high = scale.inverted().transform(np.array([low, high])).tolist()
+    axes.set_ylim(new_low, new_high)
+
+
+def _drawn_points(axes: Axes) -> FloatArray:
+    """Return points (n, 2) along all curves and areas, in shares of the axes."""
+    paths = [line.get_transform().transform(line.get_xydata()) for line in axes.lines]
+    for collection in axes.collections:
+        for path in collection.get_paths():
+            paths.append(collection.get_transform().transform(path.vertices))
+    parts = [np.empty((0, 2))]
+    for path in paths:
+        points = axes.transAxes.inverted().transform(np.asarray(path, np.float64))
+        points = points[np.isfinite(points).all(axis=1)]
+        shares = np.linspace(0.0, 1.0, 20)[:, None, None]
+        parts.append((points[:-1] + shares * np.diff(points, axis=0)).reshape(-1, 2))
+    every = np.concatenate(parts)
+    return every[((every >= 0.0) & (every <= 1.0)).all(axis=1)]
+
+
+_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
+"""Positions (right, up) of a name relative to its symbol, the best first."""
+_ACROSS: Mapping[int, Literal["left", "center", "right"]] = {1: "left", 0: "center", -1: "right"}
+_ALONG: Mapping[int, Literal["bottom", "center", "top"]] = {1: "bottom", 0: "center", -1: "top"}
+
+
+def name_symbols(
+    axes: Axes,
+    points: FloatArray,
+    names: Mapping[int, str],
+    *,
+    symbol_pt: float,
+    font_pt: float,
+    color: str,
+) -> None:
+    """Write names beside symbols where they overlap no other text or symbol; omit the others.
+
+    Parameters
+    ----------
+    axes : Axes
+        Axes with everything else drawn.
+    points : (n, 2) array
+        All symbols, in data coordinates.
+    names : mapping of int to str
+        Names by the row of their symbol.
+    symbol_pt, font_pt : float
+        Sizes of the symbols and of the letters.
+    color : str
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.transforms import Bbox
+
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    # The layout of the figure is set when it is drawn.
+    figure.draw_without_rendering()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    places = axes.transData.transform(points)
+    half = 0.5 * symbol_pt * figure.dpi / 72.0
+    occupied = [Bbox([place - half, place + half]) for place in places]
+    occupied += [text.get_window_extent(renderer) for text in axes.texts]
+    if (legend := axes.get_legend()) is not None:
+        occupied.append(legend.get_window_extent(renderer))
+    inside = axes.get_window_extent(renderer)
+    # Also keep a distance from the symbol itself.
+    away = 0.5 * symbol_pt + 1.5
+    for row, name in names.items():
+        x, y = points[row].tolist()
+        for right, up in _SIDES:
+            label = axes.annotate(
+                name,
+                (x, y),
+                xytext=(right * away, up * away),
+                textcoords="offset points",
+                ha=_ACROSS[right],
+                va=_ALONG[up],
+                fontsize=font_pt,
+                color=color,
+                zorder=5,
+                parse_math=False,
+            )
+            box = label.get_window_extent(renderer)
+            within = inside.x0 <= box.x0 and box.x1 <= inside.x1
+            if within and not any(box.overlaps(other) for other in occupied):
+                occupied.append(box)
+                break
+            label.remove()
+
+
+def arrange_columns(widths: Sequence[float], width: float, gap: float) -> list[float]:
+    """Return the widths of columns that hold entries, filled row by row, in few rows.
+
+    Parameters
+    ----------
+    widths : sequence of float
+        Widths of the entries.
+    width : float
+        Width that is available.
+    gap : float
+        Distance between columns.
+
+    Returns
+    -------
+    list of float
+        Widths of the columns; one column if an entry is wider than the width.
+    """
+    for count in range(len(widths), 0, -1):
+        columns = [max(widths[k::count]) for k in range(count)]
+        if sum(columns) + gap * (count - 1) <= width:
+            return columns
+    return [max(widths, default=0.0)]

@@ -1,0 +1,143 @@
+"""Style of the window: Fusion with flat buttons, thin splitters and a visible focus frame."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPalette, QPen
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QComboBox,
+    QProxyStyle,
+    QStyle,
+    QStyleOption,
+    QStyleOptionComplex,
+    QWidget,
+)
+
+FOCUS_WIDTH_PX = 2.0
+_RADIUS_PX = 4.0
+_LINE_SHARE = 0.15
+"""Share of the text colour in the line of a splitter."""
+_FRAME_SHARE, _HOVER_SHARE, _PRESSED_SHARE = 0.28, 0.08, 0.18
+"""Shares of the text colour in the frame of a button, and in its fill under the cursor."""
+
+_Control, _Primitive, _State = QStyle.ControlElement, QStyle.PrimitiveElement, QStyle.StateFlag
+_Complex = QStyle.ComplexControl
+_BOXES = (_Complex.CC_ComboBox, _Complex.CC_Slider, _Complex.CC_GroupBox)
+
+
+class FlatStyle(QProxyStyle):
+    """Fusion without gradients and dotted handles, the same on every platform."""
+
+    def __init__(self) -> None:
+        super().__init__("Fusion")
+
+    def drawPrimitive(  # noqa: N802 - Qt's name
+        self,
+        element: QStyle.PrimitiveElement,
+        option: QStyleOption,
+        painter: QPainter,
+        widget: QWidget | None = None,
+    ) -> None:
+        """Draw flat buttons, the focus frame, and the handles of docks as thin lines."""
+        if element == _Primitive.PE_PanelButtonCommand:
+            _draw_button(option, painter)
+        elif element == _Primitive.PE_FrameFocusRect:
+            draw_focus(painter, QRectF(option.rect), option.palette)
+        elif element == _Primitive.PE_IndicatorDockWidgetResizeHandle:
+            _draw_handle(option, painter)
+        else:
+            super().drawPrimitive(element, option, painter, widget)
+            if (
+                element == _Primitive.PE_PanelLineEdit
+                and option.state & _State.State_HasFocus
+                # The field of a box is inside the frame of the box.
+                and not (widget and isinstance(widget.parent(), QAbstractSpinBox | QComboBox))
+            ):
+                draw_focus(painter, QRectF(option.rect), option.palette)
+
+    def drawControl(  # noqa: N802 - Qt's name
+        self,
+        element: QStyle.ControlElement,
+        option: QStyleOption,
+        painter: QPainter,
+        widget: QWidget | None = None,
+    ) -> None:
+        """Draw a splitter as a thin line."""
+        if element == _Control.CE_Splitter:
+            _draw_handle(option, painter)
+        else:
+            super().drawControl(element, option, painter, widget)
+            if element == _Control.CE_TabBarTabLabel and _is_reached_by_key(option):
+                draw_focus(painter, QRectF(option.rect).adjusted(3, 3, -3, -3), option.palette)
+
+    def drawComplexControl(  # noqa: N802 - Qt's name
+        self,
+        control: QStyle.ComplexControl,
+        option: QStyleOptionComplex,
+        painter: QPainter,
+        widget: QWidget | None = None,
+    ) -> None:
+        """Draw the focus frame around boxes and sliders."""
+        super().drawComplexControl(control, option, painter, widget)
+        is_text = control == _Complex.CC_SpinBox and option.state & _State.State_HasFocus
+        if is_text or (control in _BOXES and _is_reached_by_key(option)):
+            draw_focus(painter, QRectF(option.rect), option.palette)
+
+
+def _is_reached_by_key(option: QStyleOption) -> bool:
+    """Return whether a widget has the focus and the last focus change was made by a key."""
+    wanted = _State.State_HasFocus | _State.State_KeyboardFocusChange
+    return option.state & wanted == wanted
+
+
+def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
+    """Draw a line along the longer side of a handle."""
+    rect = QRectF(option.rect)
+    middle = rect.center()
+    line = (
+        QRectF(round(middle.x()), rect.top(), 1.0, rect.height())
+        if rect.height() > rect.width()
+        else QRectF(rect.left(), round(middle.y()), rect.width(), 1.0)
+    )
+    painter.fillRect(line, _mix(option.palette, QPalette.ColorRole.Window, _LINE_SHARE))
+
+
+def _draw_button(option: QStyleOption, painter: QPainter) -> None:
+    state = option.state
+    share = 0.0
+    if state & (_State.State_Sunken | _State.State_On):
+        share = _PRESSED_SHARE
+    elif state & _State.State_MouseOver and state & _State.State_Enabled:
+        share = _HOVER_SHARE
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setBrush(_mix(option.palette, QPalette.ColorRole.Button, share))
+    painter.setPen(QPen(_mix(option.palette, QPalette.ColorRole.Button, _FRAME_SHARE), 1.0))
+    frame = QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5)
+    painter.drawRoundedRect(frame, _RADIUS_PX, _RADIUS_PX)
+    painter.restore()
+    # Fusion shows the focus of a button in its panel.
+    if _is_reached_by_key(option):
+        draw_focus(painter, QRectF(option.rect), option.palette)
+
+
+def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
+    """Draw the frame of the widget that has the keyboard focus."""
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(palette.color(QPalette.ColorRole.Accent), FOCUS_WIDTH_PX))
+    half = 0.5 * FOCUS_WIDTH_PX
+    painter.drawRoundedRect(rect.adjusted(half, half, -half, -half), _RADIUS_PX, _RADIUS_PX)
+    painter.restore()
+
+
+def _mix(palette: QPalette, role: QPalette.ColorRole, share: float) -> QColor:
+    """Mix a colour of the palette with a share of the text colour."""
+    ground, text = palette.color(role), palette.color(QPalette.ColorRole.ButtonText)
+    parts = [
+        round((1.0 - share) * a + share * b)
+        for a, b in zip(ground.getRgb()[:3], text.getRgb()[:3], strict=True)  # type: ignore[index]
+    ]
+    return QColor(*parts)
