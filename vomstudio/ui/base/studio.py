@@ -100,6 +100,7 @@ class Studio(QObject):
         self.nearest_pick, self.nearest_text = w.derived.nearest_pick, w.derived.nearest_text
         self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
         self.turn_findings = w.derived.turn_findings
+        self.crs_codes = w.derived.crs_codes
         self.frame_name, self.write_layers = w.derived.frame_name, w.layers.write
 
         self.activate, self.pointer, self.set_next = (

@@ -346,7 +346,8 @@ class Files(QObject):
             return
         if self._frame_dialog is not None and isValid(self._frame_dialog):
             self._frame_dialog.close()
-        dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
+        opened = self._studio.models.get(model.id)
+        dialog = FrameDialog(self._parent, model, opened, self._studio.crs_codes())
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._apply_frame(model.id, dialog.frame))
         dialog.finished.connect(self._declare_next)
@@ -371,7 +372,7 @@ class Files(QObject):
     def _apply_frame(self, model_id: str, frame: Frame) -> None:
         """Apply a declared frame, asking first if it would replace a registration."""
         model = self._studio.records.get(model_id)
-        if not isinstance(model, Model):
+        if not isinstance(model, Model) or frame == model.frame:
             return
         opened = self._studio.models.get(model_id)
         try:
