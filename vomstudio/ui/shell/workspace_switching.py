@@ -35,6 +35,7 @@ class WorkspaceSwitching(QObject):
         self._has_model = self._has_feature = False
         self._is_picking = False
         survey.changed.connect(self.refresh)
+        survey.model_made.connect(self.model_made)
         workspaces.changed.connect(self._workspace_changed)
         for signal in (studio.edited, studio.project_opened, studio.model_loaded):
             signal.connect(self._data_changed)
@@ -56,6 +57,14 @@ class WorkspaceSwitching(QObject):
         had_photos = self._area.shows_photo or self._docks.center_page == _PHOTOS
         self._docks.leave_center()
         if had_photos and self._workspaces.shown.center:
+            self._workspaces.switch(_INTERPRET)
+
+    def model_made(self) -> None:
+        """Show the model of a finished reconstruction, unless a photo is being edited."""
+        if self._area.shows_photo:
+            return
+        self._docks.leave_center()
+        if self._workspaces.shown.name == _MODEL:
             self._workspaces.switch(_INTERPRET)
 
     # --- inspector ---------------------------------------------------------------------------
