@@ -81,7 +81,9 @@ def commands(
         from vomstudio.ui.dialogs.figure_style_dialog import FigureStyleDialog
 
         if (panel := find_net()) is not None:
-            dialogs.show(FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel))
+            dialogs.show(
+                FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel), general=True
+            )
 
     def why_not_loaded() -> Finding | None:
         return None if find_net() else Finding("action.net-loading")

@@ -149,7 +149,9 @@ class SurveyDialogs:
         from vomstudio.ui.dialogs.video_dialog import VideoDialog
 
         self._dialogs.show(
-            VideoDialog, lambda: VideoDialog(self.parent, self._studio, self._open_folder)
+            VideoDialog,
+            lambda: VideoDialog(self.parent, self._studio, self._open_folder),
+            general=True,
         )
 
     def show_settings(self) -> None:

@@ -17,6 +17,7 @@ from vomstudio.project.edit import Edit
 from vomstudio.ui.base.command_targets import ask_for_target
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import NewestResult, QtBackground
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label
 
@@ -104,7 +105,7 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         self._requests = NewestResult(
             self, self._show_result, self._show_error, lambda: self.message.setText(busy)
         )
-        studio.jobs.closed.connect(self._close)
+        connect_until_deleted(self, studio.jobs.closed, self._close)
 
     def show_now(self) -> None:
         """Compute the result for the current form, or show why this is not possible."""

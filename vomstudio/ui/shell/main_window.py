@@ -309,7 +309,7 @@ class MainWindow(QMainWindow):
         add("table", tr("Orientations"), self.table)
         add("photos", tr("Photos"), self.photos_panel)
         add("in_photos", tr("In the photos"), self.in_photos)
-        add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
+        add("jobs", tr("Jobs"), JobsPanel(self.studio))
         add("messages", tr("Messages"), self.messages)
         for name, title, make in work_panels():
             self.docks.add_later(name, tr(title), partial(make, self.studio, self.view))
@@ -336,6 +336,10 @@ class MainWindow(QMainWindow):
 
     def _connect(self) -> None:
         studio = self.studio
+        # First, so that nothing of the previous project remains while the next one is shown.
+        studio.project_opened.connect(self.docks.renew_pages)
+        studio.project_opened.connect(self._dialogs.close_of_project)
+        studio.project_opened.connect(self._notices.begin_project)
         studio.notice.connect(self._notices.show)
         self.actions_table.refused.connect(studio.hint)
         studio.history_changed.connect(self._refresh)

@@ -33,7 +33,7 @@ _HINT_MS = 6000
 
 
 class MessagesPanel(QListWidget):
-    """Panel with all notices since the start of the program, and their times."""
+    """Panel with all notices since the project was opened, and their times."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -138,6 +138,13 @@ class MessageBar(QFrame):
         self._text.setText(notice.text)
         self.show()
         self._update_geometry()
+
+    def clear(self) -> None:
+        """Hide the notice, and forget the unread ones."""
+        self._hint_timer.stop()
+        self._unread = 0
+        self.notice = None
+        self.hide()
 
     def connect_history(self, call: Callable[[], None]) -> None:
         """Set the function that shows all messages when the count of earlier ones is clicked."""

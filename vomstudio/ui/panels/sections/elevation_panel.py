@@ -32,6 +32,7 @@ from vomstudio.ui.base.command_targets import confirm_replacement, start_folder
 from vomstudio.ui.base.controls import allow, button_row, file_field, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.sections.elevation_view import ElevationView
 from vomstudio.ui.panels.tools.common import hint_label
@@ -70,7 +71,7 @@ class ElevationPanel(QWidget):
         self.plane.changed.connect(self._check)
         self.grid = OptionFields(DemOptions, "elevation")
         self.file_options = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
-        follow_axes(studio, self._show_axes)
+        follow_axes(self, studio, self._show_axes)
         self.target, self._file = file_field("elevation_target", tr("Choose…"), self._browse)
         self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Make"))
         self.start.clicked.connect(lambda _=False: self._start_or_stop())
@@ -89,11 +90,10 @@ class ElevationPanel(QWidget):
         for fields in (self.grid, self.file_options):
             fields.changed.connect(self._check)
         self.target.textChanged.connect(self._check)
-        for signal in (studio.project_opened, studio.edited, studio.model_loaded):
-            signal.connect(self.refresh)
-        studio.project_opened.connect(self._reset)
+        studio.edited.connect(self.refresh)
+        studio.model_loaded.connect(self.refresh)
         studio.jobs_changed.connect(self._show_progress)
-        studio.jobs.closed.connect(self._background.stop)
+        connect_until_deleted(self, studio.jobs.closed, self._background.stop)
         # A model may already be open.
         self.refresh()
 
@@ -247,17 +247,6 @@ class ElevationPanel(QWidget):
         self._job = None
         self._check()
         self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
-
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self.result = None
-        self.figures.setText("")
-        self.picture.show_picture(None)
-        for fields in (self.grid, self.file_options):
-            fields.reset()
-        self.target.clear()
-        self.target.setModified(False)
-        self.refresh()
 
     # --- command -----------------------------------------------------------------------------
     def copy_command(self) -> None:

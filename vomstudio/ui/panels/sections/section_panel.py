@@ -110,7 +110,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             SectionOptions, "section", SectionOptions(section_line="")
         )
         self.feature_options = OptionFields(SectionFeatures, "section")
-        follow_axes(studio, self._show_axes)
+        follow_axes(self, studio, self._show_axes)
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
         self.write.setToolTip(tr("As SVG, DXF or CSV."))
         self.copy = CopyCommandButton(self.copy_command, tr("the command that makes this section"))
@@ -169,10 +169,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.write.clicked.connect(
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
         )
-        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(soon)
-        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.selection_changed.connect(self._refresh)
         self._show_rows()
 
     def _show_rows(self, *_: object) -> None:
@@ -341,14 +340,6 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         is_cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
         slab = self.section_options.fields["slab_m"]
         allow(slab, None if is_cloud else Finding("action.clouds-only"))
-
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self.line = None
-        self.through.clear()
-        for fields in (self.section_options, self.feature_options):
-            fields.reset()
-        self._soon()
 
     # --- export ---------------------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
