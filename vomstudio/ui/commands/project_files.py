@@ -72,6 +72,10 @@ class Files(QObject):
         self._frame_dialog: FrameDialog | None = None
         self._pending_ids: list[str] = []
         self._last_export: tuple[str, Path] | None = None
+        studio.project_opened.connect(self._begin_project)
+
+    def _begin_project(self) -> None:
+        self._last_export = None
 
     def project_name(self) -> str:
         """Return the name of the open project as used in titles, or "untitled"."""

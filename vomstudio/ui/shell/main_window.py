@@ -339,7 +339,8 @@ class MainWindow(QMainWindow):
         # First, so that nothing of the previous project remains while the next one is shown.
         studio.project_opened.connect(self.docks.renew_pages)
         studio.project_opened.connect(self._dialogs.close_of_project)
-        studio.project_opened.connect(self._notices.begin_project)
+        # Earlier, because the next project may already report something while it is opened.
+        studio.workspace.projects.leaving.connect(self._notices.end_project)
         studio.notice.connect(self._notices.show)
         self.actions_table.refused.connect(studio.hint)
         studio.history_changed.connect(self._refresh)

@@ -37,7 +37,7 @@ class NoticePresenter(QObject):
         self._offer: Callable[[], None] | None = None
         bar.connect_history(lambda: docks.bring_forward("messages"))
 
-    def begin_project(self) -> None:
+    def end_project(self) -> None:
         """Clear the messages of the previous project, but keep an open offer to restore work."""
         offer = self._offer if self._bar.isVisible() else None
         self._messages.clear()
