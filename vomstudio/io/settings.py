@@ -71,6 +71,8 @@ class Settings:
         Projects that are open, or were open when the program last ended.
     recent : list of str
         Recent projects, newest first.
+    results_folder : str
+        Folder of the result that was written last, or empty.
     window : dict
         Geometry and panels as stored by the window system, in base64.
     limits : dict
@@ -105,6 +107,7 @@ class Settings:
     hidden_columns: list[str] = field(default_factory=list)
     unclosed: list[str] = field(default_factory=list)
     recent: list[str] = field(default_factory=list)
+    results_folder: str = ""
     window: dict[str, str] = field(default_factory=dict)
     limits: dict[str, float] = field(default_factory=dict)
     profiles: dict[str, dict[str, Any]] = field(default_factory=dict)

@@ -37,6 +37,12 @@ class Preferences:
         self.recent_changed.emit()
         self._recent.start()
 
+    def remember_results(self, folder: Path) -> None:
+        """Save the folder in which a result is written, for later projects."""
+        if str(folder) != self.settings.results_folder:
+            self.settings.results_folder = str(folder)
+            self._write_soon()
+
     def keep_window(self, window: dict[str, str]) -> None:
         """Save the position and panels of the window soon, so that they survive a crash."""
         if window != self.settings.window:

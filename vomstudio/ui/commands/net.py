@@ -275,4 +275,4 @@ def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     except VomError as error:
         studio.fail(error)
     else:
-        studio.info(Finding("export.written", file=path))
+        studio.written(path)

@@ -12,7 +12,6 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding
 from vomstudio.project.edit import Edit
 from vomstudio.ui.base.command_targets import ask_for_target
 from vomstudio.ui.base.help_links import explain
@@ -165,9 +164,9 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         raise NotImplementedError
 
     def _write(self, write: Callable[[Any, Path], object], result: Any, path: Path) -> None:
-        studio, finding = self._studio, Finding("export.written", file=path)
+        studio = self._studio
         self._background.run(
-            partial(write, result, path), lambda _: studio.info(finding), studio.fail
+            partial(write, result, path), lambda _: studio.written(path), studio.fail
         )
 
     def _close(self) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction
+from PySide6.QtCore import QObject, QUrl
+from PySide6.QtGui import QAction, QDesktopServices
 from PySide6.QtWidgets import QStatusBar
 
 from vomstudio.core.findings import Finding
@@ -49,7 +49,13 @@ class NoticePresenter(QObject):
     def show(self, notice: Notice) -> None:
         """List a notice and show it according to its level, with a button for its action."""
         self._messages.add(notice)
-        if notice.level == "info":
+        if notice.file is not None:
+            self._bar.show_notice(
+                notice,
+                (tr("Open"), partial(_open, notice.file)),
+                (tr("Open folder"), partial(_open, notice.file.parent)),
+            )
+        elif notice.level == "info":
             self._status.showMessage(notice.text, _INFO_MS)
         elif notice.action:
             action = self._actions[notice.action]
@@ -80,3 +86,8 @@ class NoticePresenter(QObject):
         self._offer = partial(self.offer_recovery, folders, restore)
         self._messages.add(notice)
         self._bar.show_notice(notice, (tr("Restore"), lambda: restore(newest)))
+
+
+def _open(path: Path) -> None:
+    """Open a file or folder in the program that the system uses for it."""
+    QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.resolve())))

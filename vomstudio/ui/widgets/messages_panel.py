@@ -29,7 +29,7 @@ _ICONS = {
     "error": "alert-octagon-outline",
 }
 _COLORS = {"info": "#56b4e9", "hint": "#56b4e9", "warning": "#e69f00", "error": "#d55e00"}
-_HINT_MS = 6000
+_HINT_MS, _WRITTEN_MS = 6000, 20_000
 
 
 class MessagesPanel(QListWidget):
@@ -56,8 +56,8 @@ class MessagesPanel(QListWidget):
 class MessageBar(QFrame):
     """Message bar over the top of the viewport, which keeps its size.
 
-    Hints disappear after some seconds. Other notices remain, and are counted when a newer notice
-    replaces them. `notice` is the current or last notice.
+    Hints and reports of written files disappear after some seconds. Other notices remain, and are
+    counted when a newer notice replaces them. `notice` is the current or last notice.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -66,7 +66,6 @@ class MessageBar(QFrame):
         self._tools: QWidget | None = None
         self._hint_timer = QTimer(self)
         self._hint_timer.setSingleShot(True)
-        self._hint_timer.setInterval(_HINT_MS)
         self._hint_timer.timeout.connect(self.hide)
         if parent is not None:
             parent.installEventFilter(self)
@@ -111,11 +110,11 @@ class MessageBar(QFrame):
             Text and action of buttons, which also close the bar.
         """
         unread = not self.isHidden() and not self._hint_timer.isActive()
-        if notice.level == "hint":
+        if notice.level in ("hint", "info"):
             if self.isVisible() and unread:
-                # An unread notice remains, and the hint is only listed.
+                # An unread notice remains, and this one is only listed.
                 return
-            self._hint_timer.start()
+            self._hint_timer.start(_HINT_MS if notice.level == "hint" else _WRITTEN_MS)
         else:
             self._hint_timer.stop()
         if not unread:

@@ -406,7 +406,7 @@ class PlannerDialog(QDialog):
         # Runs in a thread, because importing matplotlib takes a second.
         self._background.run(
             lambda: write_field_sheet(path, plan, force=True),
-            lambda _: studio.info(Finding("export.written", file=path)),
+            lambda _: studio.written(path),
             studio.fail,
         )
 

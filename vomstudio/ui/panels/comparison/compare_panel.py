@@ -378,7 +378,8 @@ class ComparePanel(QWidget):
         fields = distances_file(studio.project.folder, comparison.fields.stem)
 
         def done(result: ExportedModel) -> None:
-            for finding in (Finding("export.written", file=path), *result.warnings):
+            studio.written(path)
+            for finding in result.warnings:
                 studio.info(finding)
 
         def failed(event: Failed) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtWidgets import (
-    QFileDialog,
     QPushButton,
     QWidget,
 )
@@ -28,7 +28,12 @@ from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.product_tasks import ELEVATION, ElevationRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import confirm_replacement, start_folder
+from vomstudio.ui.base.command_targets import (
+    ask_for_target,
+    confirm_replacement,
+    remember_target,
+    results_folder,
+)
 from vomstudio.ui.base.controls import allow, button_row, file_field, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
@@ -124,10 +129,7 @@ class ElevationPanel(QWidget):
         is_cloud = model is not None and self._is_cloud(model)
         allow(self.grid.fields["limit_m"], None if is_cloud else Finding("action.clouds-only"))
         if not self.target.isModified() and model is not None:
-            project = self._studio.project
-            folder = Path(start_folder(self._studio))
-            if not project.untitled:
-                folder = project.folder.parent
+            folder = results_folder(self._studio)
             self.target.setText(str(folder / f"{Path(model.name).stem}_dem.tif"))
             self.target.setModified(False)
         self._check()
@@ -164,13 +166,10 @@ class ElevationPanel(QWidget):
             self.message.setText("" if reason is None else tr("Not now: {reason}", reason=reason))
 
     def _browse(self) -> None:
-        name, _ = QFileDialog.getSaveFileName(
-            self, tr("Elevation model"), self.target.text(), tr("GeoTIFF (*.tif)")
-        )
-        if name:
-            if not name.lower().endswith((".tif", ".tiff")):
-                name += ".tif"
-            self.target.setText(name)
+        proposed, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
+        path = ask_for_target(self, self._studio, tr("Elevation model"), proposed, formats)
+        if path is not None:
+            self.target.setText(str(path))
             self.target.setModified(True)
 
     def build_request(self) -> ElevationRequest | None:
@@ -207,18 +206,23 @@ class ElevationPanel(QWidget):
             return
         from vomstudio.products.elevation.writing import elevation_outputs
 
+        metric = model.frame.has_metres
+
         existing = [
             p.name for p in elevation_outputs(request.out, request.files).values() if p.exists()
         ]
         if existing and not confirm_replacement(self, existing):
             return
+        remember_target(self._studio, request.out)
         self.result = None
         self.figures.setText("")
         self._job = self._studio.jobs.submit(
             ELEVATION,
             request,
             title=tr("Elevation model {file}", file=request.out.name),
-            on_done=self._background.guard(partial(self._show_result, model.frame.has_metres)),
+            on_done=partial(
+                _report, self._studio, self._background.guard(partial(self._show_result, metric))
+            ),
             on_failed=self._background.guard(self._show_failure),
         )
         self._check()
@@ -233,7 +237,6 @@ class ElevationPanel(QWidget):
         self.figures.setText(result_text(result, self._studio.settings.notation, unit))
         finding = Finding("export.written", file=result.raster)
         self.message.setText("\n".join(map(str, (finding, *result.warnings))))
-        self._studio.info(finding)
         from vomstudio.products.elevation.picture import read_picture
 
         self._background.run(
@@ -263,6 +266,14 @@ class ElevationPanel(QWidget):
             return None
         options = [*option_words(request.options), *option_words(request.files)]
         return ["dem", *model_arguments, ("-o", request.out), *options, "--force"]
+
+
+def _report(
+    studio: Studio, show: Callable[[WrittenElevation], object], result: WrittenElevation
+) -> None:
+    """Report the file even if the panel belonged to a project that is no longer open."""
+    studio.written(result.raster)
+    show(result)
 
 
 def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:

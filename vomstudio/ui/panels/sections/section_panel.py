@@ -29,7 +29,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import (
     current_feature,
     current_line,
-    start_folder,
+    results_folder,
 )
 from vomstudio.ui.base.controls import (
     ComboBox,
@@ -383,7 +383,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         if profile is not None:
             options = replace(options, section_line=str(profile))
         features = question.features if self._studio.session.features() else SectionFeatures()
-        out = Path(start_folder(self._studio)) / "section.svg"
+        out = results_folder(self._studio) / "section.svg"
         return [
             "section",
             *model_arguments,

@@ -366,10 +366,10 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             return
         self._is_writing = True
         self._refresh()
-        studio, finding = self._studio, Finding("export.written", file=path)
+        studio = self._studio
         self._background.run(
             partial(write_figure, self.face_result, path),
-            lambda _: self._finish_writing(partial(studio.info, finding)),
+            lambda _: self._finish_writing(partial(studio.written, path)),
             lambda error: self._finish_writing(partial(studio.fail, error)),
         )
 
