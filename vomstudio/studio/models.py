@@ -359,6 +359,7 @@ def registration_of_file(records: Mapping[str, Record], stored: str) -> Registra
 
 def name_of(path: Path) -> str:
     """Return the file name of a model, or its folder name if it is a reconstruction."""
-    if not path.with_name(cameras_file.FILE_NAME).is_file():
+    folder = path.parent.name
+    if not path.with_name(cameras_file.FILE_NAME).is_file() or path.stem == folder:
         return path.stem
-    return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"
+    return folder if path.stem == "model" else f"{folder} {path.stem}"

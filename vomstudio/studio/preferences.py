@@ -19,7 +19,7 @@ class Preferences:
         self.recent_changed: Signal[()] = Signal()
         self.settings = settings
         self._notices = notices
-        self._file = SettingsFile(lambda error: post(lambda: notices.warn(error)))
+        self._file = SettingsFile(settings, lambda error: post(lambda: notices.warn(error)))
         self._recent = later(PICTURE_FIRST_S, self._write_soon)
 
     def keep(self) -> None:
