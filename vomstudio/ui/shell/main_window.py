@@ -243,7 +243,7 @@ class MainWindow(QMainWindow):
         self._place = CentralArea(self.start_page)
         self.message_bar = MessageBar(self._place.room)
         self._place.set_bar(self.message_bar)
-        self.net_overlay = NetOverlay(self._place.room)
+        self.net_overlay = NetOverlay(self._place.room, self.message_bar)
         self.net_overlay.restore(self._settings.window.get("net place", ""))
         self.docks.set_hosts(self._place, self.net_overlay)
         self.photo_tab.join(self._place, self.actions_table.viewport_actions())
