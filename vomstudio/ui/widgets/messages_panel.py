@@ -110,11 +110,13 @@ class MessageBar(QFrame):
             Text and action of buttons, which also close the bar.
         """
         unread = not self.isHidden() and not self._hint_timer.isActive()
-        if notice.level in ("hint", "info"):
+        if notice.level == "hint":
             if self.isVisible() and unread:
-                # An unread notice remains, and this one is only listed.
+                # An unread notice remains, and the hint is only listed.
                 return
-            self._hint_timer.start(_HINT_MS if notice.level == "hint" else _WRITTEN_MS)
+            self._hint_timer.start(_HINT_MS)
+        elif notice.level == "info" and not unread:
+            self._hint_timer.start(_WRITTEN_MS)
         else:
             self._hint_timer.stop()
         if not unread:
