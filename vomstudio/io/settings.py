@@ -211,8 +211,8 @@ def write_settings(
     path : Path, optional
         File; by default that of the user.
     base : Settings, optional
-        Settings that this window has read or written last. What another window has written since
-        remains, unless this window has changed it too.
+        Settings that this window has read or written last. Values that another window has written
+        since then remain, unless this window has changed them too.
     """
     path = path or settings_path()
     values = asdict(settings)
@@ -227,15 +227,15 @@ def write_settings(
         Path(part).write_text(text, encoding="utf-8")
 
 
-def _merge(stored: dict[str, Any], base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+def _merge(stored: dict[str, Any], base: dict[str, Any], current: dict[str, Any]) -> dict[str, Any]:
     """Return the stored values with the changes of this window since `base`."""
-    merged = {key: stored[key] if own[key] == base[key] else own[key] for key in own}
-    added = [text for text in own["unclosed"] if text not in base["unclosed"]]
-    removed = {*added, *base["unclosed"]} - set(own["unclosed"])
-    kept = [text for text in stored["unclosed"] if text not in removed.union(added)]
-    merged["unclosed"] = [*kept, *added]
-    # What was opened last is in front of what was in front before.
-    newest, former = own["recent"], base["recent"][:1]
+    merged = {key: stored[key] if value == base[key] else value for key, value in current.items()}
+    added = [text for text in current["unclosed"] if text not in base["unclosed"]]
+    removed = {*added, *base["unclosed"]} - set(current["unclosed"])
+    others = [text for text in stored["unclosed"] if text not in removed.union(added)]
+    merged["unclosed"] = [*others, *added]
+    # Files opened since then precede the file that was the newest.
+    newest, former = current["recent"], base["recent"][:1]
     opened = newest[: newest.index(former[0])] if former and former[0] in newest else newest
     merged["recent"] = list(dict.fromkeys([*opened, *stored["recent"]]))[:_MAX_RECENT]
     return merged

@@ -53,8 +53,8 @@ def search_systems(
 ) -> list[NamedCrs]:
     """Find systems whose code, name or area contains every word of a text.
 
-    Systems with all words in code and name precede the others. Among these, preferred systems come
-    first, then those with the typed code, those of WGS 84, and those with shorter names.
+    Systems with all words in code and name precede the others. They are sorted by preference, then
+    by an exact code, then by the datum WGS 84, then by the length of the name.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def search_systems(
     max_count : int
         Maximum number of systems.
     preferred : collection of str
-        Codes of systems that come first, such as the CRS of the project.
+        Codes of systems that precede the others, such as the CRS of the project.
     """
     words = text.casefold().replace(",", " ").split()
     if not words:

@@ -124,13 +124,12 @@ def card_place(
         if free or target is None:
             place = (free or centre)[0]
             return QPoint(max(0, place.x()), max(0, place.y()))
-    right, left = target.right() + _GAP, target.left() - card.width() - _GAP
-    below, above = target.bottom() + _GAP, target.top() - card.height() - _GAP
-    low = target.bottom() - card.height()
+    columns = target.right() + _GAP, target.left() - card.width() - _GAP
+    rows = target.bottom() + _GAP, target.top() - card.height() - _GAP
     places = [
-        *(QPoint(right, target.top()), QPoint(left, target.top())),
-        *(QPoint(target.left(), below), QPoint(target.left(), above)),
-        *(QPoint(right, low), QPoint(left, low)),
+        *(QPoint(x, target.top()) for x in columns),
+        *(QPoint(target.left(), y) for y in rows),
+        *(QPoint(x, target.bottom() - card.height()) for x in columns),
     ]
     inside: list[tuple[bool, int, QPoint]] = []
     for place in places:

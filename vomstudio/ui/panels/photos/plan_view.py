@@ -43,7 +43,7 @@ class PlanView(QWidget):
         return QSize(260, 220)
 
     def show_rows(self, rows: Sequence[PhotoRow], selection: set[str], frame: Frame | None) -> None:
-        """Show the photos of these rows; `frame` is None for positions by GPS."""
+        """Show the photos of these rows; positions by GPS have no `frame`."""
         self._frame = _GPS_FRAME if frame is None else frame
         self._has_photos = bool(rows)
         self._rows = [row for row in rows if row.place is not None]
