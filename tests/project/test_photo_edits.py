@@ -13,7 +13,7 @@ from vomstudio.core.errors import DocumentError
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import photo_edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.photo_edits import PointState
+from vomstudio.project.photo_edits import PointState, photo_set_name
 from vomstudio.project.records import (
     Asset,
     ImageMark,
