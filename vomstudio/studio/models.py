@@ -43,7 +43,7 @@ from vomstudio.studio.jobs.model_tasks import (
 )
 from vomstudio.studio.jobs.placed_model import PlacedModel
 from vomstudio.studio.model_loading import ModelLoader, OpenModel
-from vomstudio.studio.notices import CONVERT, Notice, Notices
+from vomstudio.studio.notices import CONVERT, DECLARE_FRAME, Notice, Notices
 from vomstudio.studio.preferences import Preferences
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
@@ -260,7 +260,8 @@ class Models:
         is_frame_known = placement != Frame() or has_known_scale(path) is not None
         if not is_frame_known and (frame := self._frame_of_project(opened)) is not None:
             placement, is_frame_known = frame, True
-            findings = (*findings, Finding("frame.of-project", crs=crs_label(frame.crs or "")))
+            finding = Finding("frame.of-project", crs=crs_label(frame.crs or ""))
+            self._notices.post(Notice(finding.with_file(path.name), action=DECLARE_FRAME))
         self._warn_of(path, findings)
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # Store the data first, because an edit that adds a model without data would read the

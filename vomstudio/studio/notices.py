@@ -14,6 +14,8 @@ SAVE_AS = "save_as"
 """Command that is offered if a project cannot be written."""
 UPDATE_DRAWN = "update_drawn_traces"
 """Command that updates the vertices of traces from an imported drawing."""
+DECLARE_FRAME = "declare_frame"
+"""Command that changes the frame of a model."""
 CONVERT = "convert_model"
 """Command that converts a model that is not metric."""
 

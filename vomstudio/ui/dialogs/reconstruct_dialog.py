@@ -32,6 +32,7 @@ from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr, tr_n
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed
+from vomstudio.project.photo_edits import photo_set_name
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.studio.jobs.survey_tasks import ControlFacts, PointFacts
 from vomstudio.ui.base import file_filters, theme
@@ -97,7 +98,7 @@ class ReconstructDialog(QDialog):
     def _make_photos(self) -> QFormLayout:
         survey = self._survey
         form = QFormLayout()
-        name = "" if survey.folder is None else survey.folder.name
+        name = "" if survey.folder is None else photo_set_name(survey.folder)
         photos = tr_n(
             "<b>{folder}</b>, {count} photo",
             "<b>{folder}</b>, {count} photos",

@@ -55,7 +55,7 @@ class NoticePresenter(QObject):
                 (tr("Open"), partial(_open, notice.file)),
                 (tr("Open folder"), partial(_open, notice.file.parent)),
             )
-        elif notice.level == "info":
+        elif notice.level == "info" and not notice.action:
             self._status.showMessage(notice.text, _INFO_MS)
         elif notice.action:
             action = self._actions[notice.action]

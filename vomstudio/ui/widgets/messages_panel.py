@@ -29,7 +29,7 @@ _ICONS = {
     "error": "alert-octagon-outline",
 }
 _COLORS = {"info": "#56b4e9", "hint": "#56b4e9", "warning": "#e69f00", "error": "#d55e00"}
-_HINT_MS, _WRITTEN_MS = 6000, 20_000
+_HINT_MS, _REPORT_MS = 6000, 20_000
 
 
 class MessagesPanel(QListWidget):
@@ -56,7 +56,7 @@ class MessagesPanel(QListWidget):
 class MessageBar(QFrame):
     """Message bar over the top of the viewport, which keeps its size.
 
-    Hints and reports of written files disappear after some seconds. Other notices remain, and are
+    Hints and reports disappear after some seconds. Other notices remain, and are
     counted when a newer notice replaces them. `notice` is the current or last notice.
     """
 
@@ -116,7 +116,7 @@ class MessageBar(QFrame):
                 return
             self._hint_timer.start(_HINT_MS)
         elif notice.level == "info" and not unread:
-            self._hint_timer.start(_WRITTEN_MS)
+            self._hint_timer.start(_REPORT_MS)
         else:
             self._hint_timer.stop()
         if not unread:

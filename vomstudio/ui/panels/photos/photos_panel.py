@@ -299,7 +299,12 @@ class PhotosPanel(QWidget):
         if survey.is_reading:
             warnings = tr("being checked")
         else:
-            findings = (*survey.findings, *survey.placement_findings())
+            findings = (
+                *survey.findings,
+                *survey.control_findings(),
+                *survey.exclusions,
+                *survey.placement_findings(),
+            )
             count = sum(finding.severity != "info" for finding in findings)
             warnings = tr_n("{count} warning", "{count} warnings", count)
         if survey.reconstruction_job is not None:
