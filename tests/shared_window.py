@@ -28,7 +28,6 @@ from PySide6.QtWidgets import (
 from tests import driver, guards
 from tests.driver import wait
 from vomstudio.io.settings import Settings
-from vomstudio.ui.base.controls import LazyScrollArea
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.ui.shell import screens
 from vomstudio.ui.shell.layout import FIRST
@@ -39,24 +38,12 @@ from vomstudio.ui.widgets.type_box import TypeBox
 
 
 class PanelDefaults:
-    """Values that the fields of the panels have when they are made. The program keeps what was
+    """Values that the fields of the tools have when they are made. The program keeps what was
     typed into them for the next project, a new user has not typed anything."""
 
     def __init__(self, window: MainWindow) -> None:
         self._restore: list[tuple[QWidget, Callable[[], None]]] = []
         self._note(window.tool_panel)
-        for dock in window.docks.values():
-            if not isinstance(place := dock.widget(), LazyScrollArea):
-                continue
-            if place._make is None:
-                self._note(place.widget())
-            else:
-                place._make = partial(self._made, place._make)
-
-    def _made(self, make: Callable[[], QWidget]) -> QWidget:
-        panel = make()
-        self._note(panel)
-        return panel
 
     def _note(self, panel: QWidget) -> None:
         for field in panel.findChildren(QWidget):
@@ -249,13 +236,7 @@ def _forget_user(window: MainWindow, home: Path) -> None:
     window.view.set_turntable(settings.turntable)
     studio.keep_settings()
     window.survey.apply_settings(ReconstructionSettings())
-    window.files._exported = None
-    window.message_bar.hide()
-    window.messages.clear()
-    window.status_line.clearMessage()
     QGuiApplication.clipboard().clear()
-    for field in window.table.findChildren(QLineEdit):
-        field.clear()
     current = studio.project.folder
     for folder in current.parent.iterdir():
         if folder != current and folder.is_dir():

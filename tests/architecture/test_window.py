@@ -103,3 +103,35 @@ def test_only_the_start_of_the_program_knows_the_main_window() -> None:
 def test_a_reach_through_a_window_is_seen(text: str, steps: int) -> None:
     found = [count for _, count in steps_through_a_window(ast.parse(text))]
     assert max(found, default=0) == steps
+
+
+def lambdas_on_the_studio(tree: ast.AST) -> Iterator[ast.Call]:
+    """Every connection of a signal of the studio to a lambda."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and any(isinstance(a, ast.Lambda) for a in node.args):
+            names = names_of(node)
+            if (
+                names[-1] == "connect"
+                and names[0] in ("studio", "self")
+                and "studio" in (name.lstrip("_") for name in names[:2])
+            ):
+                yield node
+
+
+def test_pages_connect_no_lambdas_to_the_studio() -> None:
+    """Pages are deleted with the project. Qt disconnects their methods then, but no lambdas."""
+    permanent = {UI / "panels" / name for name in ("net", "photos")}
+    places = [
+        place(path, call)
+        for path in files()
+        if path.is_relative_to(UI / "panels") or path.is_relative_to(UI / "widgets")
+        if not permanent & set(path.parents)
+        for call in lambdas_on_the_studio(tree_of(path))
+    ]
+    assert places == []
+
+
+def test_a_lambda_on_the_studio_is_seen() -> None:
+    source = "studio.edited.connect(lambda _: self.x())\nself._studio.a.b.connect(lambda: 1)\n"
+    assert len(list(lambdas_on_the_studio(ast.parse(source)))) == 2
+    assert not list(lambdas_on_the_studio(ast.parse("self.box.toggled.connect(lambda _: 1)")))

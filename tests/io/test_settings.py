@@ -170,3 +170,27 @@ def test_a_pipe_in_place_of_the_settings_is_not_waited_for(tmp_path):
     settings, problems = read_settings(path)
     assert settings == Settings()
     assert len(problems) == 1
+
+
+def test_windows_keep_what_another_has_written(tmp_path: Path) -> None:
+    path = tmp_path / "settings.toml"
+    start = Settings(recent=["/a", "/b"], unclosed=["/old"])
+    write_settings(start, path)
+    first, second = (read_settings(path)[0] for _ in range(2))
+    first.add_recent(Path("/first"))
+    first.theme, first.unclosed = "dark", ["/first"]
+    write_settings(first, path, start)
+    second.add_recent(Path("/b"))
+    second.notation, second.unclosed = "quadrant", ["/old", "/second"]
+    write_settings(second, path, start)
+    merged = read_settings(path)[0]
+    assert merged.recent == ["/b", "/first", "/a"]
+    assert (merged.theme, merged.notation) == ("dark", "quadrant")
+    assert merged.unclosed == ["/first", "/second"]
+
+
+def test_settings_are_written_whole_where_their_file_is_gone(tmp_path: Path) -> None:
+    path = tmp_path / "settings.toml"
+    settings = Settings(theme="dark", recent=["/a"])
+    write_settings(settings, path, settings)
+    assert read_settings(path)[0] == settings

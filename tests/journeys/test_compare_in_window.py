@@ -106,7 +106,7 @@ def test_distances_are_there_when_the_project_is_opened_again(
     studio.open_project(folder)
     driver.wait(lambda: id_ in studio.models, "the model", 60.0)
     studio.selection.set([id_])
-    panel.refresh()
+    panel = panel_of(window)
     driver.wait(lambda: panel.comparison is not None, "the kept distances", 60.0)
     assert panel.figures.text() == first
     assert panel.comparison.fields.is_relative_to(folder)
@@ -114,8 +114,6 @@ def test_distances_are_there_when_the_project_is_opened_again(
 
 
 @pytest.mark.full
-# The panel goes on offering the files that were read for the last project.
-@pytest.mark.usefixtures("new_window")
 def test_planes_measured_on_both_are_held_beside_their_errors(
     window, outcrop, higher, picks
 ) -> None:

@@ -209,6 +209,7 @@ def test_the_field_is_there_again_when_the_project_is_opened(window, panel, tmp_
     driver.settled(window)
     driver.wait(lambda: (s := shown(window)) and s.title == "curvature, r 1.25 m", "the field", 60)
     assert np.array_equal(values(window, "curvature"), before, equal_nan=True)
+    panel = panel_of(window)
     panel.refresh()
     assert panel.radius.value() == 1.25
     assert panel.kind.currentData() == "curvature"

@@ -93,7 +93,7 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
     driver.wait(lambda: list((out / "work").glob("frame-*[!t]")), "the alignment", 180.0)
     press(window, "pause_model")
     driver.wait(lambda: window.survey.reconstruction_job is None, "the pause", 10.0)
-    assert window.photos_panel._verdict.text().endswith(", reconstruction paused")
+    assert window.photos_panel._verdict.text().startswith("Reconstruction paused")
     jobs = window.docks["jobs"].widget()
     (row,) = [i for i in range(jobs.rowCount()) if "Reconstructing" in jobs.item(i, 0).text()]
     assert jobs.item(row, 1).text().startswith("Paused at ")
@@ -115,8 +115,13 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
     assert len(read_cameras(out / "cameras.json").views) == 4
     assert json.loads((out / "reconstruction.json").read_text())["registered"] == 4
     assert "report.html" in {p.name for p in out.iterdir()}
-    assert not window.survey.has_north
+    assert not window.survey.frame.has_north
     driver.pause(1500)
+    # The model has the window, and nobody asks for a frame that no one knows.
+    assert driver.dialog_of(window) is None
+    assert window.workspaces.shown.name == "interpret"
+    assert not window.docks.page("drawer")
+    assert window.viewport.height() > 0.7 * window.height()
     driver.keep_picture(window, "photos-model")
     shutil.rmtree(out)
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButto
 
 from tests import driver
 from tests.messages import shown_codes, shown_values
+from vomstudio.io.photos.camera_table import find_camera
 from vomstudio.ui.dialogs.command_palette import CommandPalette
 from vomstudio.ui.dialogs.planner.planner_dialog import _FIELDS, PlannerDialog
 
@@ -47,7 +48,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     assert "Choose a camera" in planner.problem.text()
     assert not planner.save_button.isEnabled()
     # 36 mm of sensor, 6000 pixels and 30 mm of lens at 25 m: 36/30 * 25 / 6000 = 5 mm.
-    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    retype(planner.camera, "36x24,30,6000x4000")
     retype(planner.value, "25")
     retype(planner.width_, "60")
     retype(planner.height_, "20")
@@ -86,7 +87,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
 
 @pytest.mark.full
 def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
-    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    retype(planner.camera, "36x24,30,6000x4000")
     settled(planner)
     planner.target.setFocus()
     QTest.keyClick(planner.target, Qt.Key.Key_Down)
@@ -107,10 +108,10 @@ def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
 
 @pytest.mark.full
 def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
-    retype(planner.camera.lineEdit(), "no such camera")
+    retype(planner.camera, "no such camera")
     settled(planner)
     assert "plan.unknown-camera" in shown_codes(planner.problem.text())
-    retype(planner.camera.lineEdit(), "NIKON D90")
+    retype(planner.camera, "NIKON D90")
     settled(planner)
     assert "plan.no-focal-length" in shown_codes(planner.problem.text())
     retype(planner.focal, "35")
@@ -128,7 +129,7 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     assert shown_values(planner.problem.text().removeprefix(field), "number.invalid") == {
         "text": "x"
     }
-    retype(planner.camera.lineEdit(), "a" * 5000)
+    retype(planner.camera, "a" * 5000)
     settled(planner)
     assert planner.plan is None
 
@@ -136,7 +137,7 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
 @pytest.mark.full
 def test_the_camera_is_read_from_a_photo_and_all_is_there_again(window, planner, data_dir) -> None:
     photo = min((data_dir / "brighton_beach" / "images").glob("*.*"))
-    retype(planner.camera.lineEdit(), str(photo))
+    retype(planner.camera, str(photo))
     for _ in range(2):
         QTest.keyClick(planner.manner, Qt.Key.Key_Down)
     settled(planner)
@@ -159,7 +160,7 @@ def test_the_camera_is_read_from_a_photo_and_all_is_there_again(window, planner,
 def test_the_sheet_is_printed_on_one_page(planner, tmp_path) -> None:
     from PySide6.QtPrintSupport import QPrinter
 
-    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    retype(planner.camera, "36x24,30,6000x4000")
     settled(planner)
     printer = QPrinter()
     printer.setOutputFormat(QPrinter.OutputFormat.PdfFormat)
@@ -193,27 +194,50 @@ def test_the_palette_finds_the_planner(window) -> None:
     dialog.close()
 
 
+def test_a_drone_is_chosen_from_the_list_and_the_method_follows(planner) -> None:
+    retype(planner.camera, "")
+    QTest.keyClicks(planner.camera, "dji mini")
+    assert planner.camera.popup.isVisible()
+    QTest.keyClick(planner.camera.popup, Qt.Key.Key_Down)
+    QTest.keyClick(planner.camera.popup, Qt.Key.Key_Return)
+    assert QApplication.activeModalWidget() is None, "Enter opens no file dialog"
+    assert find_camera(planner.camera.text()).make == "DJI"
+    assert planner.manner.currentData() == "drone"
+    settled(planner)
+    assert planner.plan.camera.name
+    retype(planner.camera, "NIKON D90")
+    assert planner.manner.currentData() == "handheld"
+
+
 @pytest.mark.full
 def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeypatch) -> None:
-    retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
+    retype(planner.camera, "36x24,30,6000x4000")
     settled(planner)
     there = tmp_path / "sheet.html"
     there.write_text("mine")
     # The name as it was typed, which Qt has asked about, is of no file.
     given = (str(tmp_path / "sheet"), "HTML (*.html)")
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: given)
+    answers = [given, ("", ""), given]
+    proposed: list[str] = []
+
+    def ask(*arguments: object) -> tuple[str, str]:
+        proposed.append(str(arguments[2]))
+        return answers.pop(0)
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.No, seen)
     planner._save()
     assert "sheet.html already exists" in seen[0]
-    driver.answer(QMessageBox.StandardButton.Yes, seen)
+    assert proposed[1] == str(tmp_path / "sheet"), "No leads back to the dialog"
     assert there.read_text() == "mine"
+    driver.answer(QMessageBox.StandardButton.Yes, seen)
     planner._save()
     driver.wait(lambda: there.read_text() != "mine", "the sheet")
 
 
 def test_an_empty_plan_says_what_draws_it(planner) -> None:
-    retype(planner.camera.lineEdit(), "")
+    retype(planner.camera, "")
     settled(planner)
     assert planner.plan is None
     picture = planner.drawing.grab().toImage()

@@ -13,9 +13,10 @@ from tests import driver
 from tests.driver import click, drag, key, wait
 from vomstudio.io.settings import read_settings
 from vomstudio.project.kinds.trace import Trace
+from vomstudio.ui.base.number_formatting import orientation_text
 from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 from vomstudio.ui.shell.tour import Tour
-from vomstudio.ui.shell.tour_card import card_place
+from vomstudio.ui.shell.tour_card import TourCard, card_place
 
 
 def tour_of(window) -> Tour:
@@ -42,10 +43,17 @@ def touring(window):
     return window
 
 
+def card_of(window) -> TourCard:
+    return tour_of(window)._card
+
+
 def at_step(window, number: int) -> None:
     wait(lambda: tour_of(window).step == number, f"step {number + 1}", 20.0)
     card = tour_of(window)._card
     assert window.rect().contains(card.geometry())
+    net = window.net_overlay
+    place = QRect(net.mapTo(window, QPoint(0, 0)), net.size())
+    assert not (net.isVisible() and place.intersects(card.geometry())), "the card is over the net"
     driver.keep_picture(window, f"tour-{number + 1}")
 
 
@@ -73,6 +81,8 @@ def test_every_step_is_done_as_it_says_at_1280_x_720(touring, tmp_path):
     at_step(window, 4)
     key(window, Qt.Key.Key_Return)
     at_step(window, 5)
+    (trace,) = window.studio.session.of(Trace)
+    assert orientation_text(window.studio.measure(trace), "dipdir/dip") in card_of(window).text
     assert len(window.studio.session.of(Trace)) == 1
     window.docks.bring_forward("properties")
     rest_on(window.properties)
@@ -82,7 +92,15 @@ def test_every_step_is_done_as_it_says_at_1280_x_720(touring, tmp_path):
     driver.focus(window)
     key(window, Qt.Key.Key_P, driver.CTRL)
     wait(lambda: window.findChildren(OrthoDialog), "the dialog")
-    window.findChildren(OrthoDialog)[0].reject()
+    dialog = window.findChildren(OrthoDialog)[0]
+    driver.pause(400)
+    assert tour_of(window).step == 7, "an open dialog is no orthophoto"
+    driver.wait(lambda: dialog.gsd.text(), "the proposal")
+    dialog.gsd.setText("0.1")
+    dialog.target.setText(str(tmp_path / "ortho.tif"))
+    dialog.accept()
+    wait(lambda: tour_of(window).step == 8, "the orthophoto", 60.0)
+    assert "ortho" in card_of(window).text
     at_step(window, 8)
     window.studio.save_as(tmp_path / "first.vom")
     at_step(window, 9)

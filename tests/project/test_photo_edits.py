@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -12,7 +13,7 @@ from vomstudio.core.errors import DocumentError
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import photo_edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.photo_edits import PointState
+from vomstudio.project.photo_edits import PointState, photo_set_name
 from vomstudio.project.records import (
     Asset,
     ImageMark,
@@ -30,6 +31,14 @@ MARKS = {("A", "1.jpg"): (10.0, 20.0), ("A", "2.jpg"): (11.0, 21.0), ("B", "1.jp
 FILE, FINER = Asset("masks/a.png", 10), Asset("masks/b.png", 12)
 
 Records = dict[str, Record]
+
+
+def test_photos_are_named_after_the_outcrop(tmp_path: Path) -> None:
+    """A folder that only says "photos" does not."""
+    assert photo_set_name(tmp_path / "cliff") == "cliff"
+    assert photo_set_name(tmp_path / "cliff" / "images") == "cliff"
+    assert photo_set_name(tmp_path / "cliff" / "JPG") == "cliff"
+    assert photo_set_name(Path("/photos")) == "photos"
 
 
 def done(before: Records, edit: Edit) -> Records:

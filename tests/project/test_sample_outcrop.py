@@ -13,6 +13,7 @@ import pytest
 from tests.messages import refused
 from vomstudio.core.paths import resource
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.io.photos.cameras_file import find_photos, read_cameras
 from vomstudio.project.sample import (
     read_picks,
     read_true_cameras,
@@ -75,6 +76,18 @@ def test_the_cameras_of_the_sample_are_those_of_its_photos() -> None:
         np.testing.assert_allclose(
             view.centre + found.origin, [float(row[a]) for a in "xyz"], atol=1e-6
         )
+
+
+def test_the_model_of_the_sample_has_its_cameras_beside_it() -> None:
+    """`write_cameras(path, replace(read_true_cameras(), photos=Path("photos")))` renews them."""
+    path = sample_model().with_name("cameras.json")
+    beside, told = read_cameras(path), read_true_cameras()
+    assert find_photos(beside, path) == sample_photos()
+    assert (beside.crs, beside.scaled, beside.origin) == (told.crs, told.scaled, told.origin)
+    for view, true in zip(beside.views, told.views, strict=True):
+        assert (view.name, view.intrinsics) == (true.name, true.intrinsics)
+        np.testing.assert_allclose(view.centre, true.centre, atol=1e-9)
+        np.testing.assert_allclose(view.rotation, true.rotation, atol=1e-12)
 
 
 def test_picks_are_parted_where_their_name_changes(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QAbstractSpinBox, QLineEdit
+from PySide6.QtWidgets import QAbstractSpinBox, QDockWidget, QLineEdit
 
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_cliff
@@ -23,23 +23,31 @@ DOCKS = (
 )
 
 
+def typed_fields(dock: QDockWidget) -> list[QLineEdit]:
+    return [
+        field
+        for field in dock.findChildren(QLineEdit)
+        if not isinstance(field.parentWidget(), QAbstractSpinBox) and field.objectName()
+    ]
+
+
 @pytest.mark.parametrize("dock", first_in_default_tier(DOCKS))
 def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path) -> None:
     add_cliff(studio)
     window.docks.bring_forward(dock)
-    fields = [
-        field
-        for field in window.docks[dock].findChildren(QLineEdit)
-        if not isinstance(field.parentWidget(), QAbstractSpinBox) and field.objectName()
-    ]
+    fields = typed_fields(window.docks[dock])
     for field in fields:
         field.setText("12")
         field.setModified(True)
     assert fields
+    names = [field.objectName() for field in fields]
     studio.save_as(tmp_path / "one.vom")
     assert all(field.text() == "12" for field in fields), "saving takes nothing away"
     studio.new_project()
-    assert [field.objectName() for field in fields if field.text()] == []
+    window.docks.bring_forward(dock)
+    again = typed_fields(window.docks[dock])
+    assert [field.objectName() for field in again] == names
+    assert [field.objectName() for field in again if field.text()] == []
 
 
 def test_ticks_stand_apart() -> None:

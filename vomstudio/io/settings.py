@@ -71,6 +71,8 @@ class Settings:
         Projects that are open, or were open when the program last ended.
     recent : list of str
         Recent projects, newest first.
+    results_folder : str
+        Folder of the result that was written last, or empty.
     window : dict
         Geometry and panels as stored by the window system, in base64.
     limits : dict
@@ -105,6 +107,7 @@ class Settings:
     hidden_columns: list[str] = field(default_factory=list)
     unclosed: list[str] = field(default_factory=list)
     recent: list[str] = field(default_factory=list)
+    results_folder: str = ""
     window: dict[str, str] = field(default_factory=dict)
     limits: dict[str, float] = field(default_factory=dict)
     profiles: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -194,20 +197,48 @@ def _check(setting: Field[Any], value: Any, default: Any) -> None:
         raise ValueError("a number above 0 expected")
 
 
-def write_settings(settings: Settings, path: Path | None = None) -> None:
+def write_settings(
+    settings: Settings, path: Path | None = None, base: Settings | None = None
+) -> None:
     """Write the settings.
 
     Comments, the order of keys, and unknown settings of other versions are preserved. Raises
     TargetError.
+
+    Parameters
+    ----------
+    settings : Settings
+    path : Path, optional
+        File; by default that of the user.
+    base : Settings, optional
+        Settings that this window has read or written last. Values that another window has written
+        since then remain, unless this window has changed them too.
     """
     path = path or settings_path()
+    values = asdict(settings)
+    if base is not None and path.is_file():
+        values = _merge(asdict(read_settings(path)[0]), asdict(base), values)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TargetError(Finding("output.unwritable", reason=error.strerror), file=path) from error
-    text = _toml(asdict(settings), _current_text(path))
+    text = _toml(values, _current_text(path))
     with atomic_write(path, force=True) as part:
         Path(part).write_text(text, encoding="utf-8")
+
+
+def _merge(stored: dict[str, Any], base: dict[str, Any], current: dict[str, Any]) -> dict[str, Any]:
+    """Return the stored values with the changes of this window since `base`."""
+    merged = {key: stored[key] if value == base[key] else value for key, value in current.items()}
+    added = [text for text in current["unclosed"] if text not in base["unclosed"]]
+    removed = {*added, *base["unclosed"]} - set(current["unclosed"])
+    others = [text for text in stored["unclosed"] if text not in removed.union(added)]
+    merged["unclosed"] = [*others, *added]
+    # Files opened since then precede the file that was the newest.
+    newest, former = current["recent"], base["recent"][:1]
+    opened = newest[: newest.index(former[0])] if former and former[0] in newest else newest
+    merged["recent"] = list(dict.fromkeys([*opened, *stored["recent"]]))[:_MAX_RECENT]
+    return merged
 
 
 def _current_text(path: Path) -> str:
@@ -223,15 +254,17 @@ class SettingsFile:
     `write_soon` writes in a thread so that a window does not wait for the disk.
     """
 
-    def __init__(self, problem: Callable[[VomError], None]) -> None:
+    def __init__(self, settings: Settings, problem: Callable[[VomError], None]) -> None:
         """Create the writer.
 
         Parameters
         ----------
+        settings : Settings
+            Settings as they were read.
         problem : callable
             Function that receives the error, in any thread, if settings cannot be written.
         """
-        self._problem = problem
+        self._base, self._problem = deepcopy(settings), problem
         self._write_lock = threading.Lock()
         self._last_request = 0
 
@@ -239,7 +272,7 @@ class SettingsFile:
         """Write the settings immediately. Raises TargetError."""
         self._last_request += 1
         with self._write_lock:
-            write_settings(settings)
+            self._write_merged(deepcopy(settings), settings_path())
 
     def write_soon(self, settings: Settings) -> None:
         """Write a copy of the settings in a thread, unless newer ones are written first."""
@@ -259,9 +292,13 @@ class SettingsFile:
             if number != self._last_request:
                 return
             try:
-                write_settings(settings, path)
+                self._write_merged(settings, path)
             except VomError as error:
                 self._problem(error)
+
+    def _write_merged(self, settings: Settings, path: Path) -> None:
+        write_settings(settings, path, self._base)
+        self._base = settings
 
 
 def _toml(values: dict[str, Any], older_text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
@@ -36,6 +37,12 @@ class PointState:
     sigma_m: float | None = None
     check: bool = False
 
+
+_GENERIC_NAMES = {
+    *("photos", "photo", "images", "image", "img", "imgs", "pictures", "pics", "jpg", "jpeg"),
+    *("raw", "tif", "tiff", "dcim", "100media", "frames", "fotos", "bilder"),
+}
+"""Names of folders, in lower case, that do not tell one outcrop from another."""
 
 Marks = Mapping[tuple[str, str], Pixel]
 """Pixel coordinates by (label, photo)."""
@@ -243,6 +250,22 @@ def _set(records: Records, photo_set_id: str) -> PhotoSet:
     if not isinstance(photo_set, PhotoSet):
         raise DocumentError(Finding("record.missing", kind="photo set", id=photo_set_id))
     return photo_set
+
+
+def photo_set_name(folder: Path) -> str:
+    """Return the name of the photos in a folder: its own, unless it only says "photos".
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    str
+        Name of the folder, or of the folder that contains it.
+    """
+    parent = folder.resolve().parent.name
+    return parent if parent and folder.name.casefold() in _GENERIC_NAMES else folder.name
 
 
 def photo_sets(records: Records) -> Iterable[PhotoSet]:

@@ -91,6 +91,11 @@ class DerivedQuantities:
         """Return whether the scale of every model of the project is known."""
         return all(m.frame.has_metres for m in self._projects.of(Model))
 
+    def crs_codes(self) -> list[str]:
+        """Return the distinct CRS of the models, that of the newest model first."""
+        crs = (model.frame.crs for model in reversed(self._projects.of(Model)))
+        return list(dict.fromkeys(code for code in crs if code is not None))
+
     def frame_name(self) -> str:
         """Return the distinct names of the models' frames."""
         names = list(dict.fromkeys(m.frame.name() for m in self._projects.of(Model)))

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.files.regular import is_folder, path_exists
 from vomstudio.core.findings import Finding
@@ -13,9 +15,9 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.core.signals import Signal
 from vomstudio.core.words import tr
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.frames import Frame, crs_label
 from vomstudio.geometry.registrations import Registration
-from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.gis.crs import unit_in_metres, world_crs
 from vomstudio.io.models.frames import (
     check_frame,
     frame_of_file,
@@ -23,6 +25,7 @@ from vomstudio.io.models.frames import (
     world_bounds,
 )
 from vomstudio.io.photos import cameras_file
+from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.project import edits
 from vomstudio.project.folder import is_project
 from vomstudio.project.photo_edits import reconstruction_in, reconstruction_registration
@@ -40,10 +43,13 @@ from vomstudio.studio.jobs.model_tasks import (
 )
 from vomstudio.studio.jobs.placed_model import PlacedModel
 from vomstudio.studio.model_loading import ModelLoader, OpenModel
-from vomstudio.studio.notices import CONVERT, Notice, Notices
+from vomstudio.studio.notices import CONVERT, DECLARE_FRAME, Notice, Notices
 from vomstudio.studio.preferences import Preferences
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
+
+MAX_DISTANCE_M = 10_000.0
+"""Maximum distance between models of one project that take the same frame unasked."""
 
 
 class Models:
@@ -56,7 +62,8 @@ class Models:
     loaded : Signal
         Emitted when a model has been read.
     frame_wanted : Signal
-        Emitted when a model has been added whose file states no frame.
+        Emitted when a model has been added whose frame is not known from its file, its
+        reconstruction or the project.
     """
 
     def __init__(
@@ -250,6 +257,11 @@ class Models:
             else:
                 self._notices.fail(error)
             return
+        is_frame_known = placement != Frame() or has_known_scale(path) is not None
+        if not is_frame_known and (frame := self._frame_of_project(opened)) is not None:
+            placement, is_frame_known = frame, True
+            finding = Finding("frame.of-project", crs=crs_label(frame.crs or ""))
+            self._notices.post(Notice(finding.with_file(path.name), action=DECLARE_FRAME))
         self._warn_of(path, findings)
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # Store the data first, because an edit that adds a model without data would read the
@@ -260,7 +272,7 @@ class Models:
             return
         self._preferences.remember(path)
         self._attach(model.id, path, opened)
-        if model.frame.kind == "undeclared" and not isinstance(similar, Model):
+        if not is_frame_known and not isinstance(similar, Model):
             self.frame_wanted.emit(model.id)
         then(model.id)
 
@@ -285,6 +297,20 @@ class Models:
             return registration, check_frame(registration.frame, placed, file=path.name)
         frame = frame_of_file(path, opened.crs)
         return frame, (*stored_registration.findings, *check_frame(frame, bounds, file=path.name))
+
+    def _frame_of_project(self, opened: OpenModel) -> Frame | None:
+        """Return the frame of a model of the project near the coordinates of a file, or None."""
+        low, high = opened.data.bounds
+        for model in reversed(self._projects.of(Model)):
+            other = self.open.get(model.id)
+            if model.frame.crs is None or other is None:
+                continue
+            unit_m = unit_in_metres(model.frame.crs)
+            near_low, near_high = world_bounds(other.data.bounds, model.to_world) / unit_m
+            margin = MAX_DISTANCE_M / unit_m
+            if np.all(low <= near_high + margin) and np.all(high >= near_low - margin):
+                return Frame("crs", model.frame.crs, unit_m)
+        return None
 
     def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
         self.open[model_id] = opened
@@ -334,6 +360,7 @@ def registration_of_file(records: Mapping[str, Record], stored: str) -> Registra
 
 def name_of(path: Path) -> str:
     """Return the file name of a model, or its folder name if it is a reconstruction."""
-    if not path.with_name(cameras_file.FILE_NAME).is_file():
+    folder = path.parent.name
+    if not path.with_name(cameras_file.FILE_NAME).is_file() or path.stem == folder:
         return path.stem
-    return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"
+    return folder if path.stem == "model" else f"{folder} {path.stem}"

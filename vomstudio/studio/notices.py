@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
@@ -13,6 +14,8 @@ SAVE_AS = "save_as"
 """Command that is offered if a project cannot be written."""
 UPDATE_DRAWN = "update_drawn_traces"
 """Command that updates the vertices of traces from an imported drawing."""
+DECLARE_FRAME = "declare_frame"
+"""Command that changes the frame of a model."""
 CONVERT = "convert_model"
 """Command that converts a model that is not metric."""
 
@@ -29,12 +32,15 @@ class Notice:
         Name of a command that is offered with the message as a remedy.
     more : tuple of Finding
         Further findings, shown below the message.
+    file : Path or None
+        File that was written, which is offered to be opened.
     """
 
     message: Finding | VomError
     level: str = "info"
     action: str = ""
     more: tuple[Finding, ...] = ()
+    file: Path | None = None
 
     @property
     def text(self) -> str:
@@ -60,6 +66,11 @@ class Notices:
     def info(self, message: Finding) -> None:
         """Report a completed action."""
         self.posted.emit(Notice(message))
+
+    def written(self, file: str | Path, message: Finding | None = None) -> None:
+        """Report a file that was written, by default with the standard message."""
+        default = Finding("export.written", file=file)
+        self.posted.emit(Notice(message or default, file=Path(file)))
 
     def hint(self, message: Finding) -> None:
         """Show a notice that disappears by itself."""

@@ -19,7 +19,7 @@ class Preferences:
         self.recent_changed: Signal[()] = Signal()
         self.settings = settings
         self._notices = notices
-        self._file = SettingsFile(lambda error: post(lambda: notices.warn(error)))
+        self._file = SettingsFile(settings, lambda error: post(lambda: notices.warn(error)))
         self._recent = later(PICTURE_FIRST_S, self._write_soon)
 
     def keep(self) -> None:
@@ -36,6 +36,12 @@ class Preferences:
         self.settings.add_recent(path.resolve())
         self.recent_changed.emit()
         self._recent.start()
+
+    def remember_results(self, folder: Path) -> None:
+        """Save the folder in which a result is written, for later projects."""
+        if str(folder) != self.settings.results_folder:
+            self.settings.results_folder = str(folder)
+            self._write_soon()
 
     def keep_window(self, window: dict[str, str]) -> None:
         """Save the position and panels of the window soon, so that they survive a crash."""

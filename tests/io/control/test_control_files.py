@@ -13,6 +13,7 @@ from vomstudio.io.control.control_files import (
     agreed_crs,
     crs_of,
     find_control,
+    find_program_control,
     marks_beside,
     read_control,
     read_marks,
@@ -407,6 +408,29 @@ def test_control_beside_the_photos_is_found_where_its_marks_are_too(tmp_path: Pa
     assert find_control(photos) == (tmp_path / "control.csv", tmp_path / "marks.csv")
     listed = written(photos, f"EPSG:32633\n{ROWS}", "gcp_list.txt")
     assert find_control(photos) == (listed, listed)
+
+
+POINTS_OF_MICMAC = """<?xml version="1.0" ?>
+<DicoAppuisFlottant><OneAppuisDAF><Pt>1 2 3</Pt><NamePt>A</NamePt>
+<Incertitude>1 1 1</Incertitude></OneAppuisDAF></DicoAppuisFlottant>"""
+MARKS_OF_MICMAC = """<?xml version="1.0" ?>
+<SetOfMesureAppuisFlottants><MesureAppuiFlottant1Im><NameIm>a.jpg</NameIm><OneMesureAF1I>
+<NamePt>A</NamePt><PtIm>10 20</PtIm></OneMesureAF1I></MesureAppuiFlottant1Im>
+</SetOfMesureAppuisFlottants>"""
+
+
+def test_control_of_micmac_is_found_beside_the_photos_by_what_it_contains(tmp_path: Path) -> None:
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    assert find_program_control(photos) is None
+    points = written(tmp_path, POINTS_OF_MICMAC, "Ground-Pts3D.xml")
+    assert find_program_control(photos) is None, "points without marks place nothing"
+    marks = written(tmp_path, MARKS_OF_MICMAC, "GroundMeasure.xml")
+    written(tmp_path, "<camera/>", "AutoCal.xml")
+    assert find_program_control(photos) == (points, marks)
+    assert [p.label for p in read_control(points)] == ["A"]
+    written(tmp_path, POINTS_OF_MICMAC, "older.xml")
+    assert find_program_control(photos) is None, "of two files nobody knows which is meant"
 
 
 def test_longitude_and_latitude_exchanged_are_named(tmp_path: Path) -> None:

@@ -23,6 +23,21 @@ def test_every_word_is_looked_for_in_code_name_and_area(typed: str, code: str) -
     assert code in [each.code for each in search_systems(typed)][:12]
 
 
+@pytest.mark.parametrize(
+    ("typed", "code"),
+    [("utm 15n", "EPSG:32615"), ("UTM 56S", "EPSG:32756"), ("utm 5n", "EPSG:32605")],
+)
+def test_of_zones_of_one_number_that_of_wgs_84_is_first(typed: str, code: str) -> None:
+    assert search_systems(typed)[0].code == code
+
+
+def test_the_typed_code_and_the_preferred_systems_are_first() -> None:
+    assert search_systems("nad27 utm 15n")[0].code == "EPSG:26715"
+    assert search_systems("25832")[0].code == "EPSG:25832"
+    assert search_systems("utm", preferred=["EPSG:25832"])[0].code == "EPSG:25832"
+    assert search_systems("utm 15n", preferred=["EPSG:26915"])[0].code == "EPSG:26915"
+
+
 def test_names_are_those_of_proj_and_all_are_projected() -> None:
     systems = projected_systems()
     assert len(systems) > 3000

@@ -431,11 +431,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "control.registers": (
         "info",
-        to_translate("The model will be registered by ground control in {crs}. {summary}"),
+        to_translate("Ground control registers the model in {crs}. {summary}"),
     ),
     "control.registers-locally": (
         "info",
-        to_translate("The model will be registered by ground control in a local frame. {summary}"),
+        to_translate("Ground control registers the model in a local frame. {summary}"),
     ),
     "control.not-used": (
         "warning",

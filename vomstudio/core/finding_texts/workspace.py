@@ -347,6 +347,10 @@ TEXTS: dict[str, Entry] = {
             "Whole model (Home) shows all of them."
         ),
     ),
+    "frame.of-project": (
+        "info",
+        to_translate("The file states no CRS, so it takes that of the project, {crs}."),
+    ),
     "frame.undeclared": (
         "warning",
         *to_translate_n(
@@ -355,6 +359,10 @@ TEXTS: dict[str, Entry] = {
             "The frames of {count} more models are not declared. Choose each in the project "
             "tree, then Model > Declare frame.",
         ),
+    ),
+    "model.placed": (
+        "info",
+        to_translate("{model} is placed. {facts}."),
     ),
     "model.moved": (
         "warning",

@@ -60,6 +60,21 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
     return None
 
 
+def find_program_control(photos: Path) -> tuple[Path, Path] | None:
+    """Return the control and marks files of another program, whatever their names, or None.
+
+    The photo folder and the folder that contains it are searched. Only a file that is the only one
+    of its format, and whose marks are known, is returned.
+    """
+    for folder in (photos, photos.parent):
+        for format_ in find_formats().all:
+            if format_.find_points is None or (path := format_.find_points(folder)) is None:
+                continue
+            if (marks := marks_beside(path)).is_file():
+                return path, marks
+    return None
+
+
 def _exchanged_degrees_finding(control: Path, stated: str, code: str) -> Finding | None:
     """Return ``control.swapped-degrees`` if swapped degrees would explain the other CRS.
 

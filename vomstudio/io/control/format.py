@@ -41,6 +41,9 @@ class ControlFormat:
     marks_beside : callable or None
         Function that returns the file with the marks for a file of points in the same folder, or
         None unless there is exactly one.
+    find_points : callable or None
+        Function that returns the file in a folder that contains points of this format, whatever its
+        name, or None unless there is exactly one.
     """
 
     name: str
@@ -53,3 +56,4 @@ class ControlFormat:
     certain: bool = True
     extensions: tuple[str, ...] = ()
     marks_beside: Callable[[Path], Path | None] | None = None
+    find_points: Callable[[Path], Path | None] | None = None

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pyproj.aoi import AreaOfUse
+
+_DEFAULT_DATUM = "WGS 84 /"
+"""Datum that precedes the others, because satellite receivers and drones use it."""
 
 
 @dataclass(frozen=True)
@@ -35,29 +39,40 @@ def projected_systems() -> tuple[NamedCrs, ...]:
     from pyproj.enums import PJType
 
     entries = query_crs_info(auth_name="EPSG", pj_types=[PJType.PROJECTED_CRS])
-    systems = [
-        NamedCrs(f"EPSG:{each.code}", each.name, _area(each.area_of_use))
-        for each in entries
+    # A system with several areas of use has several entries.
+    systems = {
+        int(each.code): NamedCrs(f"EPSG:{each.code}", each.name, _area(each.area_of_use))
+        for each in reversed(entries)
         if not each.deprecated
-    ]
-    return tuple(sorted(systems, key=lambda each: int(each.code[5:])))
+    }
+    return tuple(systems[code] for code in sorted(systems))
 
 
-def search_systems(text: str, max_count: int = 50) -> list[NamedCrs]:
+def search_systems(
+    text: str, max_count: int = 50, *, preferred: Collection[str] = ()
+) -> list[NamedCrs]:
     """Find systems whose code, name or area contains every word of a text.
 
-    Systems with all words in code and name precede the others, and shorter names precede longer
-    ones.
+    Systems with all words in code and name precede the others. They are sorted by preference, then
+    by an exact code, then by the datum WGS 84, then by the length of the name.
 
     Parameters
     ----------
     text : str
     max_count : int
         Maximum number of systems.
+    preferred : collection of str
+        Codes of systems that precede the others, such as the CRS of the project.
     """
     words = text.casefold().replace(",", " ").split()
     if not words:
         return []
+
+    def rank(each: NamedCrs) -> tuple[bool, bool, bool, int]:
+        number = each.code.rpartition(":")[2]
+        is_wgs84 = each.name.startswith(_DEFAULT_DATUM)
+        return each.code not in preferred, number not in words, not is_wgs84, len(each.name)
+
     name_matches, area_matches = [], []
     for each in projected_systems():
         name = f"{each.code} {each.name}".casefold()
@@ -67,12 +82,10 @@ def search_systems(text: str, max_count: int = 50) -> list[NamedCrs]:
             description = f"{name} {each.area.casefold()}"
             if all(word in description for word in words):
                 area_matches.append(each)
-    return (sorted(name_matches, key=_length) + sorted(area_matches, key=_length))[:max_count]
+    return (sorted(name_matches, key=rank) + sorted(area_matches, key=lambda each: len(each.name)))[
+        :max_count
+    ]
 
 
 def _area(area: AreaOfUse | None) -> str:
     return (area.name or "") if area is not None else ""
-
-
-def _length(system: NamedCrs) -> int:
-    return len(system.name)

@@ -10,6 +10,10 @@ from functools import cache
 from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.paths import resource
 
+_DRONE_MAKES = ("DJI", "Autel Robotics", "Parrot")
+_DRONE_PREFIXES = ("L1D-", "L2D-")
+"""Beginnings of the EXIF names of drone cameras that bear the name of another maker."""
+
 
 @dataclass(frozen=True)
 class CameraModel:
@@ -41,6 +45,16 @@ class CameraModel:
     @property
     def label(self) -> str:
         return camera_label(self.make, self.names[0]) or self.names[0]
+
+    @property
+    def common_label(self) -> str:
+        """Name under which the camera is sold, with the make."""
+        return camera_label(self.make, self.names[-1]) or self.names[-1]
+
+    @property
+    def is_drone(self) -> bool:
+        """Whether the camera is that of a drone."""
+        return self.make in _DRONE_MAKES or self.names[0].startswith(_DRONE_PREFIXES)
 
 
 def camera_label(make: str | None, model: str | None) -> str | None:
@@ -86,6 +100,25 @@ def _models_by_name() -> dict[str, CameraModel]:
 def find_camera(name: str | None) -> CameraModel | None:
     """Return a model by name, with or without make, ignoring case, spaces and hyphens."""
     return _models_by_name().get(_normalize(name)) if name else None
+
+
+def search_cameras(text: str) -> list[CameraModel]:
+    """Return the models with every word of a text in their make and names, shorter names first.
+
+    Parameters
+    ----------
+    text : str
+        All models match an empty text.
+    """
+    words = text.casefold().split()
+    matches = [
+        model
+        for model in camera_models()
+        if all(word in " ".join((model.make, *model.names)).casefold() for word in words)
+    ]
+    if words:
+        return sorted(matches, key=lambda model: (len(model.common_label), model.common_label))
+    return sorted(matches, key=lambda model: model.common_label.casefold())
 
 
 def similar_cameras(name: str, limit: int = 5) -> list[str]:

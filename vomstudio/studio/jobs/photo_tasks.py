@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.errors import InputError
+from vomstudio import __version__
+from vomstudio.core.errors import InputError, TargetError, WorkerError
+from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.containment import make_folder
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.project.imports.sidecar_import import SidecarData
+from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.job import Job, Lane
 
 
@@ -27,7 +32,7 @@ class PhotosRequest:
     Parameters
     ----------
     cache : Path
-        Folder below which thumbnails are cached.
+        Folder below which thumbnails and results of checks are cached.
     masks : mapping of str to Path, optional
         Mask file of each photo, keyed by photo name. By default, masks beside the photos are
         used.
@@ -133,8 +138,7 @@ def _cache_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) ->
     """Return the cached thumbnail of a photo, or None if it cannot be created."""
     from PIL import Image
 
-    status = photo.path.stat()
-    name = f"{photo.path.resolve()} {status.st_size} {status.st_mtime_ns}"
+    name = _file_state(photo.path)
     out = folder / f"{hashlib.sha256(name.encode()).hexdigest()[:24]}.jpg"
     if not out.exists():
         try:
@@ -142,6 +146,12 @@ def _cache_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) ->
         except (OSError, ValueError):
             return None
     return str(out)
+
+
+def _file_state(path: Path) -> str:
+    """Return the path, size and time of a file, which change when the file is replaced."""
+    status = path.stat()
+    return f"{path.resolve()} {status.st_size} {status.st_mtime_ns}"
 
 
 MEMORY_ADVICE = to_translate("Leave out the largest photos, or close other programs.")
@@ -155,7 +165,19 @@ def _check_photos(request: PhotosRequest, progress: Progress) -> SurveyReport:
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.survey.check import check_photos
 
-    return check_photos(read_photos(request.photos).replace_masks(request.masks), progress=progress)
+    folder = read_photos(request.photos).replace_masks(request.masks)
+    files = [path for photo in folder.photos for path in (photo.path, photo.mask) if path]
+    state = "\n".join([__version__, *map(_file_state, files)])
+    name = hashlib.sha256(state.encode()).hexdigest()[:24]
+    cached = request.cache / "checks" / f"{name}.json"
+    with contextlib.suppress(InputError, OSError, ValueError, TypeError, KeyError, WorkerError):
+        # The verdict is derived again, in the present language.
+        return replace(serialisation.decode(SurveyReport, read_json(cached)), verdict="")
+    report = check_photos(folder, progress=progress)
+    with contextlib.suppress(OSError, TargetError):
+        make_folder(cached.parent)
+        write_bytes(cached, json.dumps(serialisation.encode(report)).encode(), force=True)
+    return report
 
 
 CHECK_PHOTOS = Job(

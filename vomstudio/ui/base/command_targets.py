@@ -13,6 +13,7 @@ from vomstudio.core.files.regular import is_folder
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.core.words import tr, tr_n
+from vomstudio.project.folder import SUFFIX
 from vomstudio.project.records import Feature, Model, OnAModel, Picked, Typed, get_feature
 from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.studio import Studio
@@ -70,7 +71,7 @@ def current_line(studio: Studio, kind: type[Line], min_vertices: int = 2) -> Lin
 
 
 def start_folder(studio: Studio) -> str:
-    """Return the start folder of file dialogs.
+    """Return the start folder of dialogs that open files.
 
     This is the folder of the file that was opened last, but never that of the sample project.
     """
@@ -79,27 +80,58 @@ def start_folder(studio: Studio) -> str:
         folder = Path(text).parent
         if is_folder(folder) and not folder.is_relative_to(sample):
             return str(folder)
+    return documents_folder()
+
+
+def documents_folder() -> str:
+    """Return the folder of the user's documents, or the home folder if it does not exist."""
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     return documents if documents and Path(documents).is_dir() else str(Path.home())
 
 
+def results_folder(studio: Studio) -> Path:
+    """Return the folder that is proposed for results.
+
+    This is the folder chosen last in the project, or that of the saved project, or the folder
+    chosen last in another project. It is never that of a model or photos.
+    """
+    recent_projects = (Path(text) for text in studio.settings.recent if text.endswith(SUFFIX))
+    folders = [
+        studio.results_folder,
+        None if studio.project.untitled else studio.project.folder.parent,
+        Path(studio.settings.results_folder) if studio.settings.results_folder else None,
+        *(path.parent for path in recent_projects),
+    ]
+    existing = (folder for folder in folders if folder is not None and is_folder(folder))
+    return next(existing, Path(documents_folder()))
+
+
+def remember_target(studio: Studio, path: Path) -> None:
+    """Propose the folder of a result for the next one."""
+    studio.results_folder = path.absolute().parent
+    studio.workspace.preferences.remember_results(studio.results_folder)
+
+
 def ask_for_target(
-    parent: QWidget, studio: Studio, title: str, name: str, formats: Mapping[str, str]
+    parent: QWidget, studio: Studio, title: str, proposed: str | Path, formats: Mapping[str, str]
 ) -> Path | None:
     """Return the output file that the user selects, or None.
 
     Parameters
     ----------
-    name : str
-        Proposed file name.
+    proposed : str or Path
+        Proposed file, by default in the folder of results.
     formats : mapping of str to str
         Names of the formats, keyed by file extension. The extension of the selected format is
         added if the user does not type one.
     """
     patterns = {f"{label} (*.{ending})": f".{ending}" for ending, label in formats.items()}
-    proposed = Path(start_folder(studio)) / name
-    answer = ask_for_file(parent, title, proposed, patterns, ending_decides=True)
-    return None if answer is None else answer[0]
+    file = results_folder(studio) / proposed
+    answer = ask_for_file(parent, title, file, patterns, ending_decides=True)
+    if answer is None:
+        return None
+    remember_target(studio, answer[0])
+    return answer[0]
 
 
 def ask_for_file(
@@ -115,27 +147,28 @@ def ask_for_file(
     Parameters
     ----------
     patterns : mapping of str to str
-        File patterns of the dialog, with the extension (such as ".csv") that is added if the
-        user does not type one.
+        File patterns of the dialog, with the ending (such as ".csv" or "_faults.txt") that is
+        added if the user does not type its extension.
     ending_decides : bool
         Whether the extension of another pattern is also accepted.
     """
     first = next((p for p, e in patterns.items() if e == proposed.suffix), next(iter(patterns)))
-    filename, pattern = QFileDialog.getSaveFileName(
-        parent, title, str(proposed), ";;".join(patterns), first
-    )
-    if not filename:
-        return None
-    if pattern not in patterns:
-        pattern = first
-    accepted = patterns.values() if ending_decides else (patterns[pattern],)
-    if Path(filename).suffix.lower() in accepted:
-        return Path(filename), pattern
-    path = Path(filename + patterns[pattern])
-    # The dialog has confirmed the name without the extension, which is a different file.
-    if path.exists() and not confirm_replacement(parent, [path.name]):
-        return None
-    return path, pattern
+    while True:
+        filename, pattern = QFileDialog.getSaveFileName(
+            parent, title, str(proposed), ";;".join(patterns), first
+        )
+        if not filename:
+            return None
+        if pattern not in patterns:
+            pattern = first
+        endings = patterns.values() if ending_decides else (patterns[pattern],)
+        if Path(filename).suffix.lower() in {Path(f"name{ending}").suffix for ending in endings}:
+            return Path(filename), pattern
+        path = Path(filename + patterns[pattern])
+        # The dialog has confirmed the name without the ending, which is a different file.
+        if not path.exists() or confirm_replacement(parent, [path.name]):
+            return path, pattern
+        proposed, first = Path(filename), pattern
 
 
 def current_measurement(studio: Studio) -> Measurement | None:

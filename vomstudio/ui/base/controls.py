@@ -223,15 +223,24 @@ class LazyScrollArea(PanelScrollArea):
     """Scroll area that creates its panel when it is first painted or requested."""
 
     def __init__(self, make: Callable[[], QWidget]) -> None:
-        self._make: Callable[[], QWidget] | None = make
+        self._make, self._is_made = make, False
         super().__init__(_Placeholder(self._create_later))
 
     def widget(self) -> QWidget:
-        if self._make is not None:
-            make, self._make = self._make, None
-            self._panel = make()
+        if not self._is_made:
+            self._is_made = True
+            self._panel = self._make()
             self.setWidget(self._panel)
         return self._panel
+
+    def renew(self) -> None:
+        """Delete the panel, which is created again when it is next painted or requested."""
+        if self._is_made:
+            self._is_made = False
+            # A slot of the panel may be running.
+            self.takeWidget().deleteLater()
+            self._panel = _Placeholder(self._create_later)
+            self.setWidget(self._panel)
 
     def _create_later(self) -> None:
         # The placeholder must not be deleted while it is painted.

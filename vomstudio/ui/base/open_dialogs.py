@@ -19,6 +19,14 @@ class OpenDialogs:
 
     def __init__(self) -> None:
         self._dialogs: dict[tuple[type[QWidget], Hashable], weakref.ref[QWidget]] = {}
+        self._general_kinds: set[type[QWidget]] = set()
+
+    def close_of_project(self) -> None:
+        """Close the dialogs that show data of the project, because another one is opened."""
+        for (kind, _), reference in self._dialogs.items():
+            dialog = reference()
+            if dialog is not None and isValid(dialog) and kind not in self._general_kinds:
+                dialog.close()
 
     def find_visible(self, kind: type[D], key: Hashable = None) -> D | None:
         """Return the visible dialog of a kind, or None.
@@ -31,8 +39,23 @@ class OpenDialogs:
         dialog = self._find(kind, key)
         return dialog if dialog is not None and dialog.isVisible() else None
 
-    def show(self, kind: type[D], create: Callable[[], D], key: Hashable = None) -> D:
-        """Bring the dialog to the front, or create and show it."""
+    def show(
+        self,
+        kind: type[D],
+        create: Callable[[], D],
+        key: Hashable = None,
+        *,
+        general: bool = False,
+    ) -> D:
+        """Bring the dialog to the front, or create and show it.
+
+        Parameters
+        ----------
+        general : bool
+            Whether the dialog stays open when another project is opened.
+        """
+        if general:
+            self._general_kinds.add(kind)
         visible = self.find_visible(kind, key)
         if visible is not None:
             visible.raise_()

@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import ClassVar
+from collections.abc import Callable, Iterator
+from typing import ClassVar, TypeVarTuple
 
 from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from shiboken6 import isValid
 
+from vomstudio.core.signals import Signal
 from vomstudio.core.threads import run_in_thread
 from vomstudio.rendering.qt.thread_calls import poster
 from vomstudio.studio.owner_thread import Call, Timer
+
+Values = TypeVarTuple("Values")
+
+
+def connect_until_deleted(
+    owner: QObject, signal: Signal[*Values], slot: Callable[[*Values], object]
+) -> None:
+    """Connect a signal of the studio to a slot until Qt deletes the owner of the slot.
+
+    Qt disconnects only its own signals.
+
+    Parameters
+    ----------
+    owner : QObject
+    signal : Signal
+    slot : callable
+    """
+    disconnect = signal.connect(slot)
+    owner.destroyed.connect(lambda *_: disconnect())
 
 
 class QtTimer:

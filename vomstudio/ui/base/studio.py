@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
@@ -70,8 +71,11 @@ class Studio(QObject):
         self.settings = settings
         # Widgets with a filter, and functions that return the features hidden by it.
         self.filters: list[tuple[QWidget, Callable[[Iterable[str]], set[str]]]] = []
+        self.results_folder: Path | None = None
+        """Folder of the result that was written last in the project."""
         self._forward()
         self._connect()
+        self.workspace.projects.leaving.connect(self._forget_results)
 
     def _forward(self) -> None:
         """Bind the methods of the workspace that widgets use."""
@@ -105,6 +109,7 @@ class Studio(QObject):
         self.nearest_pick, self.nearest_text = w.derived.nearest_pick, w.derived.nearest_text
         self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
         self.turn_findings = w.derived.turn_findings
+        self.crs_codes = w.derived.crs_codes
         self.frame_name, self.write_layers = w.derived.frame_name, w.layers.write
 
         self.activate, self.pointer, self.set_next = (
@@ -118,6 +123,7 @@ class Studio(QObject):
 
         self.info, self.warn = w.notices.info, w.notices.warn
         self.hint, self.fail = w.notices.hint, w.notices.fail
+        self.written = w.notices.written
 
     def _connect(self) -> None:
         w = self.workspace
@@ -139,6 +145,9 @@ class Studio(QObject):
         w.elements.hidden_changed.connect(self.hidden_elements_changed.emit)
         w.layers.written.connect(self.layers_written.emit)
         w.jobs.changed.connect(self.jobs_changed.emit)
+
+    def _forget_results(self) -> None:
+        self.results_folder = None
 
     # --- state of the current project and tool -----------------------------------------------
     @property

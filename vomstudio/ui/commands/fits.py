@@ -86,7 +86,7 @@ def write_figure(studio: Studio, path: Path) -> None:
     except VomError as error:
         studio.fail(error)
     else:
-        studio.info(Finding("export.written", file=path))
+        studio.written(path)
 
 
 def copy_fit(studio: Studio, parent: QWidget) -> None:

@@ -20,6 +20,7 @@ from vomstudio.ui.widgets.failure_notices import Host, save_report
 
 if TYPE_CHECKING:
     from vomstudio.ui.dialogs.command_palette import Destination
+    from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
 _MOUSE_TEXT = to_translate(
     "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
@@ -39,20 +40,14 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
     """Create the help commands."""
 
     def show_documentation() -> None:
-        from vomstudio.ui.dialogs.help.help_window import HelpWindow
-
-        dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()))
+        _show_help(dialogs, parent)
 
     def show_explanation() -> None:
         topic = current_help_topic()
         if topic is None:
             _show_shortcuts(parent, actions)
             return
-        from vomstudio.ui.dialogs.help.help_window import HelpWindow
-
-        dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation())).go_to(
-            topic if isinstance(topic, str) else address_of(topic)
-        )
+        _show_help(dialogs, parent).go_to(topic if isinstance(topic, str) else address_of(topic))
 
     return [
         Command(
@@ -95,15 +90,19 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
     ]
 
 
+def _show_help(dialogs: OpenDialogs, parent: QWidget) -> HelpWindow:
+    from vomstudio.ui.dialogs.help.help_window import HelpWindow
+
+    return dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()), general=True)
+
+
 def document_destinations(dialogs: OpenDialogs, parent: QWidget) -> list[Destination]:
     """Return the documentation pages for the search, or none if they cannot be read."""
     from vomstudio.ui.dialogs.command_palette import Destination
     from vomstudio.ui.dialogs.help.help_pages import list_pages
 
     def open_page(name: str) -> None:
-        from vomstudio.ui.dialogs.help.help_window import HelpWindow
-
-        dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation())).go_to(name)
+        _show_help(dialogs, parent).go_to(name)
 
     try:
         pages = list_pages(documentation())

@@ -81,7 +81,9 @@ def commands(
         from vomstudio.ui.dialogs.figure_style_dialog import FigureStyleDialog
 
         if (panel := find_net()) is not None:
-            dialogs.show(FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel))
+            dialogs.show(
+                FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel), general=True
+            )
 
     def why_not_loaded() -> Finding | None:
         return None if find_net() else Finding("action.net-loading")
@@ -273,4 +275,4 @@ def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     except VomError as error:
         studio.fail(error)
     else:
-        studio.info(Finding("export.written", file=path))
+        studio.written(path)

@@ -30,6 +30,8 @@ from vomstudio.ui.base.command_targets import (
     ask_for_file,
     ask_for_target,
     current_model,
+    remember_target,
+    results_folder,
     start_folder,
 )
 from vomstudio.ui.base.controls import escape_markup
@@ -47,17 +49,17 @@ _EXPORTS = {
 }
 
 _PROGRAMS = {
-    "geojson": to_translate("GeoJSON (*.geojson)"),
-    "kml": to_translate("KML for Google Earth (*.kml)"),
-    "stereonet": to_translate("Stereonet: planes and lines (*.txt)"),
-    "orient": to_translate("Orient (*.tsv)"),
-    "faultkin": to_translate("FaultKin: fault slips (*.txt)"),
-    "wintensor": to_translate("Win-Tensor: fault slips (*.txt)"),
-    "gempy": to_translate("GemPy: orientations and surface points (*.csv)"),
-    "loopstructural": to_translate("LoopStructural (*.csv)"),
-    "gems": to_translate("GeMS OrientationPoints (*.csv)"),
+    "geojson": (to_translate("GeoJSON (*.geojson)"), ".geojson"),
+    "kml": (to_translate("KML for Google Earth (*.kml)"), ".kml"),
+    "stereonet": (to_translate("Stereonet: planes and lines (*.txt)"), "_stereonet.txt"),
+    "orient": (to_translate("Orient (*.tsv)"), "_orient.tsv"),
+    "faultkin": (to_translate("FaultKin: fault slips (*.txt)"), "_faultkin.txt"),
+    "wintensor": (to_translate("Win-Tensor: fault slips (*.txt)"), "_wintensor.txt"),
+    "gempy": (to_translate("GemPy: orientations and surface points (*.csv)"), "_gempy.csv"),
+    "loopstructural": (to_translate("LoopStructural (*.csv)"), "_loopstructural.csv"),
+    "gems": (to_translate("GeMS OrientationPoints (*.csv)"), "_gems.csv"),
 }
-"""File filter of the dialog, by program format."""
+"""File filter of the dialog and ending of the file name, by program format."""
 
 
 class Files(QObject):
@@ -72,6 +74,10 @@ class Files(QObject):
         self._frame_dialog: FrameDialog | None = None
         self._pending_ids: list[str] = []
         self._last_export: tuple[str, Path] | None = None
+        studio.project_opened.connect(self._begin_project)
+
+    def _begin_project(self) -> None:
+        self._last_export = None
 
     def project_name(self) -> str:
         """Return the name of the open project as used in titles, or "untitled"."""
@@ -165,7 +171,7 @@ class Files(QObject):
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
             title,
-            str(_free_folder(Path(start_folder(self._studio)), stem)),
+            str(_free_folder(results_folder(self._studio), stem)),
             tr("VOM Studio project (*{suffix})", suffix=SUFFIX),
         )
         if not name:
@@ -192,15 +198,16 @@ class Files(QObject):
 
     def export_for_program(self) -> None:
         """Ask for a program and a file, and export the features in the format of the program."""
-        formats = {tr(pattern): format_ for format_, pattern in _PROGRAMS.items()}
+        formats = {tr(pattern): format_ for format_, (pattern, _) in _PROGRAMS.items()}
         answer = ask_for_file(
             self._parent,
             tr("Export for another program"),
-            Path(start_folder(self._studio)) / self._file_stem(),
-            {pattern: pattern.rpartition("*")[2].rstrip(")") for pattern in formats},
+            results_folder(self._studio) / self._file_stem(),
+            {pattern: _PROGRAMS[format_][1] for pattern, format_ in formats.items()},
         )
         if answer is not None:
             path, selected_pattern = answer
+            remember_target(self._studio, path)
             self.export_to(formats[selected_pattern], path)
 
     def export_to(self, format_: str, path: Path) -> None:
@@ -216,7 +223,7 @@ class Files(QObject):
             )
             files = ", ".join(str(file) for file in result.files)
             self._last_export = format_, path
-            self._studio.info(Finding("export.written", file=files))
+            self._studio.written(result.files[0], Finding("export.written", file=files))
 
         self.attempt(write)
 
@@ -258,7 +265,7 @@ class Files(QObject):
             return
 
         def handle_result(result: ExportedModel) -> None:
-            self._studio.info(Finding("export.written", file=out))
+            self._studio.written(out)
             for warning in result.warnings:
                 self._studio.warn(warning)
 
@@ -346,7 +353,8 @@ class Files(QObject):
             return
         if self._frame_dialog is not None and isValid(self._frame_dialog):
             self._frame_dialog.close()
-        dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
+        opened = self._studio.models.get(model.id)
+        dialog = FrameDialog(self._parent, model, opened, self._studio.crs_codes())
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._apply_frame(model.id, dialog.frame))
         dialog.finished.connect(self._declare_next)
@@ -371,7 +379,7 @@ class Files(QObject):
     def _apply_frame(self, model_id: str, frame: Frame) -> None:
         """Apply a declared frame, asking first if it would replace a registration."""
         model = self._studio.records.get(model_id)
-        if not isinstance(model, Model):
+        if not isinstance(model, Model) or frame == model.frame:
             return
         opened = self._studio.models.get(model_id)
         try:

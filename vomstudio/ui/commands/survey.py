@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.folder import SUFFIX, is_project
+from vomstudio.project.photo_edits import photo_set_name
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import start_folder
 from vomstudio.ui.base.open_dialogs import OpenDialogs
@@ -40,7 +41,7 @@ def commands(
     open_folder : callable
         Called with the selected folder of photos.
     choose_place : callable
-        Called with the name of the photo folder; returns whether the project has a folder for the
+        Called with the name of the photos; returns whether the project has a folder for the
         model of these photos. The user is asked for one if the project is untitled.
     """
 
@@ -56,7 +57,7 @@ def commands(
 
     def reconstruct() -> None:
         # The results of hours of work must not be saved in a folder that the user does not know.
-        if survey.folder is not None and choose_place(survey.folder.name):
+        if survey.folder is not None and choose_place(photo_set_name(survey.folder)):
             survey.reconstruct()
 
     def why_no_settings() -> Finding | None:
@@ -148,7 +149,9 @@ class SurveyDialogs:
         from vomstudio.ui.dialogs.video_dialog import VideoDialog
 
         self._dialogs.show(
-            VideoDialog, lambda: VideoDialog(self.parent, self._studio, self._open_folder)
+            VideoDialog,
+            lambda: VideoDialog(self.parent, self._studio, self._open_folder),
+            general=True,
         )
 
     def show_settings(self) -> None:

@@ -212,7 +212,7 @@ class ExtendDialog(QDialog):
         except VomError as error:
             self._studio.warn(error, "error")
             return
-        self._studio.info(Finding("export.written", file=path))
+        self._studio.written(path)
 
 
 def _extend_plane(

@@ -78,7 +78,6 @@ class TypesDialog(QDialog):
             button.setAutoDefault(False)
         self._arrange()
         studio.edited.connect(self._handle_edit)
-        studio.project_opened.connect(self.close)
         self._fill(type_id or studio.next_type_id)
 
     def _arrange(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from PySide6.QtCore import QTimer
@@ -41,9 +42,25 @@ _CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
 
 
 class FrameDialog(QDialog):
-    """Dialog for the up axis, unit, and CRS or local frame. `frame` is the accepted frame."""
+    """Dialog for the up axis, unit, and CRS or local frame. `frame` is the accepted frame.
 
-    def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
+    Parameters
+    ----------
+    parent : QWidget
+    model : Model
+    opened : OpenModel or None
+        Data of the model, if it is loaded.
+    project_crs : sequence of str
+        CRS of the models of the project; the first one is proposed.
+    """
+
+    def __init__(
+        self,
+        parent: QWidget,
+        model: Model,
+        opened: OpenModel | None,
+        project_crs: Sequence[str] = (),
+    ) -> None:
         super().__init__(parent)
         explain(self, "conventions.md#frames")
         self.setWindowTitle(tr("Frame of {model}", model=model.name))
@@ -54,12 +71,7 @@ class FrameDialog(QDialog):
         self._check_timer.setSingleShot(True)
         self._check_timer.setInterval(300)
         self._check_timer.timeout.connect(self._check)
-        intro = Label(
-            tr(
-                "The file states no frame. Dip directions and lengths are correct only if the "
-                "frame declared here is correct. It can be changed later, and undone."
-            )
-        )
+        intro = Label(_describe_origin(model))
         intro.setWordWrap(True)
         size = Label(_describe_size(opened)) if opened is not None else Label()
         size.setWordWrap(True)
@@ -72,7 +84,7 @@ class FrameDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addWidget(intro)
         layout.addWidget(size)
-        for widget in self._make_choices(model.frame.crs or ""):
+        for widget in self._make_choices(model.frame.crs, project_crs):
             layout.addWidget(widget)
         layout.addLayout(self._make_form())
         layout.addWidget(self._buttons)
@@ -80,7 +92,7 @@ class FrameDialog(QDialog):
         self._check()
 
     # --- widgets -----------------------------------------------------------------------------
-    def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
+    def _make_choices(self, crs: str | None, project_crs: Sequence[str]) -> tuple[QWidget, ...]:
         """Create the choices, in order from a CRS to an unknown frame."""
         self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
         self._local_button = QRadioButton(
@@ -97,8 +109,8 @@ class FrameDialog(QDialog):
         for button in buttons:
             group.addButton(button)
             button.toggled.connect(self._check)
-        self._crs = CrsField(crs)
-        self._crs.setPlaceholderText(tr("EPSG:32633"))
+        self._crs = CrsField(crs or next(iter(project_crs), ""), project_crs)
+        self._crs.setPlaceholderText(tr("Code, name or country"))
         self._crs.setObjectName("frame_crs")
         self._crs.textChanged.connect(self._schedule_check)
         self._crs_message = Label()
@@ -183,6 +195,21 @@ class FrameDialog(QDialog):
         else:
             self.frame = Frame("undeclared", None, 1.0, up)
         super().accept()
+
+
+def _describe_origin(model: Model) -> str:
+    """Return where the present frame of the model comes from, and what a declared frame does."""
+    if model.registration is not None:
+        return tr(
+            "{model} is placed by its registration ({registration}). A declared frame replaces it.",
+            model=model.name,
+            registration=model.registration.name,
+        )
+    if model.frame.kind != "undeclared":
+        return tr("Dip directions and lengths follow from the frame. Undo restores it.")
+    return tr(
+        "The file states no frame. Dip directions and lengths are correct only if the frame is."
+    )
 
 
 def _bounds(opened: OpenModel) -> np.ndarray:

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QFormLayout,
     QHBoxLayout,
     QLineEdit,
@@ -40,7 +39,13 @@ from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOutput, OrthophotoRequest
-from vomstudio.ui.base.command_targets import confirm_replacement, current_model, start_folder
+from vomstudio.ui.base.command_targets import (
+    ask_for_target,
+    confirm_replacement,
+    current_model,
+    remember_target,
+    results_folder,
+)
 from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.long_boxes import fit_height_to_text
@@ -54,8 +59,6 @@ from vomstudio.ui.widgets.copied_command import (
     format_numbers,
 )
 from vomstudio.ui.widgets.vertex_table import parse_number
-
-_SUFFIX = ".tif"
 
 
 class OrthoDialog(QDialog):
@@ -94,10 +97,8 @@ class OrthoDialog(QDialog):
         self.model.currentIndexChanged.connect(self._propose)
         for signal in (self.whole_model.toggled, self.gsd.textChanged, self.target.textChanged):
             signal.connect(self._check)
-        project = studio.project
-        folder = Path(start_folder(studio)) if project.untitled else project.folder.parent
         stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
-        self.target.setText(str(folder / f"{stem}.tif"))
+        self.target.setText(str(results_folder(studio) / f"{stem}.tif"))
         # Read the resolution of the texture after the dialog has been shown.
         self._size.setText(tr("Reading the resolution of the model…"))
         QTimer.singleShot(0, self._propose)
@@ -266,12 +267,10 @@ class OrthoDialog(QDialog):
         self.copy_button.allow(problem)
 
     def _browse(self) -> None:
-        name, _ = QFileDialog.getSaveFileName(
-            self, tr("Orthophoto file"), self.target.text(), tr("GeoTIFF (*.tif)")
-        )
-        if name:
-            has_suffix = name.lower().endswith((".tif", ".tiff"))
-            self.target.setText(name if has_suffix else name + _SUFFIX)
+        proposed, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
+        path = ask_for_target(self, self._studio, tr("Orthophoto file"), proposed, formats)
+        if path is not None:
+            self.target.setText(str(path))
 
     def copy_command(self) -> None:
         """Copy the command that creates the same orthophoto to the clipboard."""
@@ -337,6 +336,7 @@ class OrthoDialog(QDialog):
         existing = [p.name for p in (out, *outputs) if p.exists()]
         if existing and not confirm_replacement(self, existing):
             return
+        remember_target(studio, out)
         studio.jobs.submit(
             ORTHOPHOTO,
             OrthophotoRequest(
@@ -364,7 +364,6 @@ class OrthoDialog(QDialog):
 
 def _show_result(studio: Studio, result: OrthophotoOutput) -> None:
     extra_files = [file for file in (result.sheet, *result.drawing) if file]
-    findings = [*(Finding("export.written", file=file) for file in extra_files), *result.warnings]
     main_finding = Finding(
         "ortho.written",
         file=result.image,
@@ -374,7 +373,10 @@ def _show_result(studio: Studio, result: OrthophotoOutput) -> None:
         unit=result.unit,
         coverage_percent=100 * result.coverage,
     )
-    for finding in (main_finding, *findings):
+    for file in extra_files:
+        studio.info(Finding("export.written", file=file))
+    studio.written(result.sheet or result.image, main_finding)
+    for finding in result.warnings:
         studio.info(finding)
 
 

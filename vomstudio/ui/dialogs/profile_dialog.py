@@ -92,7 +92,6 @@ class ProfileDialog(QDialog):
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._arrange()
         studio.edited.connect(self._handle_edit)
-        studio.project_opened.connect(self.close)
 
     def _arrange(self) -> None:
         self.form = QFormLayout()

@@ -32,6 +32,7 @@ from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr, tr_n
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed
+from vomstudio.project.photo_edits import photo_set_name
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.studio.jobs.survey_tasks import ControlFacts, PointFacts
 from vomstudio.ui.base import file_filters, theme
@@ -97,7 +98,7 @@ class ReconstructDialog(QDialog):
     def _make_photos(self) -> QFormLayout:
         survey = self._survey
         form = QFormLayout()
-        name = "" if survey.folder is None else survey.folder.name
+        name = "" if survey.folder is None else photo_set_name(survey.folder)
         photos = tr_n(
             "<b>{folder}</b>, {count} photo",
             "<b>{folder}</b>, {count} photos",
@@ -115,9 +116,7 @@ class ReconstructDialog(QDialog):
 
     def _make_registration(self) -> QGroupBox:
         box = QGroupBox(tr("Registration: position, scale and orientation"))
-        self.gps_button = QRadioButton(
-            tr("GPS positions of the photos (without them: a local frame)")
-        )
+        self.gps_button = QRadioButton()
         self.control_button = QRadioButton(tr("Ground control points"))
         self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
         self.control.setPlaceholderText(
@@ -130,7 +129,7 @@ class ReconstructDialog(QDialog):
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):
             field.textEdited.connect(self._schedule_apply)
-        self.crs = CrsField()
+        self.crs = CrsField(preferred=self._survey.crs_codes())
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(self._schedule_apply)
         self.crs.setMaximumWidth(170)
@@ -265,6 +264,12 @@ class ReconstructDialog(QDialog):
     # --- forecast ----------------------------------------------------------------------------
     def _show_forecast(self) -> None:
         survey = self._survey
+        has_gps = any(row.has_gps for row in survey.rows)
+        self.gps_button.setText(
+            tr("GPS positions of the photos")
+            if has_gps
+            else tr("None: a local frame without scale")
+        )
         has_control = self.control_button.isChecked()
         for row in self._control_rows:
             allow(row, None if has_control else Finding("action.not-by-control"))
@@ -322,6 +327,8 @@ class ReconstructDialog(QDialog):
         if facts is not None:
             return f"{facts.crs or ''} {facts.crs_reason or ''}".strip()
         if self.crs.text().strip():
+            return ""
+        if not any(row.has_gps for row in self._survey.rows):
             return ""
         return tr("If empty: the UTM zone of the GPS positions")
 

@@ -183,7 +183,7 @@ class SurfaceDialog(QDialog):
         except VomError as error:
             self._studio.warn(error, "error")
             return
-        self._studio.info(Finding("export.written", file=path))
+        self._studio.written(path)
 
 
 def _patch_points(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:

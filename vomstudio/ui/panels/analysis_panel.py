@@ -12,12 +12,12 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import Model
 from vomstudio.ui.base.command_targets import ask_for_target
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import NewestResult, QtBackground
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label
 
@@ -107,7 +107,7 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         self._requests = NewestResult(
             self, self._show_result, self._show_error, lambda: self.message.setText(busy)
         )
-        studio.jobs.closed.connect(self._close)
+        connect_until_deleted(self, studio.jobs.closed, self._close)
 
     def show_now(self) -> None:
         """Compute the result for the current form, or show why this is not possible."""
@@ -167,9 +167,9 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         raise NotImplementedError
 
     def _write(self, write: Callable[[Any, Path], object], result: Any, path: Path) -> None:
-        studio, finding = self._studio, Finding("export.written", file=path)
+        studio = self._studio
         self._background.run(
-            partial(write, result, path), lambda _: studio.info(finding), studio.fail
+            partial(write, result, path), lambda _: studio.written(path), studio.fail
         )
 
     def _close(self) -> None:

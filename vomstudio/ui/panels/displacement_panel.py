@@ -37,6 +37,7 @@ from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import CompactTable, allow, button_row, narrow_form
 from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
@@ -103,7 +104,7 @@ class DisplacementPanel(LazyPanel):
         self.add.setToolTip(tr("A pair of cut-offs of one bed."))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
-        follow_axes(studio, self._show_axes)
+        follow_axes(self, studio, self._show_axes)
         self.message = hint_label()
         self.message.setObjectName("displacement_message")
         self.copy = CopyCommandButton(
@@ -118,11 +119,10 @@ class DisplacementPanel(LazyPanel):
         self.add.clicked.connect(lambda _=False: self.add_pair())
         self.remove.clicked.connect(lambda _=False: self._remove())
         self.table.itemSelectionChanged.connect(self._refresh)
-        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._refresh())
-        studio.jobs.closed.connect(self._timer.stop)
+        studio.selection_changed.connect(self._refresh)
+        connect_until_deleted(self, studio.jobs.closed, self._timer.stop)
         # There is nothing to copy before the first result.
         self._refresh()
 
@@ -171,11 +171,6 @@ class DisplacementPanel(LazyPanel):
         records = self._studio.records
         self.pairs = [pair for pair in self.pairs if all(i in records for i in pair)]
         super()._edited(edit)
-
-    def _reset(self) -> None:
-        self.pairs = []
-        self.options.reset()
-        self._soon()
 
     # --- result ------------------------------------------------------------------------------
     def show_now(self) -> None:

@@ -366,8 +366,7 @@ class DisplayPanel(QWidget):
             reason = Finding("model.not-open")
         allow(self.field_box, reason)
         if model is None or open_model is None:
-            self.field_box.setTitle(tr("Scalar field"))
-            self.field.clear()
+            self._clear_field()
             return
         self.field_box.setTitle(tr("Scalar field of {model}", model=model.name))
         with QSignalBlocker(self.field):
@@ -419,6 +418,20 @@ class DisplayPanel(QWidget):
         ):
             allow(widget, None if has_range else Finding("action.field-without-ends"))
 
+    def _clear_field(self) -> None:
+        self.field_box.setTitle(tr("Scalar field"))
+        self.field.clear()
+        self.palette_box.clear()
+        for edit in (self.low, self.high):
+            edit.clear()
+            edit.setPlaceholderText("")
+        percentiles = FieldStyle("").percentiles
+        for spin, percent in zip(
+            (self.first_percentile, self.last_percentile), percentiles, strict=True
+        ):
+            with QSignalBlocker(spin):
+                spin.setValue(percent)
+
     def _show_clip(self) -> None:
         box: ClipBox | None = self._display.box
         self.clip.setChecked(self._display.clipping)
@@ -427,6 +440,9 @@ class DisplayPanel(QWidget):
             label.setText(text)
         self.handles.setChecked(self._display.handles)
         if box is None:
+            for spin in self.faces:
+                with QSignalBlocker(spin):
+                    spin.setValue(0.0)
             return
         span = max(b - a for a, b in zip(box.low, box.high, strict=True))
         for spin, (axis, side) in zip(self.faces, FACES, strict=True):

@@ -16,8 +16,9 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.studio.running_jobs import Jobs, RunningJob
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import theme
+from vomstudio.ui.base.studio import Studio
 
 _COLUMNS = (
     to_translate("Job"),
@@ -34,9 +35,9 @@ _MIN_DURATION_S = 2.0
 class JobsPanel(QTableWidget):
     """Table of running jobs, each with a stop button, followed by finished jobs."""
 
-    def __init__(self, jobs: Jobs) -> None:
+    def __init__(self, studio: Studio) -> None:
         super().__init__(0, len(_COLUMNS))
-        self._jobs = jobs
+        self._jobs = jobs = studio.jobs
         self._start_times: dict[int, float] = {}
         self._running: dict[int, RunningJob] = {}
         self._history: list[tuple[str, str, str]] = []
@@ -53,7 +54,13 @@ class JobsPanel(QTableWidget):
         self._clock.setInterval(1000)
         self._clock.timeout.connect(self._show_times)
         jobs.changed.connect(self._refresh)
+        studio.project_opened.connect(self._begin_project)
         jobs.closed.connect(self._clock.stop)
+
+    def _begin_project(self) -> None:
+        self._history.clear()
+        self._build()
+        self._refresh()
 
     def _refresh(self) -> None:
         running = {id(job): job for job in self._jobs.visible()}

@@ -84,9 +84,8 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         ):
             button.clicked.connect(lambda _=False, run=run: self._run(run))
         self.share.textChanged.connect(lambda _: self._refresh())
-        studio.project_opened.connect(self._soon)
         studio.edited.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._refresh_name())
+        studio.selection_changed.connect(self._refresh_name)
         self._round.changed.connect(self._offer)
 
     def _run(self, run: Callable[[], object]) -> None:

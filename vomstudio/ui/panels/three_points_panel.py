@@ -41,6 +41,7 @@ from vomstudio.ui.base.command_targets import current_line, start_folder, why_no
 from vomstudio.ui.base.controls import CompactTable, allow, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
@@ -90,7 +91,7 @@ class ThreePointsPanel(LazyPanel):
         self.add_row = QPushButton(theme.icon("plus"), tr("Add a row"))
         self.remove_row = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
-        follow_axes(studio, self._show_axes)
+        follow_axes(self, studio, self._show_axes)
         self.sigma = error_field(
             "three_points_sigma",
             tr("not known"),
@@ -153,11 +154,10 @@ class ThreePointsPanel(LazyPanel):
         self.table.itemChanged.connect(self._follow_typing)
         self.table.itemSelectionChanged.connect(self._refresh)
         self.sigma.textChanged.connect(self._soon)
-        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._refresh())
-        studio.jobs.closed.connect(self._close)
+        studio.selection_changed.connect(self._refresh)
+        connect_until_deleted(self, studio.jobs.closed, self._close)
 
     def _show_axes(self, axes: Axes) -> None:
         tips = (tr("East."), tr("North."), tr("Height, upward."))
@@ -246,12 +246,6 @@ class ThreePointsPanel(LazyPanel):
         self.trace_id = ""
         self.table.removeRow(self.table.currentRow())
         self._soon()
-
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self._is_picking = False
-        self.sigma.clear()
-        self._fill([])
 
     # --- plane -------------------------------------------------------------------------------
     def show_now(self) -> None:

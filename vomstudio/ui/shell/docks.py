@@ -53,6 +53,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def __init__(self, window: QMainWindow) -> None:
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
+        self._lazy_areas: list[LazyScrollArea] = []
         self._watcher = _Watcher(window)
         self.changed = self._watcher.changed
         """Emitted when a page has appeared, disappeared or moved to another host."""
@@ -89,8 +90,18 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._add(name, title, PanelScrollArea(widget) if scrolls else widget)
 
     def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
-        """Add a scrolling page that is created when it is first shown."""
-        self._add(name, title, LazyScrollArea(make))
+        """Add a scrolling page that is created when it is first shown in a project."""
+        area = LazyScrollArea(make)
+        self._lazy_areas.append(area)
+        self._add(name, title, area)
+
+    def renew_pages(self) -> None:
+        """Discard the pages that were added with `add_later`, for another project.
+
+        Their inputs, results and messages belong to one project, so no page has to clear them.
+        """
+        for area in self._lazy_areas:
+            area.renew()
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)

@@ -243,7 +243,7 @@ class MainWindow(QMainWindow):
         self._place = CentralArea(self.start_page)
         self.message_bar = MessageBar(self._place.room)
         self._place.set_bar(self.message_bar)
-        self.net_overlay = NetOverlay(self._place.room)
+        self.net_overlay = NetOverlay(self._place.room, self.message_bar)
         self.net_overlay.restore(self._settings.window.get("net place", ""))
         self.docks.set_hosts(self._place, self.net_overlay)
         self.photo_tab.join(self._place, self.actions_table.viewport_actions())
@@ -309,7 +309,7 @@ class MainWindow(QMainWindow):
         add("table", tr("Orientations"), self.table)
         add("photos", tr("Photos"), self.photos_panel)
         add("in_photos", tr("In the photos"), self.in_photos)
-        add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
+        add("jobs", tr("Jobs"), JobsPanel(self.studio))
         add("messages", tr("Messages"), self.messages)
         for name, title, make in work_panels():
             self.docks.add_later(name, tr(title), partial(make, self.studio, self.view))
@@ -336,6 +336,11 @@ class MainWindow(QMainWindow):
 
     def _connect(self) -> None:
         studio = self.studio
+        # First, so that nothing of the previous project remains while the next one is shown.
+        studio.project_opened.connect(self.docks.renew_pages)
+        studio.project_opened.connect(self._dialogs.close_of_project)
+        # Earlier, because the next project may already report something while it is opened.
+        studio.workspace.projects.leaving.connect(self._notices.end_project)
         studio.notice.connect(self._notices.show)
         self.actions_table.refused.connect(studio.hint)
         studio.history_changed.connect(self._refresh)

@@ -45,11 +45,11 @@ class NetOverlay(QFrame):
     dock_requested = Signal()
     closed = Signal()
 
-    def __init__(self, room: QWidget) -> None:
+    def __init__(self, room: QWidget, message_bar: QWidget) -> None:
         super().__init__(room)
         self.setObjectName("net_overlay")
         self.setFrameShape(QFrame.Shape.NoFrame)
-        self._room = room
+        self._room, self._message_bar = room, message_bar
         self._widget: QWidget | None = None
         self.is_shown = False
         """Whether the overlay contains the net, which is visible only together with the outcrop."""
@@ -154,6 +154,8 @@ class NetOverlay(QFrame):
         height = side if tools is None or tools.isHidden() else side + tools.sizeHint().height()
         self.setGeometry(QRect(place, QSize(side, height)))
         self.raise_()
+        # The buttons of a message stay reachable.
+        self.stackUnder(self._message_bar)
 
     def _anchor(self) -> None:
         """Store the distance from the nearest corner."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction
+from PySide6.QtCore import QObject, QUrl
+from PySide6.QtGui import QAction, QDesktopServices
 from PySide6.QtWidgets import QStatusBar
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.folder import untitled_folder
+from vomstudio.project.folder import is_free, untitled_folder
 from vomstudio.ui.base.studio import Notice
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
@@ -33,12 +34,28 @@ class NoticePresenter(QObject):
         super().__init__()
         self._messages, self._bar, self._status = messages, bar, status
         self._actions = actions
+        self._offer: Callable[[], None] | None = None
         bar.connect_history(lambda: docks.bring_forward("messages"))
+
+    def end_project(self) -> None:
+        """Clear the messages of the previous project, but keep an open offer to restore work."""
+        offer = self._offer if self._bar.isVisible() else None
+        self._messages.clear()
+        self._bar.clear()
+        self._status.clearMessage()
+        if offer is not None:
+            offer()
 
     def show(self, notice: Notice) -> None:
         """List a notice and show it according to its level, with a button for its action."""
         self._messages.add(notice)
-        if notice.level == "info":
+        if notice.file is not None:
+            self._bar.show_notice(
+                notice,
+                (tr("Open"), partial(_open, notice.file)),
+                (tr("Open folder"), partial(_open, notice.file.parent)),
+            )
+        elif notice.level == "info" and not notice.action:
             self._status.showMessage(notice.text, _INFO_MS)
         elif notice.action:
             action = self._actions[notice.action]
@@ -57,6 +74,8 @@ class NoticePresenter(QObject):
             Opens one of the projects.
         """
         newest = folders[0]
+        if not is_free(newest):
+            return
         if newest.parent == untitled_folder():
             finding = Finding("project.unsaved-found")
         else:
@@ -64,5 +83,11 @@ class NoticePresenter(QObject):
         older = len(folders) - 1
         further = (Finding("project.older-unclosed", count=older),) if older else ()
         notice = Notice(finding, "warning", more=further)
+        self._offer = partial(self.offer_recovery, folders, restore)
         self._messages.add(notice)
         self._bar.show_notice(notice, (tr("Restore"), lambda: restore(newest)))
+
+
+def _open(path: Path) -> None:
+    """Open a file or folder in the program that the system uses for it."""
+    QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.resolve())))

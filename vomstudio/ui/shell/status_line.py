@@ -77,7 +77,7 @@ class StatusLine(QStatusBar):
             studio.tool_changed_signal,
         ):
             signal.connect(self.refresh)
-        studio.project_opened.connect(self._position.clear)
+        studio.project_opened.connect(self._begin_project)
         # A message that does not fit is elided; the tooltip contains the full text.
         self.messageChanged.connect(self.setToolTip)
         self._show_jobs()
@@ -96,6 +96,12 @@ class StatusLine(QStatusBar):
             painter.drawText(
                 room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words
             )
+
+    def _begin_project(self) -> None:
+        self._position.clear()
+        self._layers.clear()
+        self._layers.setToolTip("")
+        self._layers_time = None
 
     def _room(self) -> QRect:
         """Return the rectangle for a message, which ends at the first permanent widget."""

@@ -7,7 +7,8 @@ being edited.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer
@@ -40,8 +41,15 @@ _END = to_translate(
 class Tour(QObject):
     """Introductory tour; `step` is the index of the current step, or None without a tour."""
 
-    def __init__(self, window: QWidget, studio: Studio, all_steps: list[TourStep]) -> None:
+    def __init__(
+        self,
+        window: QWidget,
+        studio: Studio,
+        all_steps: list[TourStep],
+        net: Callable[[], QWidget | None],
+    ) -> None:
         super().__init__(window)
+        self._net = net
         self._window, self._studio, self._steps = window, studio, all_steps
         self.step: int | None = None
         self._before: Any = None
@@ -82,17 +90,18 @@ class Tour(QObject):
         self._card = self._frame = self.step = None
 
     # --- step after step ---------------------------------------------------------------------
-    def _show(self, number: int) -> None:
+    def _show(self, number: int, result: str = "") -> None:
+        """Show a step, and the result of the step before it."""
         assert self._card is not None
         self.step = number
         if number == len(self._steps):
-            self._card.say(tr("The end"), tr(_END), tr("Close"))
+            self._card.say(tr("The end"), _join(result, tr(_END)), tr("Close"))
         else:
             step = self._steps[number]
             self._before = step.now()
             self._card.say(
                 tr("Step {number} of {count}", number=number + 1, count=len(self._steps)),
-                tr(step.text),
+                _join(result, tr(step.text)),
                 tr("Next") if step.onward else tr("Skip"),
             )
         self._place()
@@ -109,7 +118,7 @@ class Tour(QObject):
         if self.step is None or not isValid(self._window):
             return
         if self.step < len(self._steps) and self._steps[self.step].done(self._before):
-            self._show(self.step + 1)
+            self._show(self.step + 1, self._steps[self.step].result())
         else:
             self._place()
 
@@ -126,7 +135,10 @@ class Tour(QObject):
             self._frame.setGeometry(frame_box(box, self._window.size()))
             self._frame.show()
             self._frame.raise_()
-        at = card_place(box, self._card.size(), self._window.size())
+        # The net is read while planes are picked.
+        net = self._net()
+        covered = None if net is None else self._box_of(net)
+        at = card_place(box, self._card.size(), self._window.size(), covered)
         if self._card.pos() != at:
             self._card.move(at)
         self._card.raise_()
@@ -161,6 +173,10 @@ class Tour(QObject):
         return not isinstance(QApplication.focusWidget(), edited)
 
 
+def _join(result: str, text: str) -> str:
+    return f"✓ {result}\n\n{text}" if result else text
+
+
 def commands(
     studio: Studio,
     actions: Mapping[str, QAction],
@@ -173,7 +189,8 @@ def commands(
 
     def start() -> None:
         if not tours:
-            tours.append(Tour(window, studio, steps(studio, actions, view, docks)))
+            all_steps = steps(studio, actions, view, docks)
+            tours.append(Tour(window, studio, all_steps, partial(docks.place_of, "stereonet")))
         tours[0].start()
 
     return [

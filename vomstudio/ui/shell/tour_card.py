@@ -96,26 +96,47 @@ def frame_box(target: QRect, window: QSize) -> QRect:
     return wide.intersected(QRect(QPoint(0, 0), window))
 
 
-def card_place(target: QRect | None, card: QSize, window: QSize) -> QPoint:
+def card_place(
+    target: QRect | None, card: QSize, window: QSize, avoided: QRect | None = None
+) -> QPoint:
     """Return the position of the card in the window.
 
     The card is completely visible beside the target, and covers it only if it does not fit
     elsewhere. Without a target, it is centred.
+
+    Parameters
+    ----------
+    target : QRect or None
+    card, window : QSize
+    avoided : QRect, optional
+        Rectangle that the card covers only if it does not fit elsewhere.
     """
     far_x, far_y = window.width() - card.width() - _GAP, window.height() - card.height() - _GAP
-    if target is None:
-        return QPoint(max(0, far_x // 2), max(0, far_y // 2))
+    if target is None or (avoided is not None and target.contains(avoided)):
+        # A target that is nearly the whole window, such as the outcrop, may be covered.
+        centre = [QPoint(far_x // 2, far_y // 2)] if target is None else []
+        corners = [QPoint(x, y) for y in (far_y, _GAP) for x in (far_x // 2, _GAP, far_x)]
+        free = [
+            place
+            for place in (*centre, *corners)
+            if avoided is None or not QRect(place, card).intersects(avoided)
+        ]
+        if free or target is None:
+            place = (free or centre)[0]
+            return QPoint(max(0, place.x()), max(0, place.y()))
+    columns = target.right() + _GAP, target.left() - card.width() - _GAP
+    rows = target.bottom() + _GAP, target.top() - card.height() - _GAP
     places = [
-        QPoint(target.right() + _GAP, target.top()),
-        QPoint(target.left() - card.width() - _GAP, target.top()),
-        QPoint(target.left(), target.bottom() + _GAP),
-        QPoint(target.left(), target.top() - card.height() - _GAP),
+        *(QPoint(x, target.top()) for x in columns),
+        *(QPoint(target.left(), y) for y in rows),
+        *(QPoint(x, target.bottom() - card.height()) for x in columns),
     ]
-    inside = []
+    inside: list[tuple[bool, int, QPoint]] = []
     for place in places:
         position = QPoint(max(0, min(place.x(), far_x)), max(0, min(place.y(), far_y)))
         if not QRect(position, card).intersects(target):
-            inside.append(((position - place).manhattanLength(), position))
+            covers = avoided is not None and QRect(position, card).intersects(avoided)
+            inside.append((covers, (position - place).manhattanLength(), position))
     if inside:
-        return min(inside, key=lambda one: one[0])[1]
+        return min(inside, key=lambda one: one[:2])[2]
     return QPoint(max(0, far_x), max(0, far_y))

@@ -10,9 +10,10 @@ import numpy as np
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolBar, QToolButton, QWidget
 
-from vomstudio.core.words import to_translate
+from vomstudio.core.words import to_translate, tr
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.number_formatting import orientation_text
+from vomstudio.ui.base.studio import Notice, Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
@@ -25,7 +26,8 @@ class TourStep:
 
     `text` is marked for translation. `target` returns the widget concerned, or None if it is not
     visible. `now` returns a state; `done` receives its value at the start of the step. If
-    `onward`, the step only shows something, and its button is "Next".
+    `onward`, the step only shows something, and its button is "Next". `result` returns what the
+    user has done, which is shown together with the next step.
     """
 
     name: str
@@ -34,6 +36,7 @@ class TourStep:
     now: Callable[[], Any]
     done: Callable[[Any], bool]
     onward: bool = False
+    result: Callable[[], str] = str
 
 
 def button_of(action: QAction) -> QWidget | None:
@@ -92,7 +95,18 @@ def steps(
     def saved(_: object) -> bool:
         return not (studio.project.untitled or studio.session.dirty)
 
-    dialogs = _Counter(actions["orthophoto"])
+    orthophotos: list[str] = []
+
+    def note(notice: Notice) -> None:
+        if notice.code == "ortho.written" and notice.file is not None:
+            orthophotos.append(notice.file.name)
+
+    studio.notice.connect(note)
+
+    def plane_text() -> str:
+        trace = studio.session.of(Trace)[-1]
+        orientation = orientation_text(studio.measure(trace), studio.settings.notation)
+        return f"{trace.name}: {orientation}"
 
     def nothing() -> None:
         return None
@@ -106,6 +120,7 @@ def steps(
             button("open_sample", "open"),
             nothing,
             lambda _: bool(studio.models),
+            result=lambda: tr("The model is open."),
         ),
         TourStep(
             "turn",
@@ -145,6 +160,7 @@ def steps(
             viewport,
             traces,
             lambda before: traces() > before,
+            result=plane_text,
         ),
         TourStep(
             "numbers",
@@ -171,12 +187,13 @@ def steps(
         TourStep(
             "orthophoto",
             to_translate(
-                "Make a true-to-scale picture along this view: press "
-                "Ctrl+P, or choose Orthophoto in the Analyse menu."
+                "Make a true-to-scale picture along this view: press Ctrl+P, "
+                "then Make the orthophoto in the dialog."
             ),
             lambda: button("orthophoto")() or viewport(),
-            dialogs.now,
-            dialogs.grown,
+            lambda: len(orthophotos),
+            lambda before: len(orthophotos) > before,
+            result=lambda: tr("{file} is written.", file=orthophotos[-1]),
         ),
         TourStep(
             "save",
@@ -187,22 +204,6 @@ def steps(
             button("save"),
             nothing,
             saved,
+            result=lambda: tr("The project {name} is saved.", name=studio.project.name),
         ),
     ]
-
-
-class _Counter:
-    """Counter of how often an action has been run."""
-
-    def __init__(self, action: QAction) -> None:
-        self._times = 0
-        action.triggered.connect(self._ran)
-
-    def _ran(self) -> None:
-        self._times += 1
-
-    def now(self) -> int:
-        return self._times
-
-    def grown(self, before: int) -> bool:
-        return self._times > before

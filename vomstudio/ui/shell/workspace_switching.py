@@ -35,12 +35,21 @@ class WorkspaceSwitching(QObject):
         self._has_model = self._has_feature = False
         self._is_picking = False
         survey.changed.connect(self.refresh)
+        survey.model_made.connect(self.model_made)
         workspaces.changed.connect(self._workspace_changed)
-        for signal in (studio.edited, studio.project_opened, studio.model_loaded):
+        studio.project_opened.connect(self._project_opened)
+        for signal in (studio.edited, studio.model_loaded):
             signal.connect(self._data_changed)
         studio.selection_changed.connect(self._selection_changed)
         studio.tool_changed_signal.connect(self._tool_changed)
         workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_store()))
+
+    def _project_opened(self) -> None:
+        """Show the outcrop; an empty project closes the drawer, which has nothing to show."""
+        self._docks.leave_center()
+        self._data_changed()
+        if not self._has_model and self._survey.folder is None:
+            self._docks.close_region("drawer")
 
     # --- what is opened ----------------------------------------------------------------------
     def photos_opened(self) -> None:
@@ -56,6 +65,14 @@ class WorkspaceSwitching(QObject):
         had_photos = self._area.shows_photo or self._docks.center_page == _PHOTOS
         self._docks.leave_center()
         if had_photos and self._workspaces.shown.center:
+            self._workspaces.switch(_INTERPRET)
+
+    def model_made(self) -> None:
+        """Show the model of a finished reconstruction, unless a photo is being edited."""
+        if self._area.shows_photo:
+            return
+        self._docks.leave_center()
+        if self._workspaces.shown.name == _MODEL:
             self._workspaces.switch(_INTERPRET)
 
     # --- inspector ---------------------------------------------------------------------------

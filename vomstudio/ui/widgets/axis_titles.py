@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFormLayout, QLayout, QWidget
 
 from vomstudio.core.words import tr
@@ -29,19 +30,24 @@ def length_unit(axes: Axes) -> str:
     return "m" if axes.metric else tr("units")
 
 
-def follow_axes(studio: Studio, show: Callable[[Axes], object]) -> None:
-    """Call `show` now and whenever the axes change, as long as the window exists."""
-    current: list[Axes] = []
+def follow_axes(owner: QObject, studio: Studio, show: Callable[[Axes], object]) -> None:
+    """Call `show` now and whenever the axes change, as long as the owner exists."""
+    _AxesFollower(owner, studio, show).refresh()
 
-    def refresh(*_: object) -> None:
-        axes = project_axes(studio)
-        if current != [axes]:
-            current[:] = [axes]
-            show(axes)
 
-    studio.project_opened.connect(refresh)
-    studio.edited.connect(refresh)
-    refresh()
+class _AxesFollower(QObject):
+    def __init__(self, owner: QObject, studio: Studio, show: Callable[[Axes], object]) -> None:
+        super().__init__(owner)
+        self._studio, self._show = studio, show
+        self._axes: Axes | None = None
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(self.refresh)
+
+    def refresh(self) -> None:
+        axes = project_axes(self._studio)
+        if axes != self._axes:
+            self._axes = axes
+            self._show(axes)
 
 
 def add_length_row(
@@ -52,4 +58,4 @@ def add_length_row(
     if isinstance(field, QWidget):
         label.setBuddy(field)
     form.addRow(label, field)
-    follow_axes(studio, lambda axes: label.setText(title(length_unit(axes))))
+    follow_axes(label, studio, lambda axes: label.setText(title(length_unit(axes))))

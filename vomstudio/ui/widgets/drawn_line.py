@@ -31,17 +31,12 @@ class DrawnLine(QObject):
         super().__init__(parent)
         self._studio, self._is_waiting = studio, False
         studio.edited.connect(self._edited)
-        studio.project_opened.connect(self.cancel)
 
     def begin(self) -> None:
         """Open the measure tool, and wait for a polyline."""
         self._studio.tool_of(MeasureTool).choose(kind="polyline")
         self._studio.activate("measure")
         self._is_waiting = True
-
-    def cancel(self) -> None:
-        """Stop waiting for the polyline."""
-        self._is_waiting = False
 
     def _edited(self, edit: Edit) -> None:
         if not self._is_waiting:

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from vomstudio.core.words import tr
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.ui.base.controls import ComboBox
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 
 
@@ -36,9 +37,9 @@ class FoldBox(QWidget):
         row.setSpacing(4)
         row.addWidget(self.quality, 1)
         row.addWidget(self.set, 1)
-        studio.fold.changed.connect(self.refresh)
+        connect_until_deleted(self, studio.fold.changed, self.refresh)
         studio.project_opened.connect(self.refresh)
-        studio.edited.connect(lambda _: self.refresh())
+        studio.edited.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:

@@ -48,10 +48,7 @@ class LineField(QWidget):
         row.setSpacing(3)
         row.addWidget(self.line, 1)
         row.addWidget(self.take_button)
-        studio.selection_changed.connect(lambda _: self._refresh())
-        # The text refers to the rock of one project.
-        studio.project_opened.connect(self.line.clear)
-        studio.project_opened.connect(self._refresh)
+        studio.selection_changed.connect(self._refresh)
         self._refresh()
 
     def direction(self) -> Line | None:

@@ -29,11 +29,11 @@ _ICONS = {
     "error": "alert-octagon-outline",
 }
 _COLORS = {"info": "#56b4e9", "hint": "#56b4e9", "warning": "#e69f00", "error": "#d55e00"}
-_HINT_MS = 6000
+_HINT_MS, _REPORT_MS = 6000, 20_000
 
 
 class MessagesPanel(QListWidget):
-    """Panel with all notices since the start of the program, and their times."""
+    """Panel with all notices since the project was opened, and their times."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,8 +56,8 @@ class MessagesPanel(QListWidget):
 class MessageBar(QFrame):
     """Message bar over the top of the viewport, which keeps its size.
 
-    Hints disappear after some seconds. Other notices remain, and are counted when a newer notice
-    replaces them. `notice` is the current or last notice.
+    Hints and reports disappear after some seconds. Other notices remain, and are
+    counted when a newer notice replaces them. `notice` is the current or last notice.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -66,7 +66,6 @@ class MessageBar(QFrame):
         self._tools: QWidget | None = None
         self._hint_timer = QTimer(self)
         self._hint_timer.setSingleShot(True)
-        self._hint_timer.setInterval(_HINT_MS)
         self._hint_timer.timeout.connect(self.hide)
         if parent is not None:
             parent.installEventFilter(self)
@@ -115,7 +114,9 @@ class MessageBar(QFrame):
             if self.isVisible() and unread:
                 # An unread notice remains, and the hint is only listed.
                 return
-            self._hint_timer.start()
+            self._hint_timer.start(_HINT_MS)
+        elif notice.level == "info" and not unread:
+            self._hint_timer.start(_REPORT_MS)
         else:
             self._hint_timer.stop()
         if not unread:
@@ -138,6 +139,13 @@ class MessageBar(QFrame):
         self._text.setText(notice.text)
         self.show()
         self._update_geometry()
+
+    def clear(self) -> None:
+        """Hide the notice, and forget the unread ones."""
+        self._hint_timer.stop()
+        self._unread = 0
+        self.notice = None
+        self.hide()
 
     def connect_history(self, call: Callable[[], None]) -> None:
         """Set the function that shows all messages when the count of earlier ones is clicked."""

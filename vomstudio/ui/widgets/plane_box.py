@@ -40,7 +40,7 @@ class PlaneBox(ComboBox):
         studio.selection_changed.connect(self._selected)
         studio.edited.connect(self._edited)
         studio.project_opened.connect(self._opened)
-        studio.settings_changed.connect(lambda: self.show_plane(self._plane_id))
+        studio.settings_changed.connect(self._settings_changed)
         self.show_plane("")
 
     def show_plane(self, plane_id: str) -> None:
@@ -108,6 +108,9 @@ class PlaneBox(ComboBox):
             if self._follows:
                 self._plane_id = ""
                 self.plane_selected.emit("")
+        self.show_plane(self._plane_id)
+
+    def _settings_changed(self) -> None:
         self.show_plane(self._plane_id)
 
     def _opened(self) -> None:

@@ -54,10 +54,9 @@ class PlaneChoice(QWidget):
         row.addWidget(self.label, 1)
         row.addWidget(self.take_button)
         row.addWidget(self.clear_button)
-        studio.selection_changed.connect(lambda _: self.refresh())
-        studio.edited.connect(lambda _: self.refresh())
+        studio.selection_changed.connect(self.refresh)
+        studio.edited.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
-        studio.project_opened.connect(lambda: self._choose(""))
         self.refresh()
 
     def take_selected(self) -> None:

@@ -66,10 +66,7 @@ class PlaneField(QWidget):
             self.view_button.clicked.connect(lambda _=False: self._take_view())
             row.addWidget(self.view_button)
         studio.settings_changed.connect(self._notation_changed)
-        studio.selection_changed.connect(lambda _: self._refresh())
-        # The text refers to the rock of one project.
-        studio.project_opened.connect(self.line.clear)
-        studio.project_opened.connect(self._refresh)
+        studio.selection_changed.connect(self._refresh)
         self._notation_changed()
         self._refresh()
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vomstudio.core.errors import InputError
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
+from vomstudio.io.control.formats.micmac import only_xml
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import project_points
 from vomstudio.io.text.xml_tree import (
@@ -135,6 +136,17 @@ def _known(path: Path, element: Element, name: str, values_by_key: dict[str, str
     return values_by_key[key]
 
 
+def find_points(folder: Path) -> Path | None:
+    """Return the only XML file in the folder that has markers with coordinates, or None."""
+    path = only_xml(folder, lambda head: f"<{ROOT_TAG}" in head and "<chunk" in head)
+    if path is None:
+        return None
+    try:
+        return path if points_of(path) else None
+    except (InputError, UsageError):
+        return None
+
+
 CONTROL_FORMAT = ControlFormat(
     to_translate("markers of Metashape (XML)"),
     matches=matches,
@@ -142,5 +154,6 @@ CONTROL_FORMAT = ControlFormat(
     marks=marks_of,
     crs=crs_of,
     holds_marks=True,
+    find_points=find_points,
     extensions=(".xml",),
 )

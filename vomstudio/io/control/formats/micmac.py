@@ -5,6 +5,7 @@ Points are stored in DicoAppuisFlottant, and marks in SetOfMesureAppuisFlottants
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
@@ -106,15 +107,36 @@ def marks_of(path: Path) -> list[Mark]:
 
 def marks_beside(path: Path) -> Path | None:
     """Return the only other XML file in the folder that has marks but no points, or None."""
+    return only_xml(path.parent, lambda head: MARKS in head and POINTS not in head, path)
+
+
+def find_points(folder: Path) -> Path | None:
+    """Return the only XML file in the folder that has points, or None."""
+    return only_xml(folder, lambda head: POINTS in head)
+
+
+def only_xml(
+    folder: Path, matches: Callable[[str], bool], excluded: Path | None = None
+) -> Path | None:
+    """Return the only XML file in a folder whose first bytes match, or None.
+
+    Parameters
+    ----------
+    folder : Path
+    matches : callable
+        Function of the first `HEAD_BYTES` bytes, as text.
+    excluded : Path, optional
+        File that is not searched.
+    """
     candidates = []
-    for other in sorted(path.parent.glob("*.[xX][mM][lL]"))[:MAX_FILES]:
+    for file in sorted(folder.glob("*.[xX][mM][lL]"))[:MAX_FILES]:
         try:
-            with open_regular(other) as file:
-                head = file.read(HEAD_BYTES)
+            with open_regular(file) as stream:
+                head = stream.read(HEAD_BYTES).decode("utf-8", "replace")
         except (InputError, OSError):
             continue
-        if other != path and MARKS.encode() in head and POINTS.encode() not in head:
-            candidates.append(other)
+        if file != excluded and matches(head):
+            candidates.append(file)
     return candidates[0] if len(candidates) == 1 else None
 
 
@@ -128,4 +150,5 @@ CONTROL_FORMAT = ControlFormat(
     certain=False,
     extensions=(".xml",),
     marks_beside=marks_beside,
+    find_points=find_points,
 )

@@ -55,8 +55,6 @@ class AlignmentDialog(QDialog):
         layout.setContentsMargins(6, 6, 6, 6)
         layout.addLayout(self._stack)
         self.tabs.currentChanged.connect(lambda _: self._fill_page())
-        # The photos do not belong to another project.
-        studio.project_opened.connect(self.close)
         self._data.read(self._show_pages, self._status.setText)
 
     @property

@@ -181,7 +181,6 @@ class FitDialog(QDialog):
         ):
             QShortcut(QKeySequence(key), self).activated.connect(call)
         studio = self._studio
-        studio.project_opened.connect(self.reject)
         studio.edited.connect(self._handle_edit)
         self._disconnect_jobs = studio.jobs.closed.connect(self.reject)
 

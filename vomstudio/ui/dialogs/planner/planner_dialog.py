@@ -9,8 +9,6 @@ from typing import Any
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import (
-    QComboBox,
-    QCompleter,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
@@ -19,7 +17,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -27,7 +24,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import to_translate, tr
-from vomstudio.io.photos.camera_table import camera_models
+from vomstudio.io.photos.camera_table import find_camera, search_cameras
 from vomstudio.photogrammetry.survey.plan_camera import camera_of
 from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
 from vomstudio.photogrammetry.survey.planning import MANNERS, SurveyPlan, plan_survey
@@ -48,6 +45,7 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.planner.plan_drawing import PlanDrawing
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.widgets.search_field import Match, SearchField
 from vomstudio.ui.widgets.vertex_table import parse_number
 
 _VIEW_KEY, _JOB_KEY = "survey_plan", "plan"
@@ -141,28 +139,20 @@ class PlannerDialog(QDialog):
 
     # --- widgets -----------------------------------------------------------------------------
     def _make_form(self) -> QFormLayout:
-        self.camera = ComboBox()
+        self.camera = SearchField(_camera_matches)
         self.camera.setObjectName("plan_camera")
-        self.camera.setEditable(True)
-        self.camera.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.camera.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        labels = sorted({model.label for model in camera_models()}, key=str.casefold)
-        self.camera.addItems(labels)
-        completer = QCompleter(labels, self.camera)
-        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        completer.setFilterMode(Qt.MatchFlag.MatchContains)
-        self.camera.setCompleter(completer)
-        edit = self.camera.lineEdit()
-        assert edit is not None
-        edit.setPlaceholderText(tr("Name, or 23.5x15.6,35,6000x4000"))
+        self.camera.setPlaceholderText(tr("Name, or 23.5x15.6,35,6000x4000"))
         self.camera.setToolTip(
             tr(
                 "A camera from the list, or sensor size and focal length in mm and image size in "
                 "pixels."
             )
         )
-        self.camera.editTextChanged.connect(self._schedule_plan)
+        self.camera.textChanged.connect(self._schedule_plan)
+        self.camera.textChanged.connect(self._follow_camera)
         photo = QPushButton(tr("From a photo…"))
+        # Enter in a field must not open the file dialog.
+        photo.setAutoDefault(False)
         photo.setToolTip(tr("Read camera and focal length from a photo."))
         photo.clicked.connect(self._browse_photo)
         self.focal = self._create_number_field("plan_focal")
@@ -273,7 +263,7 @@ class PlannerDialog(QDialog):
 
     # --- input -------------------------------------------------------------------------------
     def _fill(self, values: dict[str, Any]) -> None:
-        self.camera.setEditText(str(values["camera"]))
+        self.camera.setText(str(values["camera"]))
         for field, name in (
             (self.focal, "focal"),
             (self.aperture, "aperture"),
@@ -291,7 +281,7 @@ class PlannerDialog(QDialog):
 
     def _values(self) -> dict[str, Any]:
         return {
-            "camera": self.camera.currentText().strip(),
+            "camera": self.camera.text().strip(),
             "focal": self.focal.text().strip(),
             "aperture": self.aperture.text().strip(),
             "width": self.width_.text().strip(),
@@ -303,6 +293,14 @@ class PlannerDialog(QDialog):
             "receiver": self.receiver.text().strip(),
             "control": self.control.text().strip(),
         }
+
+    def _follow_camera(self, text: str) -> None:
+        """Propose a method by drone for the camera of a drone, and by hand for others."""
+        model = find_camera(text.strip())
+        if model is not None and model.is_drone != (self.manner.currentData() != "handheld"):
+            self.manner.setCurrentIndex(
+                self.manner.findData("drone" if model.is_drone else "handheld")
+            )
 
     def _convert_target(self) -> None:
         """Convert the target to the newly selected quantity, for the same plan."""
@@ -331,7 +329,7 @@ class PlannerDialog(QDialog):
         )
         if name:
             self.focal.clear()
-            self.camera.setEditText(name)
+            self.camera.setText(name)
 
     def _schedule_plan(self, *_: object) -> None:
         self._compute_timer.start()
@@ -408,7 +406,7 @@ class PlannerDialog(QDialog):
         # Runs in a thread, because importing matplotlib takes a second.
         self._background.run(
             lambda: write_field_sheet(path, plan, force=True),
-            lambda _: studio.info(Finding("export.written", file=path)),
+            lambda _: studio.written(path),
             studio.fail,
         )
 
@@ -445,6 +443,19 @@ class PlannerDialog(QDialog):
             self._background.stop()
         finally:
             super().done(result)
+
+
+def _camera_matches(text: str) -> list[Match]:
+    """Return the lines and names of the cameras in the table that match a text."""
+    return [
+        (
+            model.common_label
+            if len(model.names) == 1
+            else f"{model.common_label}  ({', '.join(model.names[:-1])})",
+            model.common_label,
+        )
+        for model in search_cameras(text)
+    ]
 
 
 def _create_row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:

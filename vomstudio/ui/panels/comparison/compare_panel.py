@@ -48,6 +48,7 @@ from vomstudio.ui.base.command_targets import ask_for_target, current_model
 from vomstudio.ui.base.controls import ComboBox, Label, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.comparison.agreement_table import AgreementTable
 from vomstudio.ui.panels.comparison.histogram import Histogram, count_distances
@@ -98,7 +99,7 @@ class ComparePanel(QWidget):
         self.method.addItem(tr("M3C2, along the normals"))
         self.method.currentIndexChanged.connect(self._show_limits)
         self.limits = OptionFields(CompareOptions, "compare", CompareOptions(m3c2_m=0.5))
-        follow_axes(studio, lambda axes: self.limits.show_unit(length_unit(axes)))
+        follow_axes(self, studio, lambda axes: self.limits.show_unit(length_unit(axes)))
         self.start = QPushButton(theme.icon("compare-horizontal"), tr("Compare"))
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
@@ -113,13 +114,13 @@ class ComparePanel(QWidget):
         self._arrange()
         self.other.model_changed.connect(self._refresh_buttons)
         self.other.status_changed.connect(self.message.setText)
-        for signal in (studio.project_opened, studio.selection_changed, studio.model_loaded):
-            signal.connect(self.refresh)
-        studio.jobs.closed.connect(self._close)
-        studio.project_opened.connect(self._reset)
+        studio.selection_changed.connect(self.refresh)
+        studio.model_loaded.connect(self.refresh)
+        connect_until_deleted(self, studio.jobs.closed, self._close)
         studio.edited.connect(self._follow_edit)
         self._show_limits()
         self._show()
+        self._refresh_buttons()
 
     def _arrange(self) -> None:
         form = QFormLayout()
@@ -225,13 +226,6 @@ class ComparePanel(QWidget):
             return
         self._show_comparison(model_id, comparison, content)
 
-    def _reset(self, *_: object) -> None:
-        """Clear the comparison when another project is opened."""
-        self.comparison, self._searched_model = None, None
-        self.agreement.invalidate()
-        self.message.setText("")
-        self._show()
-
     def _show_limits(self, *_: object) -> None:
         is_m3c2 = self.method.currentIndex() == 1
         for field in self.limits.fields.values():
@@ -243,6 +237,8 @@ class ComparePanel(QWidget):
         self.start.setText(tr("Stop") if is_busy else tr("Compare"))
         allow(self.start, reason)
         no_result = None if self.comparison is not None else Finding("action.not-computed")
+        if self._model is None:
+            no_result = Finding("action.no-model")
         allow(self.export, Finding("action.busy") if is_busy else no_result)
         self.copy.allow(self._why_not())
         other = self.other.current()
@@ -389,7 +385,8 @@ class ComparePanel(QWidget):
         fields = distances_file(studio.project.folder, comparison.fields.stem)
 
         def done(result: ExportedModel) -> None:
-            for finding in (Finding("export.written", file=path), *result.warnings):
+            studio.written(path)
+            for finding in result.warnings:
                 studio.info(finding)
 
         def failed(event: Failed) -> None:

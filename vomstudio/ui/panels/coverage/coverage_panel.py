@@ -20,6 +20,7 @@ from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow, button_row, narrow_form
 from vomstudio.ui.base.number_formatting import extent_points
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.coverage.analysis import (
@@ -96,13 +97,11 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self.extent.activated.connect(lambda _: self._refresh())
         self.plane.changed.connect(self._refresh)
         self.cell.textChanged.connect(lambda _: self._refresh())
-        studio.project_opened.connect(self.cell.clear)
-        studio.project_opened.connect(self._soon)
         studio.edited.connect(self._soon)
         studio.model_loaded.connect(self._soon)
-        studio.workspace.grids.changed.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._refresh())
-        studio.active_tool_changed.connect(lambda _: self._refresh())
+        connect_until_deleted(self, studio.workspace.grids.changed, self._soon)
+        studio.selection_changed.connect(self._refresh)
+        studio.active_tool_changed.connect(self._refresh)
 
     # --- display -----------------------------------------------------------------------------
     def _list(self) -> None:

@@ -140,7 +140,7 @@ class ProjectTree(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._stack)
-        studio.project_opened.connect(self.rebuild)
+        studio.project_opened.connect(self._begin_project)
         studio.edited.connect(self._apply_edit)
         studio.selection_changed.connect(self._show_selection)
         studio.visibility_changed.connect(self._show_visibility)
@@ -149,6 +149,11 @@ class ProjectTree(QWidget):
         self._notation = studio.settings.notation
 
     # --- display -----------------------------------------------------------------------------
+    def _begin_project(self) -> None:
+        self.filter.clear()
+        self.empty_types.setChecked(False)
+        self.rebuild()
+
     def rebuild(self) -> None:
         """Rebuild the tree from the project; the features are added in portions."""
         with QSignalBlocker(self.tree):

@@ -115,6 +115,7 @@ class TablePanel(QWidget):
         self._sorted.rowsInserted.connect(self._show_count)
         self._sorted.rowsRemoved.connect(self._show_count)
         self._sorted.modelReset.connect(self._show_count)
+        studio.project_opened.connect(self._filter.clear)
         studio.project_opened.connect(self.rebuild)
         studio.settings_changed.connect(self._apply_settings)
         studio.edited.connect(self._apply_edit)

@@ -98,7 +98,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         )
         self.take.setToolTip(tr("The selected line or area, as it lies on the face."))
         self.options = OptionFields(FractureOptions, "fracture")
-        follow_axes(studio, lambda axes: self.options.show_unit(length_unit(axes)))
+        follow_axes(self, studio, lambda axes: self.options.show_unit(length_unit(axes)))
         self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
         self.figure.setToolTip(tr("Map, rose, nodes, lengths and intensity as SVG, PDF or PNG."))
         self.copy = CopyCommandButton(
@@ -156,15 +156,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 region_mark(self._region_kind(), self._region_numbers(ends))
             )
         )
-        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
-        studio.selection_changed.connect(lambda _: self._follow_selection())
+        studio.selection_changed.connect(self._follow_selection)
         self._follow_region()
-
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self.region_field.clear()
-        self._soon()
 
     # --- sampling region ---------------------------------------------------------------------
     def _region_kind(self) -> str:

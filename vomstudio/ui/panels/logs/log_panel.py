@@ -108,7 +108,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             self.copy_command, tr("keep the boundaries as a table, and copy the command")
         )
         self.table = BedLogTable()
-        follow_axes(studio, self._show_axes)
+        follow_axes(self, studio, self._show_axes)
         self.picture = ScaledPicture()
         self._arrange()
         self._connect()
@@ -157,10 +157,9 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.table.description_edited.connect(self._store_description)
         title = tr("Write the log")
         self.write.clicked.connect(lambda _=False: self._ask_for_file(title, "log.csv", _FORMATS))
-        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(soon)
-        studio.selection_changed.connect(lambda _: self._follow_selection())
+        studio.selection_changed.connect(self._follow_selection)
         self._line.finished.connect(self._take_picked_line)
 
     # --- line --------------------------------------------------------------------------------
@@ -181,13 +180,6 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         if self.group.choice() == SELECTED:
             self._soon()
         self._refresh()
-
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self.line_id = ""
-        self.max_distance.clear()
-        self.options.reset()
-        self._soon()
 
     def _store_description(self, key: str, description: object) -> None:
         """Store the description of a bed in the record of the line, as one edit."""

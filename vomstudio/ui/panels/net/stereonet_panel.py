@@ -167,7 +167,7 @@ class StereonetPanel(QWidget):
         self.view_settings.changed.connect(self._schedule_redraw)
         studio.fold.changed.connect(self._schedule_redraw)
         # An empty net also shows the note about north, and no edit of a feature updates that note.
-        follow_axes(studio, lambda _: self._schedule_redraw())
+        follow_axes(self, studio, lambda _: self._schedule_redraw())
 
     def set_overlay(self, on: bool) -> None:
         """Draw on translucent paper over the outcrop.

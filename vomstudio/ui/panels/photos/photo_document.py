@@ -86,15 +86,17 @@ class PhotoDocument(QObject):
         """Return the folder of a photo set, or None if the folder is missing."""
         project_folder = self._studio.project.folder
         # The project may have been moved together with its photos.
-        paths = (project_folder / photo_set.path, project_folder.parent / photo_set.name)
+        paths = (project_folder / photo_set.path, project_folder.parent / Path(photo_set.path).name)
         return next((path for path in paths if is_folder(path)), None)
 
     def find_moved_set(self) -> PhotoSet | None:
-        """Return the photo set that has the same name but a missing folder, or None."""
+        """Return the set whose missing folder has the same name, or None."""
         if self.folder is None or self.photo_set is not None:
             return None
         project_folder = self._studio.project.folder
-        sets = [s for s in photo_sets(self._studio.records) if s.name == self.folder.name]
+        sets = [
+            s for s in photo_sets(self._studio.records) if Path(s.path).name == self.folder.name
+        ]
         missing_sets = [s for s in sets if not is_folder(project_folder / s.path)]
         return missing_sets[0] if len(missing_sets) == 1 else None
 

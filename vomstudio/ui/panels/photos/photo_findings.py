@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import tr
 from vomstudio.ui.base.texts import format_sentence
 
 if TYPE_CHECKING:
@@ -37,8 +36,8 @@ def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[F
     return [first, *facts.warnings]
 
 
-def placement_text(model: Model, resolution: float | None) -> str:
-    """Return the scale, north and resolution of a placed model of the photos, as text.
+def placement_findings(model: Model, resolution: float | None) -> list[Finding]:
+    """Return the scale, north and resolution of a placed model, and what limits its accuracy.
 
     Parameters
     ----------
@@ -46,14 +45,14 @@ def placement_text(model: Model, resolution: float | None) -> str:
     resolution : float or None
         Resolution in units of the model file, or None if unknown.
     """
-    from vomstudio.registration.summary import placement_facts
+    from vomstudio.registration.summary import placement_facts, summary_of
 
     facts = placement_facts(model, resolution)
-    return tr(
-        "{model} is placed. {facts}.",
-        model=model.name,
-        facts="; ".join(f"{name}: {value}" for name, value in facts),
-    )
+    text = "; ".join(f"{name}: {value}" for name, value in facts)
+    placement = Finding("model.placed", model=model.name, facts=text)
+    registration = model.registration
+    warnings = () if registration is None else summary_of(registration).warnings
+    return [placement, *warnings]
 
 
 def finished_reconstruction(name: str, result: Reconstruction) -> Finding:

@@ -17,6 +17,7 @@ from vomstudio.project.photo_edits import (
     add_photo_set,
     import_sidecar_data,
     locate_photos,
+    photo_set_name,
 )
 from vomstudio.project.records import PhotoSet
 from vomstudio.studio.jobs.events import Failed
@@ -117,7 +118,7 @@ class PhotoImport:
         points: Sequence[PointState] = sidecars.points
         if stored_set is None:
             path = stored_path(self._studio.project.folder, folder)
-            new_set = PhotoSet(new_id("photos"), folder.name, path, sidecars.crs)
+            new_set = PhotoSet(new_id("photos"), photo_set_name(folder), path, sidecars.crs)
             self._studio.attempt(add_photo_set, new_set, points, marks, sidecars.masks)
             return
         if not has_tables:

@@ -12,10 +12,12 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
-from vomstudio.io.control.control_files import find_control
+from vomstudio.io.control.control_files import find_control, find_program_control
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.project.edit import Edit
+from vomstudio.project.photo_edits import photo_set_name
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model
 from vomstudio.studio.jobs.events import Failed
@@ -28,7 +30,7 @@ from vomstudio.ui.panels.photos.photo_exports import PhotoExports
 from vomstudio.ui.panels.photos.photo_findings import (
     control_findings,
     finished_reconstruction,
-    placement_text,
+    placement_findings,
 )
 from vomstudio.ui.panels.photos.photo_import import PhotoImport
 from vomstudio.ui.panels.photos.photo_row import PhotoRow, add_findings
@@ -64,6 +66,8 @@ class PhotoSurvey(QObject):
         Emitted when tables of points or marks have been written.
     edited : Signal
         Emitted with each edit of the project.
+    model_made : Signal
+        Emitted when the model of a finished reconstruction has been added to the project.
     """
 
     changed = Signal()
@@ -72,6 +76,7 @@ class PhotoSurvey(QObject):
     marks_changed = Signal()
     edited = Signal(object)
     history_changed = Signal()
+    model_made = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -82,10 +87,12 @@ class PhotoSurvey(QObject):
         self.verdict = ""
         self.exclusions: list[Finding] = []
         self.problem = ""
-        self.has_north = True
+        self.frame: Frame | None = None
+        """Frame of the positions of the rows; None for positions by GPS."""
         self.control_note: Finding | None = None
         self.result: Reconstruction | None = None
         self._list_job: RunningJob | None = None
+        self._check_job: RunningJob | None = None
         self._reconstruction_job: RunningJob | None = None
         self._restart_pending = False
         self.settings = ReconstructionSettings()
@@ -118,8 +125,18 @@ class PhotoSurvey(QObject):
         return self.settings.quality
 
     @property
-    def is_reading(self) -> bool:
+    def is_listing(self) -> bool:
+        """Whether the photos or the files beside them are being read."""
         return self._list_job is not None
+
+    @property
+    def is_reading(self) -> bool:
+        """Whether the photos are being read or checked."""
+        return self._list_job is not None or self._check_job is not None
+
+    def crs_codes(self) -> list[str]:
+        """Return the CRS of the models of the project."""
+        return self._studio.crs_codes()
 
     @property
     def reconstruction_job(self) -> RunningJob | None:
@@ -132,7 +149,7 @@ class PhotoSurvey(QObject):
             return Finding("action.reconstruction-running")
         if self.folder is None:
             return Finding("action.no-photos")
-        if self.is_reading:
+        if self.is_listing:
             return Finding("photos.pending")
         if len(self.rows) < 2:
             return Finding("action.too-few-photos")
@@ -197,36 +214,47 @@ class PhotoSurvey(QObject):
         self.forecast = None
         self.rows, self.findings, self.exclusions = [], (), []
         self.verdict, self.problem, self.result = "", "", None
-        self.has_north = True
+        self.frame = None
         self.rows_changed.emit()
         request = list_request(folder, self._studio.project.cache)
-        self._read(request, tr("Reading photos"), self._show_photos)
+        self._list_job = self._read(request, tr("Reading photos"), self._show_photos)
+        self.changed.emit()
 
     def _check(self) -> None:
         from vomstudio.ui.panels.photos.survey_requests import check_request
 
         assert self.folder is not None
         request = check_request(self.folder, self._studio.project.cache, self._masks())
-        self._read(request, tr("Checking the survey"), self._show_check)
+        self._check_job = self._read(request, tr("Checking the survey"), self._show_check)
+        self.changed.emit()
 
     def _read(
         self, request: JobRequest[Request, Result], title: str, callback: Callable[[Result], None]
-    ) -> None:
+    ) -> RunningJob:
+        """Start a job whose result is used unless another folder is opened meanwhile."""
+
+        def end() -> bool:
+            if job is self._list_job:
+                self._list_job = None
+            elif job is self._check_job:
+                self._check_job = None
+            else:
+                return False
+            return True
+
         def done(result: Result) -> None:
-            self._list_job = None
-            callback(result)
-            self.changed.emit()
+            if end():
+                callback(result)
+                self.changed.emit()
 
         def failed(event: Failed) -> None:
-            self._list_job = None
-            if not event.cancelled:
-                self.problem = event.message
-            self.changed.emit()
+            if end():
+                if not event.cancelled:
+                    self.problem = event.message
+                self.changed.emit()
 
-        self._list_job = self._studio.jobs.submit(
-            *request, title=title, on_done=done, on_failed=failed
-        )
-        self.changed.emit()
+        job = self._studio.jobs.submit(*request, title=title, on_done=done, on_failed=failed)
+        return job
 
     def _masks(self) -> dict[str, Path] | None:
         """Return the masks of the project by photo name, or None before the photos are imported."""
@@ -329,12 +357,15 @@ class PhotoSurvey(QObject):
             and (model.frame.has_metres or model.frame.has_north)
         ]
 
-    def placement_findings(self) -> list[str]:
-        """Return a sentence about the scale, north and resolution of each placed model."""
+    def placement_findings(self) -> list[Finding]:
+        """Return the placement of each placed model, with the warnings of its registration."""
         models = self._studio.models
         return [
-            placement_text(model, models[model.id].resolution if model.id in models else None)
+            finding
             for model in self.placed_models()
+            for finding in placement_findings(
+                model, models[model.id].resolution if model.id in models else None
+            )
         ]
 
     def metres_per_unit(self) -> float | None:
@@ -349,6 +380,8 @@ class PhotoSurvey(QObject):
     def _edited(self, edit: Edit) -> None:
         records = (*edit.before.values(), *edit.after.values())
         if any(isinstance(each, Model | Registration) for each in records):
+            self._show_cameras()
+            self.rows_changed.emit()
             self.changed.emit()
 
     def _apply_report(self, report: SurveyReport) -> None:
@@ -358,18 +391,24 @@ class PhotoSurvey(QObject):
 
     def _stop_reading(self) -> None:
         self._forecast_job = None
-        if self._list_job is not None:
-            self._studio.jobs.cancel(self._list_job)
-            self._list_job = None
+        for job in (self._list_job, self._check_job):
+            if job is not None:
+                self._studio.jobs.cancel(job)
+        self._list_job = self._check_job = None
 
     # --- masks and marks ---------------------------------------------------------------------
     def tables(self) -> tuple[Path | None, Path | None]:
-        """Return the files of the control points and of the marks, or None if missing."""
+        """Return the files of the control points and of the marks, or None if missing.
+
+        Files of the project beside the photos precede those of other programs.
+        """
         if self.folder is None:
             return None, None
         if (sidecars := find_control(self.folder)) is not None:
             return sidecars
         control, marks = self.exports.table(CONTROL), self.exports.table(MARKS)
+        if control is None and marks is None:
+            return find_program_control(self.folder) or (None, None)
         return (None if marks is None else control), marks
 
     def import_sidecars(self) -> None:
@@ -431,7 +470,7 @@ class PhotoSurvey(QObject):
         if self.settings.control is None:
             # Tie points connect the photos, whichever observations register the model.
             request = replace(request, marks=self.tables()[1])
-        session, name = self._studio.session, folder.name
+        session, name = self._studio.session, photo_set_name(folder)
         self.result = None
         reconstruction_folders.store_failure(out, "")
 
@@ -454,7 +493,9 @@ class PhotoSurvey(QObject):
                 reconstruction_folders.record_reconstruction(
                     self._studio, photo_set.id, target, name
                 )
-            self._studio.open_model(target / Path(result.mesh).name, name)
+            self._studio.open_model(
+                target / Path(result.mesh).name, name, then=lambda _: self.model_made.emit()
+            )
 
         def failed(event: Failed) -> None:
             self._reconstruction_job = None
@@ -489,18 +530,20 @@ class PhotoSurvey(QObject):
 
     def _show_cameras(self) -> None:
         out = self.output_folder()
-        has_north = (
-            None if out is None else reconstruction_folders.fill_camera_positions(out, self.rows)
-        )
-        if has_north is not None:
-            self.has_north = has_north
+        if out is None:
+            return
+        model = next(iter(self.placed_models()), None)
+        frame = reconstruction_folders.fill_camera_positions(out, self.rows, model)
+        if frame is not None:
+            self.frame = frame
 
     def _project_opened(self) -> None:
         self._stop_reading()
         self.exports.end()
         self.folder, self.rows, self.findings, self.result = None, [], (), None
         self.verdict, self.problem, self.control_note = "", "", None
-        self.forecast = None
+        self.forecast, self.frame, self.exclusions = None, None, []
+        self.settings = ReconstructionSettings()
         self.document.set_folder(None)
         self.rows_changed.emit()
         # The newest reconstruction is the one the user worked on last.

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QMenu,
-    QProgressBar,
     QSplitter,
     QStackedWidget,
     QTableWidget,
@@ -112,14 +111,10 @@ class PhotosPanel(QWidget):
         for name in _RESULT_ACTIONS:
             menu.addAction(actions[name])
         self.results.setMenu(menu)
-        self._bar = QProgressBar()
-        self._bar.setMaximumWidth(180)
-        self._bar.setTextVisible(False)
-        self._stage = ElidedLabel()
         self.table = self._make_table()
         self._findings = QListWidget()
         self._failure_text = ""
-        self._placements: list[str] = []
+        self._placements: list[Finding] = []
         self._scale: float | None = None
         self._findings.setObjectName("findings")
         self._findings.setWordWrap(True)
@@ -179,21 +174,17 @@ class PhotosPanel(QWidget):
                 # The buttons beside it already state its purpose.
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             header.addWidget(button)
-            if name == "pause_model":
-                self._pause = button
             if name == "open_photo":
                 header.addSpacing(8)
                 header.addWidget(Label(tr("Quality")))
                 header.addWidget(self.quality)
         header.addWidget(self.results)
         header.addSpacing(8)
-        header.addWidget(self._bar)
-        header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
         self._texts = CollapsingTexts(row, lambda: header.minimumSize().width())
         # The texts of the most frequent actions are the last to be dropped.
         self._texts.add_group([buttons["choose_photos"], self.results])
-        self._texts.add_group([buttons["open_photo"], self._pause])
+        self._texts.add_group([buttons["open_photo"], buttons["pause_model"]])
         self._texts.add_group([buttons["make_model"]])
         return row
 
@@ -285,21 +276,7 @@ class PhotosPanel(QWidget):
         with QSignalBlocker(self.quality):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         allow(self.quality, None if job is None else Finding("action.reconstruction-running"))
-        self._bar.setVisible(job is not None or survey.is_reading)
-        self._stage.setVisible(job is not None)
-        self._pause.setVisible(job is not None)
         self._texts.refit()
-        if job is not None:
-            self._bar.setRange(0, job.total or 0)
-            self._bar.setValue(job.done)
-            if not job.stage:
-                self._stage.setText(tr("Starting"))
-            elif job.total:
-                self._stage.setText(f"{job.stage} {job.done} / {job.total}")
-            else:
-                self._stage.setText(job.stage)
-        elif survey.is_reading:
-            self._bar.setRange(0, 0)
         self._verdict.setText(self._summary_text())
         self._show_failure()
         self._show_placements()
@@ -316,20 +293,31 @@ class PhotosPanel(QWidget):
             return ""
         if survey.problem:
             return survey.problem
-        if survey.is_reading:
+        if survey.is_listing:
             return tr("Reading the photos…")
-        warnings = sum(finding.severity != "info" for finding in survey.findings)
         photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
-        warning_text = tr_n("{count} warning", "{count} warnings", warnings)
+        if survey.is_reading:
+            warnings = tr("being checked")
+        else:
+            findings = (
+                *survey.findings,
+                *survey.control_findings(),
+                *survey.exclusions,
+                *survey.placement_findings(),
+            )
+            count = sum(finding.severity != "info" for finding in findings)
+            warnings = tr_n("{count} warning", "{count} warnings", count)
+        if survey.reconstruction_job is not None:
+            return tr("Reconstructing {photos}, {warnings}", photos=photos, warnings=warnings)
         if self._read_failure():
             return tr(
-                "Reconstruction failed, {photos}, {warnings}", photos=photos, warnings=warning_text
+                "Reconstruction failed, {photos}, {warnings}", photos=photos, warnings=warnings
             )
-        if survey.is_begun and survey.reconstruction_job is None:
+        if survey.is_begun:
             return tr(
-                "{photos}, {warnings}, reconstruction paused", photos=photos, warnings=warning_text
+                "Reconstruction paused, {photos}, {warnings}", photos=photos, warnings=warnings
             )
-        return tr("{photos}, {warnings}", photos=photos, warnings=warning_text)
+        return tr("{photos}, {warnings}", photos=photos, warnings=warnings)
 
     def _read_failure(self) -> str:
         """Return why the previous run failed; empty if it was paused or did not fail."""
@@ -350,13 +338,13 @@ class PhotosPanel(QWidget):
 
     def _show_placements(self) -> None:
         """Show the placement of the models of these photos as the last findings."""
-        texts = self._survey.placement_findings()
-        if texts != self._placements:
+        placements = self._survey.placement_findings()
+        if placements != self._placements:
             for _ in self._placements:
                 self._findings.takeItem(self._findings.count() - 1)
-            self._placements = texts
-            for text in texts:
-                self._add_finding("info", text, [])
+            self._placements = placements
+            for finding in placements:
+                self._add_finding(finding.severity, finding.message, [])
         if (scale := self._survey.metres_per_unit()) != self._scale:
             self._scale = scale
             for number, row in enumerate(self._survey.rows):
@@ -381,7 +369,7 @@ class PhotosPanel(QWidget):
     def _show_selection(self) -> None:
         survey = self._survey
         names = self._selected_names()
-        self._plan.show_rows(survey.rows, names, survey.has_north)
+        self._plan.show_rows(survey.rows, names, survey.frame)
         self.selection_changed.emit(names)
 
     def select_photo(self, name: str) -> None:

@@ -9,11 +9,14 @@ from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from vomstudio.core.words import tr
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 _MARGIN = 26.0
+_GPS_FRAME = Frame("local")
+"""Frame of positions by GPS, which are in metres with north up."""
 _GOOD, _FLAGGED, _SELECTED = "#0072b2", "#e69f00", "#d55e00"
 
 
@@ -30,7 +33,8 @@ class PlanView(QWidget):
         super().__init__()
         self._rows: list[PhotoRow] = []
         self._selection: set[str] = set()
-        self._has_north = True
+        self._frame = _GPS_FRAME
+        self._has_photos = False
         self._click_callback = click_callback
         self.setMinimumSize(180, 120)
         self.setMouseTracking(True)
@@ -38,12 +42,10 @@ class PlanView(QWidget):
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(260, 220)
 
-    def show_rows(self, rows: Sequence[PhotoRow], selection: set[str], has_north: bool) -> None:
-        """Show the photos of these rows.
-
-        `has_north` is True if positions are in metres and north is up.
-        """
-        self._has_north = has_north
+    def show_rows(self, rows: Sequence[PhotoRow], selection: set[str], frame: Frame | None) -> None:
+        """Show the photos of these rows; positions by GPS have no `frame`."""
+        self._frame = _GPS_FRAME if frame is None else frame
+        self._has_photos = bool(rows)
         self._rows = [row for row in rows if row.place is not None]
         self._selection = selection
         self.update()
@@ -70,6 +72,8 @@ class PlanView(QWidget):
         painter.fillRect(self.rect(), self.palette().base())
         text = self.palette().text().color()
         painter.setPen(text)
+        if not self._has_photos:
+            return
         if not self._rows:
             painter.drawText(
                 QRectF(self.rect()).adjusted(12, 8, -12, -8),
@@ -81,16 +85,19 @@ class PlanView(QWidget):
         for row in self._rows:
             self._draw(painter, row, self._screen_point(row, scale, cx, cy))
         painter.setPen(QPen(text, 1.5))
-        if not self._has_north:
-            text_line = tr("Local frame: scale and north unknown.")
-            painter.drawText(QPointF(8, self.height() - 6), text_line)
+        frame = self._frame
+        if frame.has_north:
+            painter.drawText(QPointF(self.width() - 18, 16), "N")
+            painter.drawLine(QPointF(self.width() - 13, 36), QPointF(self.width() - 13, 20))
+        if not frame.has_metres:
+            painter.drawText(QPointF(8, self.height() - 6), frame.name())
             return
+        if not frame.has_north:
+            painter.drawText(QPointF(8, 16), frame.name())
         length = round_length(70 / scale)
         y = self.height() - 9.0
         painter.drawLine(QPointF(8, y), QPointF(8 + length * scale, y))
         painter.drawText(QPointF(12 + length * scale, y + 4), bar_text(length))
-        painter.drawText(QPointF(self.width() - 18, 16), "N")
-        painter.drawLine(QPointF(self.width() - 13, 36), QPointF(self.width() - 13, 20))
 
     def _draw(self, painter: QPainter, row: PhotoRow, at: QPointF) -> None:
         color = QColor(_FLAGGED if row.findings else _GOOD)

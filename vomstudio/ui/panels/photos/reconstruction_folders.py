@@ -8,10 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vomstudio.core.errors import InputError, TargetError, VomError, WorkerError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.containment import check_generated_path, make_folder
 from vomstudio.core.files.regular import is_folder, is_regular, read_json, read_small
+from vomstudio.geometry import transform
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.project.photo_edits import add_reconstruction
@@ -20,6 +24,7 @@ from vomstudio.project.reconstructions import (
     REQUEST,
     read_reconstruction,
 )
+from vomstudio.project.records import Model
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.ui.base.studio import Studio
@@ -136,13 +141,21 @@ def record_reconstruction(studio: Studio, photo_set_id: str, folder: Path, name:
     studio.attempt(add_reconstruction, *records)
 
 
-def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
+def fill_camera_positions(out: Path, rows: Sequence[PhotoRow], model: Model | None) -> Frame | None:
     """Set the positions and headings of the aligned cameras in the rows.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the reconstruction.
+    rows : sequence of PhotoRow
+    model : Model or None
+        Placed model of these photos, whose placement is used instead of that of the alignment.
 
     Returns
     -------
-    bool or None
-        True if north is known, False in a local frame, None if no alignment can be read.
+    Frame or None
+        Frame of the positions, or None if no alignment can be read.
     """
     if not (out / FILE_NAME).exists():
         return None
@@ -150,16 +163,23 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
         cameras = read_cameras(out / FILE_NAME)
     except VomError:
         return None
+    frame = Frame("local") if cameras.scaled else Frame()
+    if cameras.crs is not None:
+        frame = Frame("crs", cameras.crs)
+    to_world = np.eye(4)
+    if model is not None:
+        frame, to_world = model.frame, transform.matrix(model.to_world)
     views = {view.name: view for view in cameras.views}
     for row in rows:
         row.place = row.looks = None
         if (view := views.get(row.name)) is not None:
-            x, y, _ = view.centre
-            dx, dy, _ = view.direction
+            x, y, _ = transform.apply(to_world, [view.centre + np.array(cameras.origin)])[0]
+            dx, dy, _ = to_world[:3, :3] @ view.direction
             size = (dx * dx + dy * dy) ** 0.5
+            is_steep = size <= _MIN_ARROW_LENGTH * transform.scale_of(to_world)
             row.place = (float(x), float(y))
-            row.looks = (float(dx / size), float(dy / size)) if size > _MIN_ARROW_LENGTH else None
-    return cameras.crs is not None
+            row.looks = None if is_steep else (float(dx / size), float(dy / size))
+    return frame
 
 
 def _same_photos(stored_folder: Path, folder: Path) -> bool:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtWidgets import (
-    QFileDialog,
     QPushButton,
     QWidget,
 )
@@ -29,10 +29,16 @@ from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.product_tasks import ELEVATION, ElevationRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import confirm_replacement, start_folder
+from vomstudio.ui.base.command_targets import (
+    ask_for_target,
+    confirm_replacement,
+    remember_target,
+    results_folder,
+)
 from vomstudio.ui.base.controls import allow, button_row, file_field, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.sections.elevation_view import ElevationView
 from vomstudio.ui.panels.tools.common import hint_label
@@ -72,7 +78,7 @@ class ElevationPanel(QWidget):
         self.plane.changed.connect(self._check)
         self.grid = OptionFields(DemOptions, "elevation")
         self.file_options = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
-        follow_axes(studio, self._show_axes)
+        follow_axes(self, studio, self._show_axes)
         self.target, self._file = file_field("elevation_target", tr("Choose…"), self._browse)
         self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Make"))
         self.start.clicked.connect(lambda _=False: self._start_or_stop())
@@ -91,11 +97,10 @@ class ElevationPanel(QWidget):
         for fields in (self.grid, self.file_options):
             fields.changed.connect(self._check)
         self.target.textChanged.connect(self._check)
-        for signal in (studio.project_opened, studio.edited, studio.model_loaded):
-            signal.connect(self.refresh)
-        studio.project_opened.connect(self._reset)
+        studio.edited.connect(self.refresh)
+        studio.model_loaded.connect(self.refresh)
         studio.jobs_changed.connect(self._show_progress)
-        studio.jobs.closed.connect(self._background.stop)
+        connect_until_deleted(self, studio.jobs.closed, self._background.stop)
         # A model may already be open.
         self.refresh()
 
@@ -128,10 +133,7 @@ class ElevationPanel(QWidget):
         is_cloud = model is not None and self._is_cloud(model)
         allow(self.grid.fields["limit_m"], None if is_cloud else Finding("action.clouds-only"))
         if not self.target.isModified() and model is not None:
-            project = self._studio.project
-            folder = Path(start_folder(self._studio))
-            if not project.untitled:
-                folder = project.folder.parent
+            folder = results_folder(self._studio)
             self.target.setText(str(folder / f"{Path(model.name).stem}_dem.tif"))
             self.target.setModified(False)
         self._check()
@@ -168,13 +170,10 @@ class ElevationPanel(QWidget):
             self.message.setText("" if reason is None else tr("Not now: {reason}", reason=reason))
 
     def _browse(self) -> None:
-        name, _ = QFileDialog.getSaveFileName(
-            self, tr("Elevation model"), self.target.text(), tr("GeoTIFF (*.tif)")
-        )
-        if name:
-            if not name.lower().endswith((".tif", ".tiff")):
-                name += ".tif"
-            self.target.setText(name)
+        proposed, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
+        path = ask_for_target(self, self._studio, tr("Elevation model"), proposed, formats)
+        if path is not None:
+            self.target.setText(str(path))
             self.target.setModified(True)
 
     def build_request(self) -> ElevationRequest | None:
@@ -216,13 +215,16 @@ class ElevationPanel(QWidget):
         ]
         if existing and not confirm_replacement(self, existing):
             return
+        remember_target(self._studio, request.out)
         self.result = None
         self.figures.setText("")
         self._job = self._studio.jobs.submit(
             ELEVATION,
             request,
             title=tr("Elevation model {file}", file=request.out.name),
-            on_done=self._background.guard(partial(self._show_result, model)),
+            on_done=partial(
+                _report, self._studio, self._background.guard(partial(self._show_result, model))
+            ),
             on_failed=self._background.guard(self._show_failure),
         )
         self._check()
@@ -234,7 +236,6 @@ class ElevationPanel(QWidget):
     def _show_result(self, model: Model, result: WrittenElevation) -> None:
         self._job, self.result, self._result_model_id = None, result, model.id
         finding = Finding("export.written", file=result.raster)
-        self._studio.info(finding)
         if model.id not in self._studio.records:
             # The model was removed, or another project opened, in the meantime.
             self._clear()
@@ -271,15 +272,6 @@ class ElevationPanel(QWidget):
         self.cursor_label.setText("")
         self.picture.show_picture(None)
 
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self._clear()
-        for fields in (self.grid, self.file_options):
-            fields.reset()
-        self.target.clear()
-        self.target.setModified(False)
-        self.refresh()
-
     # --- command -----------------------------------------------------------------------------
     def copy_command(self) -> None:
         """Copy the command that makes the same elevation model."""
@@ -295,6 +287,14 @@ class ElevationPanel(QWidget):
             return None
         options = [*option_words(request.options), *option_words(request.files)]
         return ["dem", *model_arguments, ("-o", request.out), *options, "--force"]
+
+
+def _report(
+    studio: Studio, show: Callable[[WrittenElevation], object], result: WrittenElevation
+) -> None:
+    """Report the file even if the panel belonged to a project that is no longer open."""
+    studio.written(result.raster)
+    show(result)
 
 
 def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:

@@ -31,7 +31,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import (
     current_feature,
     current_line,
-    start_folder,
+    results_folder,
 )
 from vomstudio.ui.base.controls import (
     ComboBox,
@@ -115,7 +115,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             SectionOptions, "section", SectionOptions(section_line="")
         )
         self.feature_options = OptionFields(SectionFeatures, "section")
-        follow_axes(studio, self._show_axes)
+        follow_axes(self, studio, self._show_axes)
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
         self.write.setToolTip(tr("As SVG, DXF or CSV."))
         self.copy = CopyCommandButton(self.copy_command, tr("the command that makes this section"))
@@ -175,10 +175,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.write.clicked.connect(
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
         )
-        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(soon)
-        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.selection_changed.connect(self._refresh)
         self._show_rows()
 
     def _show_rows(self, *_: object) -> None:
@@ -360,14 +359,6 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         slab = self.section_options.fields["slab_m"]
         allow(slab, None if is_cloud else Finding("action.clouds-only"))
 
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self.line = None
-        self.through.clear()
-        for fields in (self.section_options, self.feature_options):
-            fields.reset()
-        self._soon()
-
     # --- export ---------------------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
         if self.result is not None:
@@ -410,7 +401,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         if profile is not None:
             options = replace(options, section_line=str(profile))
         features = question.features if self._studio.session.features() else SectionFeatures()
-        out = Path(start_folder(self._studio)) / "section.svg"
+        out = results_folder(self._studio) / "section.svg"
         return [
             "section",
             *model_arguments,

@@ -71,7 +71,6 @@ class SetsPanel(QWidget):
         self._make_fields()
         self._make_table()
         self._arrange()
-        studio.project_opened.connect(self._reset)
         studio.sets_requested.connect(self.propose)
         studio.edited.connect(self._follow_edit)
         self._list_groups()
@@ -260,11 +259,6 @@ class SetsPanel(QWidget):
             self.drop(Finding("sets.planes-changed"))
         elif self._newest.is_waiting and affected:
             self.propose()
-        if self.isVisible():
-            self._list_groups()
-
-    def _reset(self) -> None:
-        self.drop()
         if self.isVisible():
             self._list_groups()
 

@@ -29,6 +29,7 @@ from vomstudio.project.records import Model, Typed
 from vomstudio.studio.display import usual_look
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.slopes.analysis import (
@@ -112,11 +113,10 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         )
         self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
         self._arrange()
-        studio.project_opened.connect(self._reset)
         studio.settings_changed.connect(self._convert_face)
         studio.edited.connect(self._edited)
-        studio.selection_changed.connect(lambda _: self._follow_selection())
-        studio.facets.changed.connect(self._follow_facets)
+        studio.selection_changed.connect(self._follow_selection)
+        connect_until_deleted(self, studio.facets.changed, self._follow_facets)
         self._convert_face()
 
     def _arrange(self) -> None:
@@ -143,12 +143,6 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         column.addWidget(self.facets, 1)
 
     # --- changes -----------------------------------------------------------------------------
-    def _reset(self) -> None:
-        """Clear the form when another project is opened."""
-        self._clicked_ids = None
-        self.face.clear()
-        self._soon()
-
     def _convert_face(self) -> None:
         """Rewrite the typed face in the current notation."""
         previous, notation = self._notation, self._studio.settings.notation
@@ -372,10 +366,10 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             return
         self._is_writing = True
         self._refresh()
-        studio, finding = self._studio, Finding("export.written", file=path)
+        studio = self._studio
         self._background.run(
             partial(write_figure, self.face_result, path),
-            lambda _: self._finish_writing(partial(studio.info, finding)),
+            lambda _: self._finish_writing(partial(studio.written, path)),
             lambda error: self._finish_writing(partial(studio.fail, error)),
         )
 

@@ -21,6 +21,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import natural_sort_key
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.statistics.texts import Rows, domain_rows, fold_rows, statistics_rows
@@ -72,11 +73,10 @@ class StatisticsPanel(LazyPanel):
         self.fold_box = FoldBox(studio)
         column.addWidget(self.fold_box)
         column.addWidget(self.figures, 1)
-        studio.project_opened.connect(self._soon)
         studio.settings_changed.connect(self._soon)
         studio.edited.connect(self._edited)
-        studio.fold.changed.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._follow_selection())
+        connect_until_deleted(self, studio.fold.changed, self._soon)
+        studio.selection_changed.connect(self._follow_selection)
         self._soon()
 
     def _follow_selection(self) -> None:

@@ -88,7 +88,7 @@ class FacetsPanel(ProposalsPanel):
     def _make_limits(self) -> None:
         self.limits = OptionFields(FacetOptions, "facet", FacetOptions(angle_deg=DEFAULT_ANGLE_DEG))
         self.limits.changed.connect(self._limits_changed)
-        follow_axes(self._studio, self._show_axes)
+        follow_axes(self, self._studio, self._show_axes)
         self.live = QCheckBox(tr("Try on the part in view"))
         self.live.setObjectName("facet_live")
         self.live.setToolTip(

@@ -27,6 +27,7 @@ from vomstudio.studio.surfaces.surface_fields import (
     statistics,
 )
 from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, allow, narrow_form
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.surface.direction_wheel import DirectionWheel
 from vomstudio.ui.panels.surface.measurable_plane import MeasurablePlane
@@ -81,9 +82,7 @@ class FieldsPanel(ModelPanel):
         self._plane_id = ""
         self._make_parts()
         self._arrange()
-        studio.display.changed.connect(
-            lambda change: self._update_off_button() if change == "mode" else None
-        )
+        connect_until_deleted(self, studio.display.changed, self._follow_display)
         self._follow()
 
     def _make_parts(self) -> None:
@@ -266,6 +265,10 @@ class FieldsPanel(ModelPanel):
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
         self._update_off_button()
+
+    def _follow_display(self, change: str) -> None:
+        if change == "mode":
+            self._update_off_button()
 
     def _update_off_button(self) -> None:
         """Enable the button that ends the field display, and name the mode to which it returns."""

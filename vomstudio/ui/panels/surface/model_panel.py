@@ -22,6 +22,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_model
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
 from vomstudio.ui.panels.features.feature_row import Row
@@ -72,11 +73,11 @@ class ModelPanel(LazyPanel):
     def _follow(self) -> None:
         """Connect the panel to the signals of the studio and of the work."""
         studio = self._studio
-        for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
-            signal.connect(self._soon)
+        studio.model_loaded.connect(self._soon)
+        studio.selection_changed.connect(self._soon)
         studio.edited.connect(self._soon)
         studio.jobs_changed.connect(self._show_progress)
-        self._work.changed.connect(self.refresh)
+        connect_until_deleted(self, self._work.changed, self.refresh)
         self.show_now()
 
     def show_now(self) -> None:

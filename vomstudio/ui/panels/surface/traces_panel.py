@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker
@@ -25,7 +24,7 @@ from vomstudio.project.records import Feature, Model
 from vomstudio.studio.surfaces.trace_proposals import ProposedLines
 from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import start_folder
+from vomstudio.ui.base.command_targets import results_folder, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, create_row, file_field
 from vomstudio.ui.base.number_formatting import degrees
 from vomstudio.ui.base.studio import Studio
@@ -258,7 +257,7 @@ class TracesPanel(ProposalsPanel):
         model_arguments = None if self._model is None else find_model_arguments(studio, self._model)
         if model_arguments is None:
             return
-        target = Path(start_folder(studio)) / "proposed_traces.csv"
+        target = results_folder(studio) / "proposed_traces.csv"
         arguments = ["trace", *model_arguments, "--propose", *option_words(self._options())]
         copy_command(studio, [*arguments, ("-o", target), "--force"])
 

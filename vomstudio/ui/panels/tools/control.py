@@ -181,6 +181,7 @@ class ControlPanel(QWidget):
             if line.id not in known_ids and not line.is_complete
         ]
         if model is None or self.model is None or model.id != self.model.id:
+            self.crs_field.preferred = self._studio.crs_codes()
             with QSignalBlocker(self.crs_field), QSignalBlocker(self.keep_scale):
                 self.crs_field.setText("" if model is None else model.frame.crs or "")
                 self.keep_scale.setChecked(False)
@@ -460,7 +461,7 @@ class ControlPanel(QWidget):
             self,
             tr("Points on {model}", model=model.name),
             start_folder(self._studio),
-            file_filters.tables(),
+            file_filters.ground_control(),
         )
         if name:
             self.import_points(model, Path(name))

@@ -346,6 +346,7 @@ class ViewPanel(QWidget):
         self.refresh()
 
     def _follow_project(self) -> None:
+        self.direction_field.clear()
         self._bedding.update_bedding()
         self.refresh()
 
