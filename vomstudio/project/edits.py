@@ -287,8 +287,8 @@ def change_feature(records: Records, feature: Feature, verb: str = "Change") -> 
 def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     """Set attributes that all of the given features have.
 
-    The attributes are `name`, `type_id`, `set_name`, `domain`, `overturned`, `notes`, `method`,
-    `plane_id`, `slip` and `slip_confidence`.
+    The attributes are `name`, `type_id`, `set_name`, `domain`, `station`, `overturned`, `notes`,
+    `method`, `plane_id`, `slip` and `slip_confidence`.
     """
     after: dict[str, Record | None] = {}
     for id_ in ids:

@@ -109,6 +109,7 @@ COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(LENGTH),
     _create_column(catalogue.AREA),
     _create_column(LITHOLOGY),
+    _create_column(catalogue.STATION),
     _create_column(NUMBER),
     _create_column(PHOTO),
     _create_column(slip_figures.RAKE),
