@@ -65,7 +65,7 @@ def test_a_column_of_stations_is_not_one_of_names(tmp_path: Path, title: str) ->
 
 
 def test_an_open_quote_belongs_to_its_line_alone(tmp_path: Path) -> None:
-    text = 'station,dip direction,dip,notes\n1,132,41,5\" wide\n2,12,4,\n'
+    text = 'station,dip direction,dip,notes\n1,132,41,5" wide\n2,12,4,\n'
     assert [r.station for r in read_book(tmp_path, text)] == ["1", "2"]
 
 

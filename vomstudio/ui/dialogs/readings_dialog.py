@@ -282,7 +282,8 @@ class ReadingsDialog(QDialog):
         column = self.columns().get("type")
         if column is None:
             return []
-        names = (row[column] for i, row in enumerate(self._table.rows) if i not in self._table.ragged)
+        table = self._table
+        names = [row[column] for i, row in enumerate(table.rows) if i not in table.ragged]
         return list({name.casefold(): name for name in names if name}.values())
 
     def _show_new_types(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 from typing import Any
 
@@ -47,7 +47,9 @@ from vomstudio.ui.widgets.type_box import TypeBox
 class PropertiesPanel(QWidget):
     """Panel that shows the selection and edits its attributes; each change is one edit."""
 
-    def __init__(self, studio: Studio, declare_action: QAction, keep_action: QAction) -> None:
+    def __init__(
+        self, studio: Studio, actions: Mapping[str, QAction], keep_action: QAction
+    ) -> None:
         super().__init__()
         self._studio = studio
         self._shown_ids: list[str] = []
@@ -57,20 +59,20 @@ class PropertiesPanel(QWidget):
         self._empty_label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._empty_label)
-        self._stack.addWidget(PanelScrollArea(self._create_feature_page(keep_action)))
-        self._stack.addWidget(PanelScrollArea(self._create_model_page(declare_action)))
+        self._stack.addWidget(PanelScrollArea(self._create_feature_page(actions, keep_action)))
+        self._stack.addWidget(PanelScrollArea(self._create_model_page(actions["declare_frame"])))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
         studio.model_loaded.connect(self.refresh)
 
-    def _create_feature_page(self, keep_action: QAction) -> QWidget:
+    def _create_feature_page(self, actions: Mapping[str, QAction], keep_action: QAction) -> QWidget:
         page = QWidget()
         self._count_label = Label()
         self._count_label.setObjectName("several_selected")
         self._count_label.setWordWrap(True)
-        self._fit = FitView()
+        self._fit = FitView(actions)
         self._about = Label()
         self._about.setWordWrap(True)
         self._about.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

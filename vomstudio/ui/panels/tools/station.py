@@ -77,7 +77,8 @@ class StationPanel(QWidget):
             self, tr("Photos of the station"), "", file_filters.photos()
         )
         if paths:
-            self.photo_edit.setText(PHOTO_SEPARATOR.join(filter(None, (self.photo_edit.text(), *paths))))
+            names = filter(None, (self.photo_edit.text(), *paths))
+            self.photo_edit.setText(PHOTO_SEPARATOR.join(names))
             self._apply_fields()
 
     def _apply_fields(self) -> None:
