@@ -31,6 +31,7 @@ from vomstudio.project.records import FeatureType, Typed, get_feature
 from vomstudio.project.registration_errors import models_of, turns_of
 from vomstudio.project.straight_traces import band_of_measured
 from vomstudio.studio.fold_choice import is_bed
+from vomstudio.ui.base.feature_colors import UNKNOWN_COLOR, feature_class, set_colors
 from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.feature_sets import (
@@ -39,6 +40,7 @@ from vomstudio.ui.panels.net.feature_sets import (
     group_by_appearance,
     net_features,
     proposed_sets,
+    split_set,
 )
 from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
@@ -94,16 +96,20 @@ class NetSource:
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
+        colors = studio.session.records.cached(set_colors)
         sets: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
             type_sets = groups.get(kind.id, {})
             # Picked planes and compass readings of the same set share one symbol.
-            for variant, name in enumerate(sorted(type_sets, key=natural_sort_key)):
+            for number, name in enumerate(sorted(type_sets, key=natural_sort_key)):
+                color, variant = colors.get((kind.id, name), UNKNOWN_COLOR), 0
+                if studio.settings.color_by != "set":
+                    color, variant = kind.color, number
                 title = f"{kind.name}: {name}" if name else kind.name
                 for appearance, members in group_by_appearance(type_sets[name]):
                     marker = appearance.marker or _MARKERS.get(kind.symbol, "o")
                     sets += build_sets(
-                        kind=kind,
+                        kind=replace(kind, color=color),
                         name=f"{title}{appearance.suffix}",
                         features=members,
                         measured=measured,
@@ -121,6 +127,19 @@ class NetSource:
         turning, hidden_sets = self._view_settings.turning, self._view_settings.hidden_sets
         sets = [s for s in self.sets() if s.name not in hidden_sets]
         return [turning.rotate_set(s) for s in sets] if turning.turns else sets
+
+    def color_sets(self, sets: Sequence[NetSet]) -> tuple[NetSet, ...]:
+        """Split sets whose features have different colours according to the settings."""
+        studio = self._studio
+        if studio.settings.color_by in ("type", "set") or self.groups is not None:
+            return tuple(sets)
+        measured = studio.measured(id_ for s in sets for id_ in s.ids)
+        classes = {
+            id_: feature_class(studio, feature, measured[id_])
+            for id_ in measured
+            if (feature := get_feature(studio.records, id_)) is not None
+        }
+        return tuple(split for s in sets for split in split_set(s, classes))
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
         """Return the rotated planes that define the fold axis, or None if no bedding is shown."""
