@@ -282,6 +282,20 @@ def test_three_points_are_at_most_doubtful() -> None:
     assert verdict(fit) == ("doubtful", ["plane.three-points"])
 
 
+def test_three_points_nearly_on_a_line_are_called_straight_and_promised_nothing() -> None:
+    fit = fit_plane([[0, 0, 0], [5, 0.05, 0], [10, 0, 0.0]])
+    found = judged(fit, resolution_m=10.0 / 50.0)
+    assert [each.code for each in found.reasons] == ["plane.three-straight-points"]
+    assert "plane.small" not in by_code(found.notes)
+
+
+def test_no_smaller_error_is_expected_beside_a_larger_one() -> None:
+    assert GOOD.extent is not None
+    wide = replace(GOOD, max_confidence95_deg=4.0)
+    assert "plane.small" not in by_code(judged(wide, resolution_m=GOOD.extent / 50.0).notes)
+    assert "plane.small" in by_code(judged(GOOD, resolution_m=GOOD.extent / 50.0).notes)
+
+
 def test_an_undefined_error_of_more_than_three_points_is_poor() -> None:
     fit = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])
     assert verdict(fit) == ("poor", ["plane.three-distinct-points"])

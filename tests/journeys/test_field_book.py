@@ -41,7 +41,7 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     x, y, z = points[0]
     book = tmp_path / "book.csv"
     book.write_text(
-        "station,dip direction,dip,x,y,z\n"
+        "name,dip direction,dip,x,y,z\n"
         f"F1,{azimuth:.2f},{dip:.2f},{x},{y},{z}\n"
         f"F2,{azimuth + 4:.2f},{dip:.2f},{x + 3},{y},{z}\n"
         f"F3,{(azimuth + 180) % 360:.2f},60,,,\n"

@@ -172,7 +172,7 @@ def test_rows_that_cannot_be_read_are_listed_by_line_and_leave_the_others(tmp_pa
     understood = read(
         tmp_path,
         "# north limb\n"
-        "station,dip direction,dip,notes\n"
+        "name,dip direction,dip,notes\n"
         "a,132,41,\n"
         "b,132,,\n"
         "c,400,20,\n"

@@ -148,7 +148,8 @@ def test_measurements_stand_in_the_tree_with_their_value(window, planes):
     assert item.parent() is window.tree._items["dimensions"]
     assert item.parent().text(0) == "Measurements"
     assert item.text(1) == "5.00 m"
-    assert "Distance 5.00 m" in window.properties._fit._details.text()
+    assert window.properties._fit._plane.text() == "Distance 5.00 m"
+    assert "5.00" not in window.properties._fit._details.text()
     planes.undo()
     assert made.id not in window.tree._items
     planes.redo()

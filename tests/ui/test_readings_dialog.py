@@ -21,10 +21,10 @@ from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.records import FeatureType
 from vomstudio.project.tables.project_table import project_table
 from vomstudio.ui.commands.net import import_readings
-from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
+from vomstudio.ui.dialogs.readings_dialog import NEW_LINE, ReadingsDialog
 
 BOOK = """# limb
-station,kind,dip direction,dip,x,y,z
+name,kind,dip direction,dip,x,y,z
 F1,Bedding,270,45,500010,5100010,1
 F2,bedding,268,,500010,5100010,1
 F3,Dyke,45,80,,,
@@ -204,3 +204,29 @@ def test_the_export_says_what_was_added_and_how_far_the_pick_is(window, studio, 
     assert "azimuth as read +10.00 deg" in rows["F1"]["notes"]
     assert "from B01" in rows["F1"]["notes"]
     assert rows["B01"]["notes"] is None
+
+
+def test_a_type_that_may_be_lines_waits_for_the_user_and_is_reported(window, studio, tmp_path):
+    path = tmp_path / "faults.csv"
+    path.write_text(
+        "station,kind,dip direction,dip\nA,Fault,132,41\nA,Slickenside,140,40\n"
+        "A,Stria,150,38\nA,Lineation,150,38\n"
+    )
+    add_cliff(studio)
+    dialog = ask(window, path)
+    choose(dialog._north, "grid")
+    assert not ok(dialog).isEnabled()
+    assert "reading.type-unclear" in shown_codes(dialog._summary.text())
+    assert dialog._new_type_boxes["stria"].currentData() == NEW_LINE
+    choose(dialog._new_type_boxes["slickenside"], NEW_LINE)
+    assert "reading.lines-by-type" in shown_codes(unescape(dialog._summary.text()))
+    QTest.mouseClick(ok(dialog), driver.LEFT)
+    kinds = {k.id: k for k in studio.session.of(FeatureType)}
+    readings = studio.session.of(Reading)
+    assert [r.geometry for r in readings] == ["plane", "line", "line", "line"]
+    assert [kinds[r.type_id].geometry for r in readings] == ["plane", "line", "line", "line"]
+    assert {r.station for r in readings} == {"A"}
+    assert len({r.name for r in readings}) == 4
+    codes = [code for notice in studio.notices[-4:] for code in shown_codes(notice.text)]
+    assert "reading.new-types" in codes
+    assert "feature.same-names" not in codes

@@ -57,7 +57,7 @@ def test_a_change_goes_to_all_and_is_one_step(window, studio, beds):
     studio.selection.set(["t1", "t2", "t3"])
     beds["notes"].setFocus()
     QTest.keyClicks(beds["notes"], "checked")
-    QTest.keyClick(beds["notes"], Qt.Key.Key_Return)
+    QTest.keyClick(beds["notes"], Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
     assert {studio.records[i].notes for i in ("t1", "t2", "t3")} == {"checked"}
     assert beds["notes"].text() == "checked"
     box = beds["type_id"]

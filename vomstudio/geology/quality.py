@@ -393,15 +393,23 @@ def _judge_by_error(
             minimum = thresholds.least_extent_over_resolution
             reasons.append(Finding("plane.too-small", ratio=ratio, minimum=minimum))
         elif ratio < thresholds.extent_over_resolution:
-            notes.append(
-                Finding(
-                    "plane.small",
-                    # Round down, so that the recommended value itself is never displayed.
-                    ratio=math.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else math.floor(ratio),
-                    recommended=thresholds.extent_over_resolution,
-                    error_deg=PlaneSizes.from_resolution(resolution_m).error_deg(extent) or 90.0,
-                )
+            expected_deg = PlaneSizes.from_resolution(resolution_m).error_deg(extent) or 90.0
+            total = total_error_deg(
+                fit, resolution_m, kind, registration_deg, face, stretch_error_deg
             )
+            # A plane with an unknown or larger error must not be promised a smaller one.
+            if total is not None and total <= expected_deg:
+                notes.append(
+                    Finding(
+                        "plane.small",
+                        # Round down, so that the recommended value itself is never displayed.
+                        ratio=math.floor(10.0 * ratio) / 10.0
+                        if ratio < 10.0
+                        else math.floor(ratio),
+                        recommended=thresholds.extent_over_resolution,
+                        error_deg=expected_deg,
+                    )
+                )
     return poor, reasons, notes
 
 
@@ -486,7 +494,11 @@ def _direction_findings(
     """Return whether the error makes the plane poor, and the reasons."""
     angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
     if angle is None and fit.n <= 3:
-        return False, [Finding("plane.three-points")]
+        # Profiles by shape already report a straight trace. K is undefined without scatter.
+        is_straight = t.by != "shape" and _or_infinite(fit.collinearity) > t.most_collinearity
+        return False, [
+            Finding("plane.three-straight-points" if is_straight else "plane.three-points")
+        ]
     if angle is None:
         return True, [Finding("plane.three-distinct-points", n=fit.n)]
     if angle <= t.good_confidence95_deg:

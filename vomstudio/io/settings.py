@@ -34,6 +34,7 @@ _CHOICES = {
     "planes_as": ("discs", "symbols", "neither"),
     "theme": ("light", "dark", "system"),
     "labels": ("auto", "all", "selected", "none"),
+    "color_by": ("type", "set", "quality", "dip_direction"),
 }
 """Settings with a fixed list of values."""
 
@@ -83,6 +84,8 @@ class Settings:
         Maximum number of points of a streamed cloud in memory; larger COPC files are streamed.
     labels : str
         Features to label: "all", "selected", "none", or "auto" for all if there are only a few.
+    color_by : str
+        Property by which features are coloured: "type", "set", "quality" or "dip_direction".
     theme : str
         "light", "dark" or "system".
     offer_tour : bool
@@ -114,6 +117,7 @@ class Settings:
     point_budget: int = 5_000_000
     theme: str = "system"
     labels: str = "auto"
+    color_by: str = "type"
     offer_tour: bool = True
 
     @property

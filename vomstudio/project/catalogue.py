@@ -194,6 +194,14 @@ KIND = _text(
 ELEMENT = _text("element", _("Element"), _("Plane or line"), _element)
 SET = _text("set", _("Set"), _("Set"), _feature("set_name"), words=("set",), attribute="set_name")
 DOMAIN = _text("domain", _("Domain"), _("Domain"), _feature("domain"), words=("domain",))
+STATION = _text(
+    "station",
+    _("Station"),
+    _("Number of the station at which a reading was taken"),
+    _feature("station"),
+    words=("station",),
+    attribute="station",
+)
 OVERTURNED = Figure(
     "overturned",
     _("Overturned"),

@@ -43,6 +43,8 @@ from vomstudio.project.records import (
 )
 
 Records = Mapping[str, Record]
+_AUTOMATIC_NAME = re.compile(r"[^\W\d_]\d{2,}")
+"""Letter of the type and number, as `next_name` makes them."""
 
 
 def add_model(records: Records, model: Model, label: str = "") -> Edit:
@@ -287,8 +289,8 @@ def change_feature(records: Records, feature: Feature, verb: str = "Change") -> 
 def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     """Set attributes that all of the given features have.
 
-    The attributes are `name`, `type_id`, `set_name`, `domain`, `overturned`, `notes`, `method`,
-    `plane_id`, `slip` and `slip_confidence`.
+    The attributes are `name`, `type_id`, `set_name`, `domain`, `station`, `overturned`, `notes`,
+    `method`, `plane_id`, `slip` and `slip_confidence`.
     """
     after: dict[str, Record | None] = {}
     for id_ in ids:
@@ -325,6 +327,37 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     attributes = " and ".join(plain)
     subject = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
     return change(records, f"Change {attributes} of {subject}", after)
+
+
+def has_name_of_other_type(records: Records, feature: Feature) -> bool:
+    """Return whether a feature has an automatic name that begins like the names of another type."""
+    kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
+    if not isinstance(kind, FeatureType) or not _AUTOMATIC_NAME.fullmatch(feature.name):
+        return False
+    prefixes = {r.name[:1].upper() for r in records.values() if isinstance(r, FeatureType)}
+    return feature.name[:1] in prefixes - {kind.name[:1].upper()}
+
+
+def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
+    """Give features with the automatic name of another type the next name of their type.
+
+    Raises DocumentError if there are no such features.
+    """
+    names = NextNames(records)
+    after: dict[str, Record | None] = {}
+    for id_ in ids:
+        feature = _get(records, id_, Feature)
+        if has_name_of_other_type(records, feature):
+            name = names.next_for(_get(records, feature.type_id, FeatureType))
+            after[id_] = renamed = replace(feature, name=name)
+            names.reserve(renamed)
+    if not after:
+        raise DocumentError(Finding("edit.no-change"))
+    if len(after) > 1:
+        return change(records, f"Rename {len(after)} features", after)
+    id_, feature = next(iter(after.items()))
+    assert isinstance(feature, Feature)
+    return change(records, f"Rename {records[id_].name} to {feature.name}", after)
 
 
 def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:

@@ -38,8 +38,8 @@ class Attribute:
     title : str
         Label next to the input.
     form : str
-        Input form of the value. "plane" is the ID of a feature; "word" is one of the choices or
-        another word that was read from a file.
+        Input form of the value. "lines" is text of several lines; "plane" is the ID of a feature;
+        "word" is one of the choices or another word that was read from a file.
     choices : tuple of tuple of str
         Allowed values and their labels.
     text : str
@@ -50,7 +50,7 @@ class Attribute:
 
     field: str
     title: str
-    form: Literal["text", "type", "flag", "choice", "word", "plane"] = "text"
+    form: Literal["text", "lines", "type", "flag", "choice", "word", "plane"] = "text"
     choices: tuple[tuple[str, str], ...] = ()
     text: str = ""
     applies: Callable[[Any], bool] = lambda feature: True
@@ -61,7 +61,8 @@ TYPE = Attribute("type_id", _("Type"), "type")
 SET = Attribute("set_name", _("Set"))
 DOMAIN = Attribute("domain", _("Domain"))
 OVERTURNED = Attribute("overturned", _("Bed"), "flag", text=_("overturned"))
-NOTES = Attribute("notes", _("Notes"))
+STATION = Attribute("station", _("Station"))
+NOTES = Attribute("notes", _("Notes"), "lines")
 
 
 @dataclass(frozen=True, eq=False)

@@ -115,7 +115,7 @@ class BlindRepeats:
             return
         self._tools.activate(kind_of(original).tool or NAVIGATE)
         if isinstance(original, Typed):
-            self._tools.set_next(original.type_id, original.set_name)
+            self._tools.copy_next(original.type_id, original.set_name)
         self.changed.emit()
 
     def _hide(self) -> None:

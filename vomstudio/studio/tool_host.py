@@ -24,6 +24,7 @@ from vomstudio.studio.projects import Projects
 from vomstudio.studio.surfaces.outcrop_elements import ModelElements
 from vomstudio.studio.tools.interaction_types import Discarded, PointerEvent, Preview
 from vomstudio.studio.tools.registry import TOOLS
+from vomstudio.studio.tools.set_memory import SetMemory
 from vomstudio.studio.tools.tool_context import Tool
 
 T = TypeVar("T")
@@ -75,6 +76,7 @@ class ToolHost:
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
+        self._sets = SetMemory()
         self._next_by_tool: dict[str, tuple[str, str]] = {}
         self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
 
@@ -138,7 +140,15 @@ class ToolHost:
             tool.pointer(event)
 
     def set_next(self, type_id: str, set_name: str) -> None:
-        """Set the type and set of the next feature, and of the open feature if it is new."""
+        """Set the type and set of the next feature, and of the open feature if it is new.
+
+        A set that was not changed together with the type is replaced by the last set of the type.
+        """
+        current = self.next_type_id, self.next_set
+        self.copy_next(type_id, self._sets.set_for(current, type_id, set_name))
+
+    def copy_next(self, type_id: str, set_name: str) -> None:
+        """Set the type and set of the next feature exactly, as for a repeat of a feature."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             tool.set_type(type_id, set_name)
@@ -148,6 +158,7 @@ class ToolHost:
         """Reset the types, sets and active tool for another project."""
         self.activate(NAVIGATE)
         self._next_by_tool.clear()
+        self._sets.clear()
         self.next_type_id, self.next_set = "bedding", ""
         self.keep_next_type()
         self.next_changed.emit()

@@ -127,6 +127,13 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("Three points fit exactly, so no error can be estimated. Add points."),
     ),
+    "plane.three-straight-points": (
+        "warning",
+        to_translate(
+            "Three points nearly on a line hardly determine a plane, and give no error. Add points"
+            " where the trace bends."
+        ),
+    ),
     "plane.three-distinct-points": (
         "warning",
         to_translate("Only 3 of the {n} points differ, so no error can be estimated. Add points."),

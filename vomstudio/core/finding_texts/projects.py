@@ -360,6 +360,19 @@ TEXTS: dict[str, Entry] = {
             "directions."
         ),
     ),
+    "reading.type-unclear": (
+        "error",
+        to_translate("Choose a type for {types}: the name does not show whether they are lines."),
+    ),
+    "reading.lines-by-type": (
+        "info",
+        to_translate("{count} row of {types} is read as a line: trend and plunge."),
+        to_translate("{count} rows of {types} are read as lines: trend and plunge."),
+    ),
+    "reading.new-types": (
+        "info",
+        to_translate("New feature types: {types}."),
+    ),
     "reading.upward": (
         "info",
         to_translate(

@@ -83,7 +83,7 @@ def _orient(row: Row) -> list[Any]:
         plane = (row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
     line = (row["trend_deg"], row["plunge_deg"])
     return [
-        label(row),
+        row.get("station") or label(row),
         row["x"],
         row["y"],
         row["z"],

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from vomstudio.core.findings import Finding
 from vomstudio.io.text.column_names import normalise_name
@@ -15,7 +16,23 @@ from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.tables import COORDINATES
 from vomstudio.project.imports.field_table import FieldTable, is_orientation, number_in
 
-_NAMES = {"name", "label", "reading", "measurement", "station", "locality", "site", "dataid"}
+_NAMES = {"name", "label", "reading", "measurement", "dataid"}
+_STATIONS = {
+    "station",
+    "stationid",
+    "stationname",
+    "stationnumber",
+    "stop",
+    "outcrop",
+    "locality",
+    "localityid",
+    "localityname",
+    "site",
+}
+LINE_WORDS = ("lineation", "slickenline", "slickenfib", "stria", "fold axis", "hinge", "rodding")
+"""Words in a type name that mean a line."""
+UNCLEAR_WORDS = ("slickenside", "slicken side")
+"""Words in a type name that some use for a polished plane and others for the lines on it."""
 _GEOGRAPHIC = {"longitude": {"longitude", "long", "lon", "lng"}, "latitude": {"latitude", "lat"}}
 _NOTES = {"notes", "note", "comment", "comments", "remark", "remarks", "description"}
 
@@ -27,6 +44,14 @@ class Guess:
     columns: Mapping[str, int]
     notation: str | None
     findings: tuple[Finding, ...] = ()
+
+
+def geometry_of_type(name: str) -> Literal["plane", "line"] | None:
+    """Return what a type name means, or None if it is unclear; most names mean planes."""
+    word = name.casefold()
+    if any(each in word for each in UNCLEAR_WORDS):
+        return None
+    return "line" if any(each in word for each in LINE_WORDS) else "plane"
 
 
 def guess(table: FieldTable) -> Guess:
@@ -44,6 +69,7 @@ def guess(table: FieldTable) -> Guess:
 
     roles: dict[str, int | None] = {
         "name": first(_NAMES),
+        "station": first(_STATIONS),
         "type": column_of("kind"),
         "set": column_of("set"),
         "element": column_of("element"),

@@ -24,6 +24,9 @@ from vomstudio.io.text.rows import (
     sniff,
 )
 
+MAX_CELL_LINES = 50
+"""Maximum number of lines of a quoted cell."""
+
 
 @dataclass(frozen=True, eq=False)
 class FieldTable:
@@ -57,7 +60,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     lines = [line.rstrip("\r") for line in text.split("\n")]
     used = [
         (i, line)
-        for i, line in enumerate(lines, 1)
+        for i, line in _join_quoted(lines)
         if not is_blank(line.strip()) and not line.lstrip().startswith("#")
     ]
     comments = tuple(
@@ -94,6 +97,25 @@ def read_field_table(path: str | Path) -> FieldTable:
             )
             row[:] = (row + [""] * width)[:width]
     return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes), comments)
+
+
+def _join_quoted(lines: list[str]) -> list[tuple[int, str]]:
+    """Return the records with the number of their first line; a quoted cell may have more lines.
+
+    A quote that is not closed within `MAX_CELL_LINES` belongs to a single line.
+    """
+    records: list[tuple[int, str]] = []
+    i = 0
+    while i < len(lines):
+        end, quotes = i + 1, lines[i].count('"')
+        if quotes % 2 and not lines[i].lstrip().startswith("#"):
+            while quotes % 2 and end < min(len(lines), i + MAX_CELL_LINES):
+                quotes += lines[end].count('"')
+                end += 1
+            end = end if quotes % 2 == 0 else i + 1
+        records.append((i + 1, "\n".join(lines[i:end])))
+        i = end
+    return records
 
 
 def _split_cells(line: str, delimiter: str) -> list[str]:

@@ -7,7 +7,7 @@ leave ambiguous: the user decides whether an azimuth is a strike or a dip direct
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,6 +54,7 @@ class FieldRow:
     position: Point | None = None
     overturned: bool = False
     notes: str = ""
+    station: str = ""
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,7 @@ def read_readings(
     notation: str,
     to_grid: ToGrid | None = None,
     model: ModelFrame = WITHOUT_CRS,
+    line_types: Collection[str] = (),
 ) -> FieldReadings:
     """Return the readings of a table as written, without referring azimuths to grid north.
 
@@ -109,8 +111,8 @@ def read_readings(
     columns : mapping of str to int
         Columns by role. The roles are `azimuth` and `inclination` (the two angles of the notation);
         `text` (both angles in one cell); `trend` and `plunge` (for rows that are lines in a table
-        of planes); and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`,
-        `y`, `z`, `longitude`, `latitude`.
+        of planes); and `name`, `station`, `quadrant`, `element`, `type`, `set`, `overturned`,
+        `notes`, `x`, `y`, `z`, `longitude`, `latitude`.
     notation : str
         One of `NOTATIONS`.
     to_grid : callable or None
@@ -118,6 +120,8 @@ def read_readings(
         position requires x, y and z.
     model : ModelFrame
         Frame of the project.
+    line_types : collection of str
+        Case-folded names in the type column whose rows are lines, even in a table of planes.
     """
     if notation not in NOTATIONS:
         raise ValueError(notation)
@@ -132,7 +136,10 @@ def read_readings(
             continue
         cells_by_role = {role: cells[column] for role, column in columns.items()}
         try:
-            geometry, azimuth, inclination = _orientation(cells_by_role, notation, table)
+            is_line = is_line_row(cells_by_role, line_types)
+            geometry, azimuth, inclination = _orientation(
+                cells_by_role, notation, table, is_line=is_line
+            )
         except InputError as error:
             bad.append(BadRow(line, finding_of(error)))
             continue
@@ -160,6 +167,7 @@ def read_readings(
                 position=position,
                 overturned=is_overturned(cells_by_role.get("overturned", "")) is True,
                 notes=cells_by_role.get("notes", ""),
+                station=cells_by_role.get("station", ""),
             )
         )
     needs_crs = "longitude" in columns and to_grid is None
@@ -227,17 +235,24 @@ def _rows_finding(code: str, lines: list[int], **values: str) -> Finding:
     return Finding(code, count=len(lines), rows=lines, lines=line_numbers_text(lines), **values)
 
 
+def is_line_row(cells_by_role: Mapping[str, str], line_types: Collection[str]) -> bool:
+    """Return whether the element or the type of a row states that it is a line."""
+    element = cells_by_role.get("element", "").casefold()
+    return element.startswith("line") or (
+        not element and cells_by_role.get("type", "").casefold() in line_types
+    )
+
+
 def _orientation(
-    word: Mapping[str, str], notation: str, table: FieldTable
+    word: Mapping[str, str], notation: str, table: FieldTable, *, is_line: bool
 ) -> tuple[str, float, float]:
     """Return "plane" or "line", azimuth and inclination of a row. Raises InputError."""
-    element = word.get("element", "").casefold()
     angles = [word.get("azimuth", ""), word.get("inclination", "")]
     is_empty = all(cell.casefold() in _EMPTY for cell in (*angles, word.get("text", "")))
-    if word.get("plunge", "") and (element.startswith("line") or is_empty):
+    if word.get("plunge", "") and (is_line or is_empty):
         return _line(word.get("trend", ""), word["plunge"], table)
     if word.get("text", "").casefold() not in _EMPTY:
-        if notation == "trend/plunge" or element.startswith("line"):
+        if notation == "trend/plunge" or is_line:
             line = parse_line(word["text"])
             return "line", line.trend_deg, line.plunge_deg
         plane = parse_plane(word["text"], notation)
@@ -248,7 +263,7 @@ def _orientation(
         raise InputError(Finding("reading.no-angle", missing=("azimuth",)))
     if angles[1].casefold() in _EMPTY:
         raise InputError(Finding("reading.no-angle", missing=("inclination",)))
-    if notation == "trend/plunge":
+    if notation == "trend/plunge" or is_line:
         return _line(angles[0], angles[1], table)
     azimuth, dip = (number_in(cell, table) for cell in angles)
     if (
@@ -353,6 +368,7 @@ def make_readings(
                 set_name=row.set_name or set_name,
                 overturned=row.overturned,
                 notes=row.notes,
+                station=row.station,
             )
         )
     return readings

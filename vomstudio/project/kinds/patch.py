@@ -12,13 +12,11 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import cause_of
 from vomstudio.core.words import to_translate as _
-from vomstudio.core.words import tr
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
 from vomstudio.geometry.heights.levels import bend_findings, level_findings
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.moment_planes import fit_moments
-from vomstudio.geometry.units import area_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject
@@ -160,13 +158,6 @@ def places(subject: Subject) -> FloatArray:
     return np.concatenate([points, _to_world(patch.outline, subject)])
 
 
-def words(measured: Measurement) -> list[str]:
-    """Describe the area of a patch."""
-    if measured.area_m2 is None:
-        return []
-    return [tr("Area {area}", area=area_text(measured.area_m2, metric=measured.metric))]
-
-
 N_ELEMENTS = replace(of.N_POINTS, value=lambda s: s.feature.n)
 
 KIND = Kind(
@@ -189,7 +180,6 @@ KIND = Kind(
     ),
     attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
     sketch=sketch,
-    words=words,
     orientations=("plane",),
     evidence="picked",
     plane=kind.always,

@@ -35,6 +35,8 @@ class Reading(Typed):
         Position in the World frame, or None if it was not recorded.
     source : str
         File that contains the reading.
+    station : str
+        Number of the station at which it was read, or "". A station has any number of readings.
     """
 
     id: str
@@ -50,6 +52,7 @@ class Reading(Typed):
     overturned: bool = False
     notes: str = ""
     domain: str = ""
+    station: str = ""
 
 
 def measure(at: MeasurementContext, readings: Sequence[Reading]) -> list[Measurement]:
@@ -153,6 +156,7 @@ KIND = Kind(
     measure=measure,
     figures=(
         *of.NAMED,
+        of.STATION,
         *of.PLANE,
         of.TREND,
         of.PLUNGE,
@@ -164,7 +168,15 @@ KIND = Kind(
         *of.VERDICT,
         of.NOTES,
     ),
-    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
+    attributes=(
+        kind.NAME,
+        kind.TYPE,
+        kind.SET,
+        kind.STATION,
+        kind.DOMAIN,
+        kind.OVERTURNED,
+        kind.NOTES,
+    ),
     sketch=sketch,
     remarks=remarks,
     about=about,

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate as _
-from vomstudio.core.words import tr
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject, text_figure
 from vomstudio.project.kind import Attribute, GisLayer, Kind, KindGroup, Lookup, Sketch
 from vomstudio.project.measurement import Measurement, MeasurementContext, is_metric, world_lines
-from vomstudio.project.records import Picked
+from vomstudio.project.records import Feature, Picked
 
 StationKind = Literal["station", "sample"]
 STATION_KINDS: tuple[tuple[StationKind, str], ...] = (
     ("station", _("Station")),
     ("sample", _("Sample")),
 )
+PHOTO_SEPARATOR = "; "
 GROUP = KindGroup("stations", _("Stations and samples"), "map-marker")
 
 
@@ -34,9 +35,10 @@ class Station(Picked):
     vertices : tuple of Point
         Position on the model: one point in the file frame.
     number : str
-        Number as written in the field book or on the sample bag.
+        Number as written in the field book or on the sample bag. Readings with this number in
+        their field `station` belong to the station.
     photo : str
-        Name or path of a photo of the station or sample.
+        Names or paths of the photos of the station or sample, separated by semicolons.
     """
 
     id: str
@@ -89,15 +91,32 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     return Sketch(points, points[0], label=station.number or "–")
 
 
+def photos_of(*stations: Station) -> list[str]:
+    """Return the names of the photos of stations."""
+    names = (name.strip() for s in stations for name in s.photo.split(PHOTO_SEPARATOR.strip()))
+    return [name for name in names if name]
+
+
+def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:
+    """Return the readings that were taken at a station, by its number or name."""
+    codes = {code.casefold() for code in (station.number, station.name) if code}
+    features = (record for record in records.values() if isinstance(record, Feature))
+    return [f for f in features if getattr(f, "station", "").casefold() in codes]
+
+
 def about(subject: Subject) -> list[str]:
-    """Describe a station."""
-    station: Station = subject.feature
-    lines = []
-    if station.number:
-        lines.append(tr("Number: {number}", number=station.number))
-    if station.photo:
-        lines.append(tr("Photo: {photo}", photo=station.photo))
-    return lines
+    """Describe what belongs to a station."""
+    readings = readings_of(subject.feature, subject.records)
+    if not readings:
+        return []
+    return [
+        tr_n(
+            "{count} reading: {names}",
+            "{count} readings: {names}",
+            len(readings),
+            names=", ".join(reading.name for reading in readings),
+        )
+    ]
 
 
 def _what(subject: Subject) -> str:
@@ -113,8 +132,8 @@ NUMBER = text_figure(
 )
 PHOTO = text_figure(
     "photo",
-    _("Photo"),
-    _("Name or path of the photo of a station or sample"),
+    _("Photos"),
+    _("Names or paths of the photos of a station or sample, separated by semicolons"),
     lambda s: s.feature.photo or None,
     words=("photo",),
 )
@@ -135,7 +154,7 @@ KIND = Kind(
         kind.NAME,
         Attribute("what", _("What"), "choice", STATION_KINDS),
         Attribute("number", _("Number")),
-        Attribute("photo", _("Photo")),
+        Attribute("photo", _("Photos")),
         kind.NOTES,
     ),
     sketch=sketch,

@@ -13,7 +13,7 @@ from vomstudio.core.words import tr
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.frames import crs_label
 from vomstudio.geometry.units import WORLD, Axes
-from vomstudio.project.catalogue import DOMAIN, IN_WORLD, NO_MODEL
+from vomstudio.project.catalogue import DOMAIN, IN_WORLD, NO_MODEL, STATION
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import Kind
 from vomstudio.project.kinds import kind_of
@@ -27,7 +27,8 @@ from vomstudio.project.tables.registration_comments import registrations_of
 
 __all__ = ["EXTRA_COLUMNS", "IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
 
-EXTRA_COLUMNS = ("domain", *REPEAT_COLUMNS)
+_FIGURES = (DOMAIN, STATION)
+EXTRA_COLUMNS = (*(figure.name for figure in _FIGURES), *REPEAT_COLUMNS)
 """Columns that follow those of the orientation table if any feature has a value in them."""
 
 
@@ -58,7 +59,7 @@ class ProjectTable:
 
     @property
     def extra_columns(self) -> tuple[str, ...]:
-        """Optional columns that are in use: domain, interpreter and repeated feature."""
+        """Optional columns that are in use: domain, station, interpreter and repeated feature."""
         return tuple(c for c in EXTRA_COLUMNS if any(c in row for row in self.rows))
 
     def drop_repeats(self) -> ProjectTable:
@@ -141,8 +142,7 @@ def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
 
 
 def _extra_values(subject: Subject) -> Row:
-    domain = DOMAIN.value(subject)
-    values = {} if domain is None else {DOMAIN.name: domain}
+    values = {f.name: value for f in _FIGURES if (value := f.value(subject)) is not None}
     return values | repeat_columns(subject.feature, subject.records)
 
 

@@ -40,6 +40,8 @@ LABEL_GAP = 7.0
 LINE_POSITIONS = (0.25, 0.75, 0.0, 1.0)
 """Alternative positions of label and symbol along a feature's line if its anchor is hidden."""
 SYMBOL_GAP = 17.0
+HOVER_GAP = 12.0
+"""Distance of the label of a hovered feature from the cursor."""
 # Called for thousands of drawings at every change; a Python loop would take three times as long.
 MAX_LABELLED_FEATURES = 30
 """Number of features above which only selected features are labelled by default."""
@@ -238,7 +240,9 @@ class Annotations:
                 previous.sizes[previous_rows[is_unchanged]],
             )
         for row in np.flatnonzero(previous_rows < 0).tolist():
-            places[row], sizes[row] = _places(drawings[row]), self.labels.size(drawings[row].label)
+            drawing = drawings[row]
+            places[row] = _places(drawing)
+            sizes[row] = self.labels.size(drawing.label, drawing.verdict)
         self._previous = None
         return places, sizes
 
@@ -460,12 +464,29 @@ class Annotations:
         )
         for i, (x, y) in placed.items():
             d = ready.drawings[i]
-            picture = self.labels.picture(d.label, d.color, bool(is_selected[i]), ratio)
+            picture = self.labels.picture(d.label, d.color, bool(is_selected[i]), ratio, d.verdict)
             painter.drawPixmap(QPointF(x, y), picture)
             wide, tall = ready.sizes[i]
             self.label_boxes.append((d.id, QRectF(x, y, float(wide), float(tall))))
         self._remember(self._labels_shown, ready, list(placed), is_visible)
         self._corners = {ready.drawings[i].id: int(corners[i]) for i in placed}
+
+    def paint_hovered(
+        self, painter: QPainter, drawing: FeatureDrawing, x: float, y: float, room: QRectF
+    ) -> None:
+        """Paint the label of the feature under the cursor beside a pixel, inside `room`.
+
+        Nothing is painted if the feature is already labelled or labels are switched off.
+        """
+        is_labelled = any(id_ == drawing.id for id_, _ in self.label_boxes)
+        if self.label_mode == "none" or not drawing.label or is_labelled:
+            return
+        wide, tall = self.labels.size(drawing.label, drawing.verdict)
+        left = min(max(x + HOVER_GAP, room.left()), room.right() - wide)
+        top = min(max(y - HOVER_GAP - tall, room.top()), room.bottom() - tall)
+        ratio = painter.device().devicePixelRatioF()
+        picture = self.labels.picture(drawing.label, drawing.color, False, ratio, drawing.verdict)
+        painter.drawPixmap(QPointF(left, top), picture)
 
     # --- memory ------------------------------------------------------------------------------
     def _patient(

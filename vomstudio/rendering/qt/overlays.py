@@ -11,6 +11,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
 from vomstudio.rendering.qt import bar_painting, compass_and_scale
 from vomstudio.rendering.qt.annotations import Annotations
+from vomstudio.rendering.qt.legend_painting import ColorLegend
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.scalars import Scale
@@ -27,6 +28,8 @@ class Overlays:
         Whether the y axis of the World frame points North, and whether its unit is the metre.
     bars : list of ColorBar
         Colour bars of the last paint.
+    legend : ColorLegend
+        Legend of the colours of features.
     """
 
     def __init__(self, camera: Camera, captions: Mapping[str, str]) -> None:
@@ -37,6 +40,7 @@ class Overlays:
         self.north_known = True
         self.unit_known = True
         self.bars: list[bar_painting.ColorBar] = []
+        self.legend = ColorLegend()
 
     def paint(
         self,
@@ -80,11 +84,13 @@ class Overlays:
                 compass_and_scale.compass_box(height),
                 compass_and_scale.scale_bar_box(width, height),
                 *(bar.box for bar in self.bars),
+                *([self.legend.box()] if self.legend.entries else []),
             ),
             moving=moving,
         )
         for bar in self.bars:
             bar.paint(painter)
+        self.legend.paint(painter)
         compass_and_scale.draw_compass(painter, self._camera.frame, height, self.north_known)
         compass_and_scale.draw_scale_bar(
             painter,

@@ -92,13 +92,16 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
 
 # -- labels
 
+_MARK_SIZE = 9.0
+"""Size of the mark of a verdict in a label."""
+
 
 class LabelCache:
     """Cache of labels as small pictures, so that a drag with many labels stays fast."""
 
     def __init__(self) -> None:
-        self._pictures: dict[tuple[str, int, bool, float], QPixmap] = {}
-        self._sizes: dict[str, tuple[float, float]] = {}
+        self._pictures: dict[tuple[str, str, int, bool, float], QPixmap] = {}
+        self._sizes: dict[tuple[str, bool], tuple[float, float]] = {}
         self._font: QFont | None = None
         self._metrics: QFontMetricsF | None = None
 
@@ -113,27 +116,35 @@ class LabelCache:
             self._metrics = QFontMetricsF(self._font)
         return self._metrics
 
-    def size(self, text: str) -> tuple[float, float]:
-        if text not in self._sizes:
+    def size(self, text: str, verdict: str | None = None) -> tuple[float, float]:
+        key = (text, bool(verdict))
+        if key not in self._sizes:
             metrics = self._ready()
-            self._sizes[text] = (
-                math.ceil(metrics.horizontalAdvance(text)) + 19.0,
+            width = math.ceil(metrics.horizontalAdvance(text)) + 19.0
+            self._sizes[key] = (
+                width + (_MARK_SIZE + 4.0 if verdict else 0.0),
                 math.ceil(metrics.height()) + 4.0,
             )
-        return self._sizes[text]
+        return self._sizes[key]
 
     def picture(
-        self, text: str, rgb: tuple[float, float, float], selected: bool, ratio: float
+        self,
+        text: str,
+        rgb: tuple[float, float, float],
+        selected: bool,
+        ratio: float,
+        verdict: str | None = None,
     ) -> QPixmap:
+        """Return a label with a stripe in the colour of the feature and the mark of a verdict."""
         color = to_color(rgb)
-        key = (text, color.rgb(), selected, ratio)
+        key = (text, verdict or "", color.rgb(), selected, ratio)
         pixmap = self._pictures.get(key)
         if pixmap is not None:
             return pixmap
         if len(self._pictures) > 4000:
             self._pictures.clear()
         metrics = self._ready()
-        width, height = self.size(text)
+        width, height = self.size(text, verdict)
         out = QPixmap(math.ceil(width * ratio), math.ceil(height * ratio))
         out.setDevicePixelRatio(ratio)
         out.fill(Qt.GlobalColor.transparent)
@@ -149,6 +160,10 @@ class LabelCache:
         painter.setFont(self._font)
         painter.setPen(TEXT)
         painter.drawText(QPointF(13.0, 2.0 + metrics.ascent()), text)
+        if verdict:
+            top = (height - _MARK_SIZE) / 2.0
+            box = QRectF(width - _MARK_SIZE - 5.0, top, _MARK_SIZE, _MARK_SIZE)
+            draw_verdict_shape(painter, box, verdict)
         painter.end()
         self._pictures[key] = out
         return out

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QPainter
+
 from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.qt.feature_picking import feature_at
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
@@ -49,6 +52,7 @@ class ShownFeatures:
         """
         self.drawings: dict[str, FeatureDrawing] = {}
         self.selected: frozenset[str] = frozenset()
+        self._hovered: tuple[str, float, float] | None = None
         self._camera, self._pane = camera, pane
         self._life, self._picture = life, picture
         self._annotations, self._inside, self._cut = annotations, inside, cut
@@ -77,6 +81,29 @@ class ShownFeatures:
         if self._life.scene is not None:
             self._life.scene.set_selected(self.selected)
         self._picture.redraw_features()
+
+    @property
+    def hovered(self) -> str | None:
+        """ID of the feature under the cursor, or None."""
+        return None if self._hovered is None else self._hovered[0]
+
+    def hover(self, id_: str | None, x: float = 0.0, y: float = 0.0) -> None:
+        """Label the feature under the cursor at a pixel; None removes the label."""
+        hovered = None if id_ is None else (id_, x, y)
+        if hovered != self._hovered:
+            self._hovered = hovered
+            self._pane.update()
+
+    def paint_hovered(self, painter: QPainter) -> None:
+        """Paint the label of the feature under the cursor."""
+        if self._hovered is None:
+            return
+        id_, x, y = self._hovered
+        drawing = self.drawings.get(id_)
+        if drawing is not None and drawing.visible:
+            width, height = self._pane.extent()
+            room = QRectF(0.0, 0.0, width, height)
+            self._annotations.paint_hovered(painter, drawing, x, y, room)
 
     def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
         """Show the area touched by a brush, or None to remove it."""

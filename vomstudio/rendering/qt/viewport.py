@@ -36,6 +36,7 @@ from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.clip_handles import ClipHandles
 from vomstudio.rendering.qt.display import ModelAppearance
 from vomstudio.rendering.qt.gestures import Gestures
+from vomstudio.rendering.qt.legend_painting import ColorLegend
 from vomstudio.rendering.qt.overlays import Overlays
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
@@ -241,6 +242,11 @@ class Viewport(QWidget):
         self.overlays.annotations.label_mode = mode
         self._picture.redraw_features()
 
+    def set_legend(self, legend: ColorLegend) -> None:
+        """Show a legend of the colours of features; it is hidden without entries."""
+        self.overlays.legend = legend
+        self._picture.redraw_features()
+
     def set_frame(self, *, north_known: bool, unit_known: bool = True) -> None:
         """Set whether the y axis of the World frame points North and its unit is the metre.
 
@@ -259,6 +265,7 @@ class Viewport(QWidget):
         letters = (tr("E"), tr("N"), tr("Z")) if self.overlays.north_known else ("x", "y", "z")
         self.clip.paint(painter, self.gestures.held_face, letters)
         self.photos.paint(painter, self.rect())
+        self.features.paint_hovered(painter)
         if self.preview is not None:
             PreviewPainter(
                 painter, self.camera, self.extent(), self.project, self.reading_place
@@ -332,6 +339,7 @@ class Viewport(QWidget):
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
         self.gestures.leave()
         self.photos.leave()
+        self.features.hover(None)
         self.left.emit()
         if self.preview is not None:
             self.update()

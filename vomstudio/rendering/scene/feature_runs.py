@@ -181,15 +181,28 @@ def _boxes_of(runs: list[FloatArray]) -> FloatArray:
 
 
 def lines_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
-    """Return the lines of all drawings whose line has at least two points."""
+    """Return the lines of all drawings whose line has at least two points.
+
+    The outline of a disc that is not filled is one of them.
+    """
     lines = [(np.asarray(d.line, float).reshape(-1, 3), d.color) for d in drawings]
+    lines += [(_closed(d.disc), d.color) for d in drawings if d.outlined and d.disc is not None]
     return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
 
 
 def discs_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
-    """Return the discs of all drawings whose disc has at least three corners."""
-    rings = [(np.asarray(d.disc, float), d.color) for d in drawings if d.disc is not None]
+    """Return the filled discs of all drawings whose disc has at least three corners."""
+    rings = [
+        (np.asarray(d.disc, float), d.color)
+        for d in drawings
+        if d.disc is not None and not d.outlined
+    ]
     return _runs([(ring, color) for ring, color in rings if len(ring) >= 3], origin)
+
+
+def _closed(ring: FloatArray) -> FloatArray:
+    points = np.asarray(ring, float).reshape(-1, 3)
+    return np.concatenate([points, points[:1]])
 
 
 def _runs(parts: list[tuple[FloatArray, tuple[float, float, float]]], origin: FloatArray) -> Runs:

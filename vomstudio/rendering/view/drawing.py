@@ -70,6 +70,10 @@ class FeatureDrawing:
     symbol : Symbol, optional
     extent : float
         Extent of the feature in metres; larger features are labelled first.
+    verdict : str or None
+        Verdict whose mark follows the text of the label.
+    outlined : bool
+        Whether the disc is drawn as its outline only, as for poor planes.
     """
 
     id: str
@@ -82,3 +86,5 @@ class FeatureDrawing:
     area: Area | None = None
     symbol: Symbol | None = None
     extent: float = 0.0
+    verdict: str | None = None
+    outlined: bool = False

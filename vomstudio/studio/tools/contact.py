@@ -18,6 +18,7 @@ from vomstudio.project.length_figures import words
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.polyline import points_text, type_of_draft
+from vomstudio.studio.tools.set_memory import SetMemory
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 
@@ -39,6 +40,7 @@ class ContactTool(FollowingTool[Contact]):
     def __init__(self, context: Any) -> None:
         super().__init__(context)
         self.next = NextContact()
+        self._sets = SetMemory()
 
     def hint(self) -> str:
         if self._feature is None:
@@ -68,7 +70,14 @@ class ContactTool(FollowingTool[Contact]):
         return self.next if line is None else NextContact(line.type_id, line.set_name)
 
     def choose(self, **values: str) -> None:
-        """Set `type_id` or `set_name` of the next line, and of the open line if it is new."""
+        """Set `type_id` or `set_name` of the next line, and of the open line if it is new.
+
+        The set is remembered for each type.
+        """
+        if "type_id" in values and "set_name" in values:
+            current = self.attributes.type_id, self.attributes.set_name
+            set_name = self._sets.set_for(current, values["type_id"], values["set_name"])
+            values["set_name"] = set_name
         self.next = replace(self.next, **values)
         line = self._feature
         if line is None or self._continued:

@@ -23,6 +23,7 @@ from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.fit_summary import WIDTH, first_reason
 from vomstudio.studio.tools.polyline import PolylineTool, plane_of, points_text, type_of_draft
+from vomstudio.studio.tools.set_memory import SetMemory
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 
@@ -48,6 +49,7 @@ class LineTool(PolylineTool[Lineation]):
     def __init__(self, context: Any) -> None:
         super().__init__(context)
         self.next = NextLine()
+        self._sets = SetMemory()
 
     def hint(self) -> str:
         if self._feature is None:
@@ -82,8 +84,12 @@ class LineTool(PolylineTool[Lineation]):
     def choose(self, **values: str) -> None:
         """Set attributes of the next line, and of the open line if it is new.
 
-        A sense of slip requires a plane.
+        A sense of slip requires a plane. The set is remembered for each type.
         """
+        if "type_id" in values and "set_name" in values:
+            current = self.attributes.type_id, self.attributes.set_name
+            set_name = self._sets.set_for(current, values["type_id"], values["set_name"])
+            values["set_name"] = set_name
         self.next = _drop_orphan_slip(replace(self.next, **values))  # type: ignore[arg-type]
         line = self._feature
         if line is None or self._continued:
@@ -135,6 +141,7 @@ class LineTool(PolylineTool[Lineation]):
         """Reset the attributes, because types, sets and planes belong to a project."""
         super().forget()
         self.next = NextLine()
+        self._sets.clear()
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
         # An unknown sense of slip makes the draft invalid.

@@ -323,6 +323,21 @@ def icon_button(icon: str, text: str) -> QToolButton:
     return button
 
 
+def fold_button(name: str, text: str = "") -> QToolButton:
+    """Create a button with an arrow that unfolds a part of a panel while it is checked."""
+    button = QToolButton()
+    button.setObjectName(name)
+    button.setCheckable(True)
+    button.setAutoRaise(True)
+    button.setText(text)
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    button.setArrowType(Qt.ArrowType.RightArrow)
+    button.toggled.connect(
+        lambda on: button.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
+    )
+    return button
+
+
 def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
     """Create a field for a file path, and a row that contains it and its button.
 

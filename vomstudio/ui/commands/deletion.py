@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 from PySide6.QtWidgets import QApplication
 
 from vomstudio.core.findings import Finding
 from vomstudio.ui.base.command_targets import selected_features
 from vomstudio.ui.base.studio import Studio
+
+
+def focused_filter(studio: Studio) -> Callable[[Iterable[str]], set[str]] | None:
+    """Return the function that finds the features hidden in the focused list, or None."""
+    focus = QApplication.focusWidget()
+    return next(
+        (
+            find_hidden
+            for widget, find_hidden in studio.filters
+            if focus is not None and (widget is focus or widget.isAncestorOf(focus))
+        ),
+        None,
+    )
 
 
 def delete_selected(studio: Studio) -> None:
@@ -16,14 +31,9 @@ def delete_selected(studio: Studio) -> None:
     that no list shows is reported.
     """
     ids = selected_features(studio)
-    focus = QApplication.focusWidget()
-    focused_filters = [
-        find_hidden
-        for widget, find_hidden in studio.filters
-        if focus is not None and (widget is focus or widget.isAncestorOf(focus))
-    ]
-    if focused_filters:
-        hidden_ids = focused_filters[0](ids)
+    find_hidden = focused_filter(studio)
+    if find_hidden is not None:
+        hidden_ids = find_hidden(ids)
         studio.delete_selected(but=hidden_ids)
         if hidden_ids:
             studio.info(Finding("delete.hidden-left", count=len(hidden_ids)))

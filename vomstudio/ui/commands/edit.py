@@ -15,7 +15,7 @@ from vomstudio.ui.base.actions import Actions, Command
 from vomstudio.ui.base.command_targets import selected_features, why_no_feature
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.commands.deletion import delete_selected
+from vomstudio.ui.commands.deletion import delete_selected, focused_filter
 
 if TYPE_CHECKING:
     from vomstudio.ui.dialogs.command_palette import Destination
@@ -52,6 +52,13 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
         if accepted and name.strip() != old_name:
             studio.attempt(edits.set_attributes, [current], name=name.strip())
 
+    def select_all() -> None:
+        """Select all features, or those that the focused list shows."""
+        ids = [feature.id for feature in studio.session.features()]
+        find_hidden = focused_filter(studio)
+        hidden_ids = set() if find_hidden is None else find_hidden(ids)
+        studio.selection.set(id_ for id_ in ids if id_ not in hidden_ids)
+
     return [
         Command(
             "undo",
@@ -82,7 +89,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
         Command(
             "select_all",
             tr("Select &all features"),
-            lambda: studio.selection.set(f.id for f in studio.session.features()),
+            select_all,
             shortcut="Ctrl+A",
         ),
         Command("find_command", tr("&Search…"), find, icon="magnify", shortcut="Ctrl+K"),

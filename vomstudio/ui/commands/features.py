@@ -11,6 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import selected_features, why_no_feature
+from vomstudio.ui.base.feature_colors import COLOR_MODES
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 
@@ -56,6 +57,16 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
 
     def is_plane_style(value: str) -> Callable[[], bool]:
         return lambda: studio.settings.planes_as == value
+
+    def set_color_mode(value: str) -> Callable[[], None]:
+        def apply() -> None:
+            studio.settings.color_by = value
+            studio.keep_settings()
+
+        return apply
+
+    def is_color_mode(value: str) -> Callable[[], bool]:
+        return lambda: studio.settings.color_by == value
 
     table = [
         Command(
@@ -108,6 +119,16 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             why_not=why_not_show_all,
         ),
     ]
+    for value, title in COLOR_MODES.items():
+        table.append(
+            Command(
+                f"color_by_{value}",
+                tr("Colour by {property}", property=tr(title).lower()),
+                set_color_mode(value),
+                tip=tr("Colour the features in the outcrop, net and table."),
+                is_checked=is_color_mode(value),
+            )
+        )
     for name, text, value, tip in PLANE_STYLES:
         table.append(
             Command(

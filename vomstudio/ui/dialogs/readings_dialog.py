@@ -29,7 +29,7 @@ from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.crs import crs_name, degrees_to_grid
 from vomstudio.project.edits import suggest_type
-from vomstudio.project.imports.field_columns import guess
+from vomstudio.project.imports.field_columns import geometry_of_type, guess
 from vomstudio.project.imports.field_table import FieldTable
 from vomstudio.project.imports.readings import (
     FieldReadings,
@@ -48,6 +48,10 @@ _PREVIEW_ROWS = 200
 _MAX_DISTANCE_M = 10_000.0
 _UNREADABLE_COLOR = "#d55e00"
 
+NEW_PLANE, NEW_LINE = "new plane type", "new line type"
+"""Choices for a type name that the project does not contain, beside its types."""
+_MAX_TYPE_BOXES = 8
+
 _NOTATIONS = (
     (to_translate("Dip direction / dip"), "dipdir/dip"),
     (to_translate("Strike / dip, right-hand rule"), "strike/dip"),
@@ -65,6 +69,7 @@ _AZIMUTH = {
 _ROLES = (
     (to_translate("Not used"), ""),
     (to_translate("Name"), "name"),
+    (to_translate("Station"), "station"),
     (to_translate("Azimuth"), "azimuth"),
     (to_translate("Dip"), "inclination"),
     (to_translate("Quadrant"), "quadrant"),
@@ -255,45 +260,114 @@ class ReadingsDialog(QDialog):
             inclination = tr("Plunge") if notation == "trend/plunge" else tr("Dip")
             combo.setItemText(combo.findData("inclination"), inclination)
         self._missing_choice = missing_choice(self.columns(), notation)
+        self._show_new_types()
         self._field_readings = (
             FieldReadings((), (), ())
             if self._missing_choice
             else read_readings(
-                self._table, self.columns(), notation, self._to_grid, ModelFrame(self._place.crs)
+                self._table,
+                self.columns(),
+                notation,
+                self._to_grid,
+                ModelFrame(self._place.crs),
+                self._line_types(),
             )
         )
-        self._show_new_types()
         self._show_unreadable()
         self._show_convergence()
         self._refresh_summary()
 
+    def _type_names(self) -> list[str]:
+        """Return the names in the type column, each once."""
+        column = self.columns().get("type")
+        if column is None:
+            return []
+        table = self._table
+        names = [row[column] for i, row in enumerate(table.rows) if i not in table.ragged]
+        return list({name.casefold(): name for name in names if name}.values())
+
     def _show_new_types(self) -> None:
         known_names = {kind.name.casefold() for kind in self._types}
-        names = [n for n in self._field_readings.type_names if n.casefold() not in known_names]
-        new_names = list({n.casefold(): n for n in names}.values())
-        if [n.casefold() for n in new_names] == list(self._new_type_boxes):
+        new_names = [n for n in self._type_names() if n.casefold() not in known_names]
+        # Names that need a choice come first.
+        new_names.sort(key=lambda name: geometry_of_type(name) is not None)
+        if [n.casefold() for n in new_names[:_MAX_TYPE_BOXES]] == list(self._new_type_boxes):
             return
         while self._left_form.rowCount() > 2:
             self._left_form.removeRow(2)
         self._new_type_boxes = {}
-        for name in new_names[:8]:
-            combo = ComboBox()
-            combo.addItem(tr("New feature type"), None)
-            for kind in self._types:
-                combo.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            combo.activated.connect(lambda _: self._refresh_summary())
-            self._new_type_boxes[name.casefold()] = combo
+        for name in new_names[:_MAX_TYPE_BOXES]:
+            self._new_type_boxes[name.casefold()] = combo = self._create_type_box(name)
             self._left_form.addRow(f"“{name}”", combo)
-        if len(new_names) > 8:
+        if len(new_names) > _MAX_TYPE_BOXES:
             self._left_form.addRow(
                 Label(
                     tr_n(
                         "{count} further name becomes a new feature type.",
                         "{count} further names become new feature types.",
-                        len(new_names) - 8,
+                        len(new_names) - _MAX_TYPE_BOXES,
                     )
                 )
             )
+
+    def _create_type_box(self, name: str) -> QComboBox:
+        """Create the choice for an unknown type name; an unclear name waits for the user."""
+        combo = ComboBox()
+        meaning = geometry_of_type(name)
+        if meaning is None:
+            combo.addItem(tr("Choose…"), None)
+        combo.addItem(tr("New plane type"), NEW_PLANE)
+        combo.addItem(tr("New line type"), NEW_LINE)
+        for kind in self._types:
+            combo.addItem(theme.swatch(kind.color), kind.name, kind.id)
+        if meaning is not None:
+            is_line = meaning == "line" or self._has_only_lines(name)
+            combo.setCurrentIndex(combo.findData(NEW_LINE if is_line else NEW_PLANE))
+        combo.activated.connect(lambda _: self._read())
+        return combo
+
+    def _has_only_lines(self, type_name: str) -> bool:
+        """Return whether the notation or other columns state that all rows of a type are lines."""
+        if self._notation.currentData() == "trend/plunge":
+            return True
+        columns, rows = self.columns(), self._table.rows
+        type_column = columns["type"]
+
+        def is_stated_line(row: list[str]) -> bool:
+            cell = {role: row[column] for role, column in columns.items()}
+            return cell.get("element", "").casefold().startswith("line") or (
+                bool(cell.get("plunge")) and not cell.get("inclination") and not cell.get("text")
+            )
+
+        key = type_name.casefold()
+        return all(is_stated_line(row) for row in rows if row[type_column].casefold() == key)
+
+    def _geometry_of(self, key: str) -> str | None:
+        """Return whether a type name is one of lines; None if the user has to choose."""
+        combo = self._new_type_boxes.get(key)
+        choice = combo.currentData() if combo is not None else None
+        if choice in (NEW_PLANE, NEW_LINE):
+            return "line" if choice == NEW_LINE else "plane"
+        for kind in self._types:
+            if kind.id == choice or (combo is None and kind.name.casefold() == key):
+                return kind.geometry
+        return geometry_of_type(key) if combo is None else None
+
+    def _line_types(self) -> set[str]:
+        keys = (name.casefold() for name in self._type_names())
+        return {key for key in keys if self._geometry_of(key) == "line"}
+
+    def _type_findings(self) -> list[Finding]:
+        """Return findings about rows that are lines, or may be lines, by their type."""
+        notation, rows = self._notation.currentData(), self._field_readings.rows
+        unclear = [n for n in self._type_names() if self._geometry_of(n.casefold()) is None]
+        findings = [Finding("reading.type-unclear", types=unclear)] if unclear else []
+        line_types = self._line_types()
+        lines = [r for r in rows if r.type_name.casefold() in line_types and r.geometry == "line"]
+        if lines and notation != "trend/plunge":
+            names = list(dict.fromkeys(row.type_name for row in lines))
+            findings.append(Finding("reading.lines-by-type", count=len(lines), types=names))
+        return findings
 
     def _show_unreadable(self) -> None:
         rows = self._field_readings.bad
@@ -368,7 +442,9 @@ class ReadingsDialog(QDialog):
         correction, count = self.north_correction(), len(self._field_readings.rows)
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
         ok.setText(tr_n("Add {count} reading", "Add {count} readings", count))
-        ok.setEnabled(correction is not None and count > 0)
+        about_types = self._type_findings()
+        is_unclear = any(finding.severity == "error" for finding in about_types)
+        ok.setEnabled(correction is not None and count > 0 and not is_unclear)
         lines: list[str] = []
         if self._missing_choice:
             lines.append(self._missing_choice.message)
@@ -382,6 +458,7 @@ class ReadingsDialog(QDialog):
             lines.append(Finding("reading.declination-missing").message)
         bold_lines = lines[:]
         lines += [
+            *map(str, about_types),
             *map(str, self._guess.findings),
             *map(str, self._field_readings.findings),
             *map(str, self._distance_findings()),
@@ -415,7 +492,7 @@ class ReadingsDialog(QDialog):
                 continue
             combo = self._new_type_boxes.get(key)
             selected_id = combo.currentData() if combo is not None else None
-            if selected_id is None:
+            if selected_id in (None, NEW_PLANE, NEW_LINE):
                 rows = [r for r in self._field_readings.rows if r.type_name.casefold() == key]
                 are_lines = all(r.geometry == "line" for r in rows)
                 kind = suggest_type(records, name, "line" if are_lines else "plane")

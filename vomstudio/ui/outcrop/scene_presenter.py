@@ -18,7 +18,6 @@ from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.project.edit import Edit
-from vomstudio.project.kind import color_of
 from vomstudio.project.kinds import GROUPS, group_of, kind_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import (
@@ -31,6 +30,7 @@ from vomstudio.project.records import (
     get,
     get_feature,
 )
+from vomstudio.rendering.qt.legend_painting import ColorLegend
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
@@ -46,6 +46,7 @@ from vomstudio.studio.tools.interaction_types import (
     Preview,
 )
 from vomstudio.studio.tools.polyline import rgb
+from vomstudio.ui.base.feature_colors import feature_color, legend, set_colors
 from vomstudio.ui.base.number_formatting import extent_points, orientation_text
 from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
@@ -303,6 +304,9 @@ class ScenePresenter:
                 else:
                     self._model_loaded(id_)
                     self._warn_if_far(id_)
+        if self._drawn_settings != self._settings():
+            self._all_features()
+            return
         ids, records = self._studio.affected(edit), self._studio.records
         if len(ids) > 1 and _count_painted(records, ids) > _LARGE_POINTS:
             self._drawing_work.finish()
@@ -317,10 +321,15 @@ class ScenePresenter:
     def _settings(self) -> tuple[object, ...]:
         """Return the settings that affect the drawings of features."""
         settings = self._studio.settings
-        return settings.notation, settings.planes_as
+        colors = None
+        if settings.color_by == "set":
+            # The colour of a set depends on all sets.
+            colors = tuple(self._studio.session.records.cached(set_colors).items())
+        return settings.notation, settings.planes_as, settings.color_by, colors
 
     def _all_features(self) -> None:
         self._drawn_settings = self._settings()
+        self._viewport.set_legend(ColorLegend(*legend(self._studio)))
         ids = [feature.id for feature in self._studio.session.features()]
         self._drawing_work.start(self._draw_in_steps(ids))
 
@@ -376,7 +385,12 @@ class ScenePresenter:
         )
         if sketch is None:
             return None
-        piece = None if sketch.faces is None else self._pieces.painted_area(sketch.faces)
+        quality = measured.verdict.quality if measured.verdict else None
+        # Poor planes are outlined, so that they stand back behind the rock and the others.
+        is_poor = quality == "poor"
+        is_painted = sketch.faces is not None and not is_poor
+        piece = self._pieces.painted_area(sketch.faces) if is_painted and sketch.faces else None
+        has_outline = is_poor and sketch.faces is not None and len(sketch.line) > 2
         group = group_of(feature)
         text = sketch.label
         if text is None:
@@ -388,7 +402,7 @@ class ScenePresenter:
             if symbol is not None:
                 # The symbol already shows the number.
                 text = "–"
-        elif studio.settings.planes_as == "discs" and piece is None:
+        elif studio.settings.planes_as == "discs" and piece is None and not has_outline:
             ring, symbol = feature_disc(measured)
         if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
             # A position without a direction is drawn as a dot.
@@ -400,18 +414,22 @@ class ScenePresenter:
             id=feature.id,
             line=sketch.line if piece is None else np.zeros((0, 3)),
             disc=ring,
-            color=rgb(color_of(feature, studio.records) or "#ffffff"),
+            color=rgb(feature_color(studio, feature, measured) or "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
             anchor=sketch.anchor if piece is None else _nearest_to_centroid(piece),
             visible=studio.visible(feature.id) and studio.visible(group),
             area=area,
             symbol=symbol,
             extent=extent,
+            verdict=quality,
+            outlined=is_poor,
         )
 
     def _patch_at(self, view: FeatureView, x: float, y: float) -> str | None:
         """Return the smallest visible patch or outlined area under a pixel."""
-        hit = view.pick(x, y)
+        return self._patch_of(view, view.pick(x, y))
+
+    def _patch_of(self, view: FeatureView, hit: Hit | None) -> str | None:
         if hit is None:
             return None
         patches = [
@@ -458,11 +476,21 @@ class ScenePresenter:
         if changes:
             self._layer.change(changes)
 
+    def _hover(self, event: PointerEvent) -> None:
+        """Label the feature under the cursor while no feature is being picked."""
+        if self._studio.open_tool is not None:
+            self._layer.hover(None)
+            return
+        id_ = self._layer.at(event.x, event.y, discs=False) or self._patch_of(self._viewport, event.hit)
+        self._layer.hover(id_, event.x, event.y)
+
     # --- tool and pointer --------------------------------------------------------------------
     def _preview(self, preview: Preview | None) -> None:
         self._viewport.set_preview(preview)
 
     def _pointer(self, event: PointerEvent) -> None:
+        if event.kind is Pointer.MOVE:
+            self._hover(event)
         if not self._studio.clicks_select:
             self._studio.pointer(event)
         else:

@@ -50,6 +50,7 @@ from vomstudio.ui.base.controls import (
     escape_markup,
     narrow_form,
 )
+from vomstudio.ui.base.feature_colors import COLOR_MODES
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.axis_titles import project_axes
@@ -88,6 +89,7 @@ class DisplayPanel(QWidget):
         explain(self, "window.md#look-as-you-need")
         self._models_box: Callable[[], ClipBox | None] = lambda: None
         self._studio, self._display, self._current = studio, studio.display, current
+        self._actions = actions
         self._view_display: ModelAppearance | None = None
         page = QWidget()
         layout = QVBoxLayout(page)
@@ -105,6 +107,7 @@ class DisplayPanel(QWidget):
             studio.selection_changed,
             studio.edited,
             studio.project_opened,
+            studio.settings_changed,
         ):
             signal.connect(self.refresh)
         self.refresh()
@@ -146,6 +149,15 @@ class DisplayPanel(QWidget):
         form.addRow(tr("Mode"), self.mode)
         form.addRow(tr("Point size"), self.point_size)
         form.addRow(tr("Lighting"), row)
+        self.colors = ComboBox()
+        self.colors.setObjectName("feature_colors")
+        self.colors.setToolTip(tr("Colours of the features in the outcrop, net and table."))
+        for value, title in COLOR_MODES.items():
+            self.colors.addItem(tr(title), value)
+        self.colors.activated.connect(
+            lambda _: self._actions[f"color_by_{self.colors.currentData()}"].trigger()
+        )
+        form.addRow(tr("Colour by"), self.colors)
         return form
 
     def _make_field(self) -> QGroupBox:
@@ -332,6 +344,7 @@ class DisplayPanel(QWidget):
         if changes == ("box",):
             self._show_clip()
             return
+        self.colors.setCurrentIndex(self.colors.findData(self._studio.settings.color_by))
         settings = self._display
         models = [m.data for m in self._studio.models.values()]
         mode = display.mode_shown(settings.mode, models)

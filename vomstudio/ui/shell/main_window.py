@@ -278,7 +278,7 @@ class MainWindow(QMainWindow):
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.set_clip_callback(actions["clipping_box"].trigger)
         keep = actions["keep_intersection"]
-        self.properties = PropertiesPanel(studio, actions["declare_frame"], keep)
+        self.properties = PropertiesPanel(studio, actions, keep)
         self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
         photos.photo_selected.connect(self.photos_panel.select_photo)

@@ -1,22 +1,34 @@
-"""View of a plane with its errors and verdict, for panels."""
+"""View of an attitude with its verdict, one reason and folded details, for panels."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
-from vomstudio.core.words import to_translate, tr
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.kinds import kind_named
 from vomstudio.project.measurement import Measurement
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, escape_markup, lay_out_now
+from vomstudio.ui.base.actions import strip_mnemonic
+from vomstudio.ui.base.controls import Label, escape_markup, fold_button, lay_out_now
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import orientation_text
+from vomstudio.ui.base.remedies import command_for, short_reason
 
 
 @dataclass(frozen=True)
@@ -56,6 +68,12 @@ _SIZE = _Line(
     catalogue.EXTENT,
     catalogue.RMS,
 )
+_AREA = _Line(
+    to_translate("Area"),
+    to_translate("Area of the faces of a patch."),
+    catalogue.AREA,
+    catalogue.AREA,
+)
 _LINES = (
     _ERROR,
     _CONFIDENCE,
@@ -90,6 +108,7 @@ _LINES = (
         catalogue.COLLINEARITY,
     ),
     _SIZE,
+    _AREA,
 )
 
 _LINE_ROWS = (_ERROR, _CONFIDENCE, _SIZE)
@@ -97,17 +116,21 @@ _LINE_ROWS = (_ERROR, _CONFIDENCE, _SIZE)
 
 
 class FitView(QWidget):
-    """View of the orientation, errors, indices and verdict of a measurement.
+    """View of the orientation and verdict of a measurement, with its details folded.
+
+    If the verdict is not good, one short reason is displayed with the button of the command that
+    acts on it. Further reasons and the details can be unfolded in place.
 
     Parameters
     ----------
-    reasons_shown : int, optional
-        Maximum number of displayed reasons and notes; the tooltip contains all of them.
+    actions : mapping of str to QAction, optional
+        Actions by command name.
     """
 
-    def __init__(self, reasons_shown: int | None = None) -> None:
+    def __init__(self, actions: Mapping[str, QAction] | None = None) -> None:
         super().__init__()
-        self._reasons_shown = reasons_shown
+        self._actions = actions or {}
+        self._action: QAction | None = None
         self._badge = Label()
         self._badge.setFixedSize(18, 18)
         self._plane = Label("–")
@@ -115,19 +138,57 @@ class FitView(QWidget):
         font.setPointSizeF(font.pointSizeF() * 1.35)
         font.setBold(True)
         self._plane.setFont(font)
-        self._plane.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._verdict = Label()
         head = QHBoxLayout()
         head.addWidget(self._plane)
         head.addStretch()
         head.addWidget(self._badge)
         head.addWidget(self._verdict)
-        grid = QGridLayout()
+        self._details = _wrapped_label()
+        self._reason = _wrapped_label()
+        self.remedy = QPushButton()
+        self.remedy.setObjectName("remedy")
+        self.remedy.clicked.connect(self._act)
+        row = QHBoxLayout()
+        row.addWidget(self._reason, 1)
+        row.addWidget(self.remedy, 0, Qt.AlignmentFlag.AlignTop)
+        self.more = fold_button("more_reasons")
+        self._reasons = _wrapped_label()
+        self._reasons.hide()
+        self.more.toggled.connect(self._unfold_reasons)
+        self.details = fold_button("fit_details", tr("Details"))
+        self._figures = self._create_details()
+        self._figures.hide()
+        self.details.toggled.connect(self._unfold_details)
+        explain(self._plane, "numbers.md#orientation")
+        explain(self._badge, catalogue.QUALITY)
+        explain(self._verdict, catalogue.QUALITY)
+        for label in (self._reason, self._reasons):
+            explain(label, catalogue.REASONS)
+        explain(self, "numbers.md")
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(3)
+        layout.addLayout(head)
+        layout.addWidget(self._details)
+        layout.addLayout(row)
+        layout.addWidget(self.more)
+        layout.addWidget(self._reasons)
+        layout.addWidget(self.details)
+        layout.addWidget(self._figures)
+        for label in (self._plane, self._details, self._reason, self._reasons):
+            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+
+    def _create_details(self) -> QWidget:
+        """Create the rows of figures, and the notes below them."""
+        page = QWidget()
+        grid = QGridLayout(page)
+        grid.setContentsMargins(0, 0, 0, 0)
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(1, 1)
         self._values: list[Label] = []
         self._titles: list[Label] = []
-        self._rows: object = None
         for row, line in enumerate(_LINES):
             label, value = Label(tr(line.title)), Label("–")
             label.setToolTip(tr(line.tip))
@@ -140,24 +201,10 @@ class FitView(QWidget):
             grid.addWidget(value, row, 1)
             self._values.append(value)
             self._titles.append(label)
-        self._details = Label()
-        self._details.setWordWrap(True)
-        self._details.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._reasons = Label()
-        self._reasons.setWordWrap(True)
-        explain(self._plane, "numbers.md#orientation")
-        explain(self._badge, catalogue.QUALITY)
-        explain(self._verdict, catalogue.QUALITY)
-        explain(self._reasons, catalogue.REASONS)
-        explain(self, "numbers.md")
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(3)
-        layout.addLayout(head)
-        layout.addLayout(grid)
-        layout.addWidget(self._details)
-        layout.addWidget(self._reasons)
+        self._notes = _wrapped_label()
+        self._notes.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        grid.addWidget(self._notes, len(_LINES), 0, 1, 2)
+        return page
 
     def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
         """Show a measurement, or dashes if no measurement is given.
@@ -169,44 +216,109 @@ class FitView(QWidget):
         local : bool
             Whether the frame of the model is unknown.
         """
-        fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
-        self._plane.setText(orientation_text(measured, notation) if measured else "–")
-        self._plane.setToolTip(
-            tr("Local frame: the model is not registered, so north and scale are unknown.")
-            if local
-            else ""
-        )
+        words = self._show_head(measured, notation, local=local)
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._verdict.setText(quality or "")
         for label in (self._badge, self._verdict):
             label.setToolTip(verdict.limits.description if verdict else "")
+        self._details.setText("\n".join(words))
+        self._details.setVisible(bool(words))
+        reasons = list(verdict.reasons) if verdict else []
+        if not reasons and measured is not None and measured.problem:
+            reasons = [measured.problem]
+        self._show_reasons(reasons, measured.kind if measured else "")
+        self._show_details(measured)
+        lay_out_now(self)
+
+    def _show_head(
+        self, measured: Measurement | None, notation: str, *, local: bool
+    ) -> Sequence[str]:
+        """Show the attitude or main figure, and return the remaining lines of the kind."""
+        kind = kind_named(measured.kind) if measured else None
+        words = kind.words(measured) if kind and measured else []
+        is_attitude = measured is not None and (
+            measured.plane is not None or measured.line is not None
+        )
+        if words and not is_attitude:
+            # The first line contains the main figure with its name.
+            self._plane.setText(words[0])
+            words = words[1:]
+        else:
+            self._plane.setText(orientation_text(measured, notation) if measured else "–")
+        self._plane.setToolTip(
+            tr("Local frame: the model is not registered, so north and scale are unknown.")
+            if local
+            else ""
+        )
+        return words
+
+    def _show_reasons(self, reasons: Sequence[Finding], kind: str) -> None:
+        """Show the first reason in short form with its command; others are unfolded in place."""
+        first = reasons[0] if reasons else None
+        self._reason.setText("" if first is None else short_reason(first))
+        self._reason.setToolTip("" if first is None else escape_markup(first.message))
+        self._reason.setVisible(first is not None)
+        self._set_action("" if first is None else command_for(first, kind))
+        self.more.setVisible(bool(reasons))
+        count = len(reasons) - 1
+        self.more.setText(
+            tr_n("{count} further reason", "{count} further reasons", count)
+            if count > 0
+            else tr("Why")
+        )
+        self._reasons.setText("\n".join(f"• {reason.message}" for reason in reasons))
+        self._reasons.setVisible(bool(reasons) and self.more.isChecked())
+
+    def _set_action(self, command: str) -> None:
+        if self._action is not None:
+            self._action.changed.disconnect(self._follow_action)
+        self._action = self._actions.get(command)
+        if self._action is not None:
+            self._action.changed.connect(self._follow_action)
+        self._follow_action()
+
+    def _follow_action(self) -> None:
+        """Offer the command that acts on the reason while it can run."""
+        action = self._action
+        self.remedy.setVisible(action is not None and action.isEnabled())
+        if action is not None:
+            self.remedy.setText(strip_mnemonic(action.text()).rstrip("…"))
+            self.remedy.setToolTip(action.toolTip())
+
+    def _act(self) -> None:
+        if self._action is not None:
+            self._action.trigger()
+
+    def _show_details(self, measured: Measurement | None) -> None:
+        fit = measured.fit if measured else None
         texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
         for value, title, text in zip(self._values, self._titles, texts, strict=True):
             value.setText(text)
             # An unfinished trace keeps all rows, so that the layout does not jump.
             for widget in (value, title):
                 widget.setVisible(measured is None or fit is not None or text != "–")
-        kind = kind_named(measured.kind) if measured else None
-        self._details.setText("\n".join(kind.words(measured)) if kind and measured else "")
-        self._details.setVisible(bool(self._details.text()))
-        reasons = [str(reason) for reason in verdict.reasons] if verdict else []
-        if not reasons and measured is not None and measured.problem:
-            reasons = [str(measured.problem)]
-        lines = [f"• {reason}" for reason in reasons]
-        # Notes do not lower the verdict and have a different bullet.
-        lines += [f"◦ {note.message}" for note in (verdict.notes if verdict else ())]
-        visible_lines = lines[: self._reasons_shown]
-        if len(visible_lines) < len(lines):
-            visible_lines[-1] += f"  (+{len(lines) - len(visible_lines)})"
-        self._reasons.setText("\n".join(visible_lines))
-        self._reasons.setToolTip(escape_markup("\n".join(lines)))
-        self._reasons.setVisible(bool(lines))
-        rows = (self._details.text(), self._reasons.text(), [w.isHidden() for w in self._values])
-        if rows != self._rows:
-            self._rows = rows
-            lay_out_now(self)
+        notes = measured.verdict.notes if measured and measured.verdict else ()
+        self._notes.setText("\n".join(f"◦ {note.message}" for note in notes))
+        self._notes.setVisible(bool(notes))
+        has_details = measured is not None and (bool(notes) or any(t != "–" for t in texts))
+        self.details.setVisible(has_details)
+        self._figures.setVisible(has_details and self.details.isChecked())
+
+    def _unfold_reasons(self, on: bool) -> None:
+        self._reasons.setVisible(on)
+        lay_out_now(self)
+
+    def _unfold_details(self, on: bool) -> None:
+        self._figures.setVisible(on)
+        lay_out_now(self)
+
+
+def _wrapped_label() -> Label:
+    label = Label()
+    label.setWordWrap(True)
+    return label
 
 
 def _figure_at(value: Label, line: _Line, position: QPoint) -> Figure:
@@ -223,6 +335,8 @@ def _figure_at(value: Label, line: _Line, position: QPoint) -> Figure:
 def _text(line: _Line, measured: Measurement) -> str:
     """Return the text of both figures in a row; lines have only errors and a size."""
     subject = Subject(None, measured)
+    if line is _AREA:
+        return line.first.text(subject) if line.first.value(subject) is not None else "–"
     first, second = line.first.text(subject), line.second.text(subject)
     if measured.fit is None:
         if line not in _LINE_ROWS or line.first.value(subject) is None:

@@ -2,16 +2,37 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 from PySide6.QtCore import QSignalBlocker, Signal
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import has_plane
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import FeatureType
 from vomstudio.ui.base.controls import ComboBox, escape_markup
-from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
+from vomstudio.ui.base.number_formatting import (
+    extent_points,
+    natural_sort_key,
+    orientation_text,
+)
 from vomstudio.ui.base.studio import Studio
 
 SELECTED = "*"
+FAULT = "fault"
+"""ID of the feature type of faults, and word in the names of further types."""
+
+
+def _distance_m(measured: Measurement, place: FloatArray | None) -> float:
+    """Return the smallest distance between the points of a feature and a place, metres."""
+    points = extent_points(measured)
+    if place is None or not len(points):
+        return math.inf
+    middle = place.mean(axis=0)
+    return float(np.linalg.norm(points - middle, axis=1).min())
 
 
 class PlaneBox(ComboBox):
@@ -52,13 +73,38 @@ class PlaneBox(ComboBox):
 
     def showPopup(self) -> None:  # noqa: N802
         """List all planes only when the popup opens, because there may be thousands."""
-        features = self._studio.session.features()
-        planes = sorted(
-            (f for f in features if has_plane(f)), key=lambda f: natural_sort_key(f.name)
-        )
-        self._studio.measured(f.id for f in planes)
-        self._fill([f.id for f in planes])
+        self._fill(self._sorted_planes())
         super().showPopup()
+
+    def _sorted_planes(self) -> list[str]:
+        """Return the planes, the nearest first; for a line, faults come before other planes."""
+        studio = self._studio
+        planes = [f for f in studio.session.features() if has_plane(f)]
+        measured = studio.measured(f.id for f in planes)
+        place = self._place()
+        distances = {f.id: _distance_m(measured[f.id], place) for f in planes}
+        faults = {
+            kind.id
+            for kind in studio.session.of(FeatureType)
+            if self._empty_text is not None and FAULT in (kind.id, *kind.name.casefold().split())
+        }
+        planes.sort(
+            key=lambda f: (
+                getattr(f, "type_id", "") not in faults,
+                distances[f.id],
+                natural_sort_key(f.name),
+            )
+        )
+        return [f.id for f in planes]
+
+    def _place(self) -> FloatArray | None:
+        """Return the points (n, 3) of the open or the current feature, or None without points."""
+        measured = getattr(self._studio.open_tool, "measurement", None)
+        current = self._studio.selection.current
+        if not isinstance(measured, Measurement) and current is not None:
+            measured = self._studio.measured([current]).get(current)
+        is_placed = isinstance(measured, Measurement) and len(measured.points) > 0
+        return measured.points if is_placed and measured is not None else None
 
     def _fill(self, ids: list[str]) -> None:
         with QSignalBlocker(self):

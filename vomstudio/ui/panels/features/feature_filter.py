@@ -19,6 +19,7 @@ _TEXT_FIGURES = (
     catalogue.KIND,
     catalogue.SET,
     catalogue.DOMAIN,
+    catalogue.STATION,
     CLASS,
     catalogue.QUALITY,
     catalogue.ATTITUDE_SCALE,

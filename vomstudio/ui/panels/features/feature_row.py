@@ -31,7 +31,7 @@ CLASS = Figure(
 # Shown for planes only, although files contain them for lines, too.
 _PLANE_FIGURES = (catalogue.N_POINTS, catalogue.EXTENT, catalogue.RMS)
 # Figures that only some kinds have, which a filter also searches.
-_SEARCHED_FIGURES = (LITHOLOGY, NUMBER, PHOTO)
+_SEARCHED_FIGURES = (LITHOLOGY, NUMBER, PHOTO, catalogue.STATION)
 _KIND_FIGURES = {kind.name: {figure.name: figure for figure in kind.figures} for kind in KINDS}
 
 
@@ -103,7 +103,7 @@ class Row(Subject):
 
     def _find_figure(self, figure: Figure) -> Figure | None:
         """Return the kind's own version of a figure, or None if it has no figure of that name."""
-        if figure is CLASS:
+        if figure in (CLASS, catalogue.DOMAIN):
             return figure
         kind_figure = _KIND_FIGURES[kind_of(self.feature).name].get(figure.name)
         return None if figure in _PLANE_FIGURES and self.measured.fit is None else kind_figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 from typing import Any
 
@@ -26,7 +26,14 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.project import edits
 from vomstudio.project.kind import Attribute
 from vomstudio.project.kinds import ATTRIBUTES, kind_of
-from vomstudio.project.records import Feature, Model, Record, get_feature
+from vomstudio.project.records import (
+    Feature,
+    FeatureType,
+    Model,
+    Record,
+    Typed,
+    get_feature,
+)
 from vomstudio.ui.base.controls import (
     ComboBox,
     Label,
@@ -40,6 +47,7 @@ from vomstudio.ui.panels.features import plane_relations
 from vomstudio.ui.panels.features.parallel_traces import describe_parallel_beds
 from vomstudio.ui.panels.features.straight_trace import describe_crossing, describe_trace_band
 from vomstudio.ui.widgets.fit_view import FitView
+from vomstudio.ui.widgets.notes_field import NotesField
 from vomstudio.ui.widgets.plane_box import PlaneBox
 from vomstudio.ui.widgets.type_box import TypeBox
 
@@ -47,7 +55,9 @@ from vomstudio.ui.widgets.type_box import TypeBox
 class PropertiesPanel(QWidget):
     """Panel that shows the selection and edits its attributes; each change is one edit."""
 
-    def __init__(self, studio: Studio, declare_action: QAction, keep_action: QAction) -> None:
+    def __init__(
+        self, studio: Studio, actions: Mapping[str, QAction], keep_action: QAction
+    ) -> None:
         super().__init__()
         self._studio = studio
         self._shown_ids: list[str] = []
@@ -57,20 +67,20 @@ class PropertiesPanel(QWidget):
         self._empty_label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._empty_label)
-        self._stack.addWidget(PanelScrollArea(self._create_feature_page(keep_action)))
-        self._stack.addWidget(PanelScrollArea(self._create_model_page(declare_action)))
+        self._stack.addWidget(PanelScrollArea(self._create_feature_page(actions, keep_action)))
+        self._stack.addWidget(PanelScrollArea(self._create_model_page(actions["declare_frame"])))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
         studio.model_loaded.connect(self.refresh)
 
-    def _create_feature_page(self, keep_action: QAction) -> QWidget:
+    def _create_feature_page(self, actions: Mapping[str, QAction], keep_action: QAction) -> QWidget:
         page = QWidget()
         self._count_label = Label()
         self._count_label.setObjectName("several_selected")
         self._count_label.setWordWrap(True)
-        self._fit = FitView()
+        self._fit = FitView(actions)
         self._about = Label()
         self._about.setWordWrap(True)
         self._about.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -84,8 +94,13 @@ class PropertiesPanel(QWidget):
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
         self.fields = {attribute.field: self._create_field(attribute) for attribute in ATTRIBUTES}
+        self.rename = QPushButton()
+        self.rename.setObjectName("rename_by_type")
+        self.rename.clicked.connect(self._rename)
         for attribute in ATTRIBUTES:
             form.addRow(tr(attribute.title), self.fields[attribute.field])
+            if attribute.field == "name":
+                form.addRow(self.rename)
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
         layout.addWidget(self._count_label)
@@ -120,6 +135,10 @@ class PropertiesPanel(QWidget):
             planes = PlaneBox(self._studio, tr("none"), follows_selection=False)
             planes.plane_selected.connect(lambda id_: self._set_plane(name, id_))
             return planes
+        if attribute.form == "lines":
+            notes = NotesField()
+            notes.finished.connect(self._apply_typed_text)
+            return notes
         line = QLineEdit()
         line.editingFinished.connect(self._apply_typed_text)
         return line
@@ -152,9 +171,13 @@ class PropertiesPanel(QWidget):
         """
         is_changed = False
         for name, field in self.fields.items():
-            if isinstance(field, QLineEdit) and field.isModified():
+            if isinstance(field, QLineEdit | NotesField) and field.isModified():
                 field.setModified(False)
-                self._change(**{name: field.text().strip()})
+                text = field.text().strip()
+                if isinstance(field, NotesField) and not text and field.placeholderText():
+                    # An empty line does not delete the different notes of several features.
+                    continue
+                self._change(**{name: text})
                 is_changed = True
         return is_changed
 
@@ -233,6 +256,7 @@ class PropertiesPanel(QWidget):
                 _show_mixed_value(widget)
             else:
                 _show_value(widget, getattr(feature, name))
+        self._show_rename()
         lines = [
             *describe_trace_band(self._studio, feature.id, measurement),
             *kind.about(self._studio.subject(feature, measurement)),
@@ -243,6 +267,23 @@ class PropertiesPanel(QWidget):
         self._fit.show_measurement(
             measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
+
+    def _show_rename(self) -> None:
+        """Offer the next name of the type to features with the automatic name of another type."""
+        records = self._studio.records
+        features = [f for id_ in self._shown_ids if (f := get_feature(records, id_)) is not None]
+        misnamed = [f for f in features if edits.has_name_of_other_type(records, f)]
+        self._form.setRowVisible(self.rename, bool(misnamed))
+        if len(misnamed) == 1 and isinstance(misnamed[0], Typed):
+            kind = records[misnamed[0].type_id]
+            assert isinstance(kind, FeatureType)
+            name = edits.next_name(self._studio.session.records, kind)
+            self.rename.setText(tr("Rename to {name}", name=name))
+        else:
+            self.rename.setText(tr("Rename {count} features", count=len(misnamed)))
+
+    def _rename(self) -> None:
+        self._studio.attempt(edits.rename_by_type, list(self._shown_ids))
 
     def _show_count(self, current: Feature) -> None:
         count = len(self._shown_ids)
@@ -309,7 +350,7 @@ def _show_mixed_value(widget: QWidget) -> None:
         widget.setCheckState(Qt.CheckState.PartiallyChecked)
     elif isinstance(widget, ComboBox):
         widget.show_text(text)
-    elif isinstance(widget, QLineEdit):
+    elif isinstance(widget, QLineEdit | NotesField):
         widget.setPlaceholderText(text)
         # After clear() the field would be flagged as modified by the user.
         widget.setText("")
@@ -328,6 +369,6 @@ def _show_value(widget: QWidget, value: Any) -> None:
     elif isinstance(widget, QCheckBox):
         widget.setTristate(False)
         widget.setChecked(value)
-    elif isinstance(widget, QLineEdit):
+    elif isinstance(widget, QLineEdit | NotesField):
         widget.setPlaceholderText("")
         widget.setText(value)

@@ -24,6 +24,7 @@ from vomstudio.project.length_figures import LENGTH
 from vomstudio.project.records import Feature, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import escape_markup
+from vomstudio.ui.base.feature_colors import feature_color
 from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.feature_row import Row, create_row
@@ -109,6 +110,7 @@ COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(LENGTH),
     _create_column(catalogue.AREA),
     _create_column(LITHOLOGY),
+    _create_column(catalogue.STATION),
     _create_column(NUMBER),
     _create_column(PHOTO),
     _create_column(slip_figures.RAKE),
@@ -125,6 +127,7 @@ COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(catalogue.NOTES),
 )
 _TO_PICK_COLUMN = COLUMNS.index(TO_PICK)
+_TYPE_COLUMN = COLUMNS.index(TYPE)
 
 
 _READING_RECORDS = tuple(
@@ -229,6 +232,12 @@ class OrientationModel(QAbstractTableModel):
                 self.index(0, _TO_PICK_COLUMN), self.index(len(self._rows) - 1, _TO_PICK_COLUMN)
             )
 
+    def update_colors(self) -> None:
+        """Repaint the colours of all rows."""
+        if self._rows:
+            last = self.index(len(self._rows) - 1, _TYPE_COLUMN)
+            self.dataChanged.emit(self.index(0, _TYPE_COLUMN), last)
+
     def id_at(self, source_row: int) -> str:
         """Return the feature id of a source row."""
         return str(self._rows[source_row].feature.id)
@@ -272,7 +281,8 @@ class OrientationModel(QAbstractTableModel):
             if column is QUALITY:
                 return theme.verdict_icon(row.quality)
             if column is TYPE and row.type is not None:
-                return theme.type_icon(row.type.color, row.type.symbol)
+                color = feature_color(self._studio, row.feature, row.measured)
+                return theme.type_icon(color, row.type.symbol)
         if role == Qt.ItemDataRole.TextAlignmentRole and not column.is_left_aligned:
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:

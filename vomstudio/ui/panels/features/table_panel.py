@@ -139,6 +139,8 @@ class TablePanel(QWidget):
         settings = self._studio.settings
         if self._applied_settings != (settings.notation, settings.hidden_columns):
             self.rebuild()
+        else:
+            self.model.update_colors()
 
     def rebuild(self) -> None:
         """Rebuild rows and columns."""
@@ -213,6 +215,9 @@ class TablePanel(QWidget):
         was_empty = self.model.rowCount() == 0
         self.model.update(ids)
         self.model.update_comparisons()
+        if self._studio.settings.color_by == "set":
+            # A new set may change the colours of all others.
+            self.model.update_colors()
         self._show_count()
         if was_empty:
             self._fit_columns()

@@ -17,6 +17,7 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import FeatureType, Typed
 from vomstudio.project.repeated_features import is_repeat
+from vomstudio.rendering.qt.legend_painting import LegendEntry
 
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
 """Name and plane ids of each proposed set; the name of unassigned planes is empty."""
@@ -138,6 +139,26 @@ def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
     if all(slip is None for slip in slips):
         return None
     return np.array([(np.nan,) * 3 if slip is None else slip for slip in slips])
+
+
+def split_set(net_set: NetSet, classes: Mapping[str, LegendEntry]) -> list[NetSet]:
+    """Split a set into one set per class, in the colours of the classes."""
+    rows: dict[LegendEntry, list[int]] = {}
+    for row, id_ in enumerate(net_set.ids):
+        rows.setdefault(classes[id_], []).append(row)
+    return [
+        replace(
+            net_set,
+            name=f"{net_set.name}, {each.text}",
+            azimuth_deg=net_set.azimuth_deg[members],
+            angle_deg=net_set.angle_deg[members],
+            ids=tuple(net_set.ids[row] for row in members),
+            color=each.color,
+            turns=None if net_set.turns is None else net_set.turns.of(members),
+            slips=None if net_set.slips is None else net_set.slips[members],
+        )
+        for each, members in sorted(rows.items(), key=lambda item: item[1][0])
+    ]
 
 
 def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:

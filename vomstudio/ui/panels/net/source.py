@@ -33,6 +33,7 @@ from vomstudio.project.registration_errors import models_of, turns_of
 from vomstudio.project.straight_traces import band_of_measured
 from vomstudio.studio.fold_choice import is_bed
 from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes
+from vomstudio.ui.base.feature_colors import UNKNOWN_COLOR, feature_class, set_colors
 from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.feature_sets import (
@@ -43,6 +44,7 @@ from vomstudio.ui.panels.net.feature_sets import (
     group_by_appearance,
     net_features,
     proposed_sets,
+    split_set,
 )
 from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
@@ -104,16 +106,20 @@ class NetSource:
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
+        colors = studio.session.records.cached(set_colors)
         sets: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
             type_sets = groups.get(kind.id, {})
             # Picked planes and compass readings of the same set share one symbol.
-            for variant, name in enumerate(sorted(type_sets, key=natural_sort_key)):
+            for number, name in enumerate(sorted(type_sets, key=natural_sort_key)):
+                color, variant = colors.get((kind.id, name), UNKNOWN_COLOR), 0
+                if studio.settings.color_by != "set":
+                    color, variant = kind.color, number
                 title = f"{kind.name}: {name}" if name else kind.name
                 for appearance, members in group_by_appearance(type_sets[name]):
                     marker = appearance.marker or _MARKERS.get(kind.symbol, "o")
                     sets += build_sets(
-                        kind=kind,
+                        kind=replace(kind, color=color),
                         name=f"{title}{appearance.suffix}",
                         features=members,
                         measured=measured,
@@ -170,6 +176,19 @@ class NetSource:
         """Return the ids of the selected features and proposals."""
         proposals = (proposed.selected_ids for proposed in self.proposed.values())
         return frozenset(self._studio.selection.ids).union(*proposals)
+
+    def color_sets(self, sets: Sequence[NetSet]) -> tuple[NetSet, ...]:
+        """Split sets whose features have different colours according to the settings."""
+        studio = self._studio
+        if studio.settings.color_by in ("type", "set") or self.groups is not None:
+            return tuple(sets)
+        measured = studio.measured(id_ for s in sets for id_ in s.ids)
+        classes = {
+            id_: feature_class(studio, feature, measured[id_])
+            for id_ in measured
+            if (feature := get_feature(studio.records, id_)) is not None
+        }
+        return tuple(split for s in sets for split in split_set(s, classes))
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
         """Return the rotated planes that define the fold axis, or None if no bedding is shown."""

@@ -315,6 +315,7 @@ class StereonetPanel(QWidget):
         planes = sum(len(s) for s in sets if s.kind == "plane")
         if "intersections" in overlays and 2 <= planes <= MAX_PLANES:
             net = add_intersections(net)
+        net = replace(net, sets=source.color_sets(net.sets))
         return net, source.fold_planes(sets) if self._beta.isChecked() else None
 
     def _contouring(self, sets: Sequence[NetSet]) -> Contouring:

@@ -50,7 +50,7 @@ class LinePanel(QWidget):
         form.addRow(tr("Set"), self.set_edit)
         form.addRow(tr("On plane"), self.plane_box)
         form.addRow(tr("Slip"), self.slip_box)
-        self.fit_view = FitView(reasons_shown=2)
+        self.fit_view = FitView(actions)
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("line_vertices")
         self._hint = hint_label()

@@ -60,7 +60,7 @@ class PatchPanel(QWidget):
         form.addRow(tr("Set"), self.set_edit)
 
         self._name = rich_label()
-        self.fit_view = FitView()
+        self.fit_view = FitView(actions)
         self._hint = hint_label(
             tr(
                 "Paint over one surface of the outcrop, away from its edges. Ctrl erases; the "

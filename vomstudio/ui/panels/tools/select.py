@@ -62,7 +62,7 @@ class SelectPanel(QWidget):
         form.addRow(tr("Set"), self.set_edit)
         self.count = Label()
         self.count.setObjectName("selected_count")
-        self.fit_view = FitView()
+        self.fit_view = FitView(actions)
         self._hint = hint_label()
         layout = narrow_column(self)
         layout.addLayout(_buttons(actions, _MODES))

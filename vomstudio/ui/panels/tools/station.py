@@ -1,4 +1,4 @@
-"""Panel of the station tool: kind, number and photo of the next station or sample."""
+"""Panel of the station tool: kind, number and photos of the next station or sample."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.kinds.station import STATION_KINDS
+from vomstudio.project.kinds.station import PHOTO_SEPARATOR, STATION_KINDS
 from vomstudio.studio.tools.station import StationTool
 from vomstudio.ui.base import file_filters, theme
 from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
@@ -18,7 +18,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class StationPanel(QWidget):
-    """Panel that shows the station tool and sets kind, number and photo of the next station."""
+    """Panel that shows the station tool and sets kind, number and photos of the next station."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -31,13 +31,13 @@ class StationPanel(QWidget):
         self.kind_box.activated.connect(self._apply_fields)
         self.number_edit, self.photo_edit = QLineEdit(), QLineEdit()
         self.number_edit.setPlaceholderText(tr("such as KB-17"))
-        self.photo_edit.setPlaceholderText(tr("its label or file"))
+        self.photo_edit.setPlaceholderText(tr("labels or files; separate by ;"))
         for edit in (self.number_edit, self.photo_edit):
             edit.editingFinished.connect(self._apply_fields)
         form = narrow_form()
         form.addRow(tr("Make"), self.kind_box)
         form.addRow(tr("Number"), self.number_edit)
-        form.addRow(tr("Photo"), self._create_photo_row())
+        form.addRow(tr("Photos"), self._create_photo_row())
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
             tr(
@@ -63,8 +63,8 @@ class StationPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         self.browse = QToolButton()
         self.browse.setIcon(theme.icon("folder-open-outline"))
-        self.browse.setToolTip(tr("Choose the file of the photo."))
-        self.browse.setAccessibleName(tr("Choose the file of the photo."))
+        self.browse.setToolTip(tr("Choose the files of photos."))
+        self.browse.setAccessibleName(tr("Choose the files of photos."))
         self.browse.clicked.connect(self._browse)
         layout.addWidget(self.photo_edit)
         layout.addWidget(self.browse)
@@ -73,11 +73,12 @@ class StationPanel(QWidget):
     def _browse(self) -> None:
         from PySide6.QtWidgets import QFileDialog
 
-        path, _ = QFileDialog.getOpenFileName(
-            self, tr("Photo of the station"), "", file_filters.photos()
+        paths, _ = QFileDialog.getOpenFileNames(
+            self, tr("Photos of the station"), "", file_filters.photos()
         )
-        if path:
-            self.photo_edit.setText(path)
+        if paths:
+            names = filter(None, (self.photo_edit.text(), *paths))
+            self.photo_edit.setText(PHOTO_SEPARATOR.join(names))
             self._apply_fields()
 
     def _apply_fields(self) -> None:

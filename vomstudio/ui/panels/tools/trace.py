@@ -43,7 +43,7 @@ class TracePanel(QWidget):
         self.photo_follow_box = PhotoFollowBox(studio, self._tool)
         form.addRow(self.photo_follow_box)
 
-        self.fit_view = FitView(reasons_shown=2)
+        self.fit_view = FitView(actions)
 
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("trace_vertices")

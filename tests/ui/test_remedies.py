@@ -1,0 +1,57 @@
+"""Every reason of a verdict has a short form, and a command that exists acts on it."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import vomstudio
+from vomstudio.core.finding_texts import TEXTS
+from vomstudio.core.findings import Finding
+from vomstudio.ui.base.remedies import CONTINUE_PATCH, REMEDIES, command_for, short_reason
+
+FOLDER = Path(vomstudio.__file__).parent
+JUDGES = (
+    "geology/quality.py",
+    "geology/doubtful_stretches.py",
+    "geometry/heights/levels.py",
+)
+MAX_WORDS = 10
+
+
+def codes_of(path: Path) -> set[str]:
+    """Codes with the severity of a reason that a module contains as text."""
+    tree = ast.parse(path.read_text("utf-8"))
+    words = (n.value for n in ast.walk(tree) if isinstance(n, ast.Constant))
+    return {w for w in words if isinstance(w, str) and w in TEXTS and TEXTS[w][0] != "info"}
+
+
+def test_each_reason_of_a_verdict_has_a_short_form() -> None:
+    codes = set().union(*(codes_of(FOLDER / module) for module in JUDGES))
+    assert len(codes) > 15
+    assert codes <= REMEDIES.keys()
+
+
+@pytest.mark.parametrize("code", sorted(REMEDIES))
+def test_a_short_form_is_short(code: str) -> None:
+    assert code in TEXTS
+    assert len(REMEDIES[code].text.split()) <= MAX_WORDS
+
+
+def test_a_patch_is_continued_by_its_own_command() -> None:
+    reason = Finding("plane.too-small", ratio=3.0, minimum=10.0)
+    assert command_for(reason, "trace") == "continue_trace"
+    assert command_for(reason, "patch") == CONTINUE_PATCH
+    assert command_for(Finding("plane.bowed"), "patch") == ""
+
+
+def test_an_unknown_reason_is_shown_in_full() -> None:
+    finding = Finding("action.no-model")
+    assert short_reason(finding) == finding.message
+
+
+def test_the_commands_exist(window) -> None:
+    commands = {remedy.command for remedy in REMEDIES.values()} - {""} | {CONTINUE_PATCH}
+    assert commands <= window.actions_table.all.keys()

@@ -1,0 +1,117 @@
+"""Colours of features by type, set, quality or dip direction, the same in all views."""
+
+from __future__ import annotations
+
+import colorsys
+
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.project.kind import color_of
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.record_map import RecordMap
+from vomstudio.project.records import Feature, FeatureType, Typed
+from vomstudio.rendering.qt.legend_painting import LegendEntry
+from vomstudio.rendering.qt.painting import VERDICT_COLORS
+from vomstudio.ui.base.number_formatting import natural_sort_key
+from vomstudio.ui.base.studio import Studio
+
+COLOR_MODES: dict[str, str] = {
+    "type": _("Type"),
+    "set": _("Set"),
+    "quality": _("Quality"),
+    "dip_direction": _("Dip direction"),
+}
+"""Properties by which features are coloured, with their titles."""
+UNKNOWN_COLOR = "#9a9a9a"
+"""Colour of features without the property."""
+WINDS = (_("N"), _("NE"), _("E"), _("SE"), _("S"), _("SW"), _("W"), _("NW"))
+"""Classes of dip directions, each 45 degrees wide."""
+MAX_LEGEND_ROWS = 10
+_LIGHTNESS, _SATURATION = 0.52, 0.8
+
+
+def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
+    """Return the colour of each set by feature type and name, in the order of the types."""
+    from vomstudio.products.net.contents import OKABE_ITO
+
+    order = {kind.id: i for i, kind in enumerate(records.of(FeatureType))}
+    sets = {(f.type_id, f.set_name) for f in records.of(Typed) if f.set_name}
+    names = sorted(sets, key=lambda each: (order.get(each[0], 0), natural_sort_key(each[1])))
+    # Black is invisible on the dark legend and on shaded rock.
+    palette = [color for color in OKABE_ITO if color != "#000000"]
+    return {name: palette[i % len(palette)] for i, name in enumerate(names)}
+
+
+def _wind_color(number: int) -> str:
+    """Return the colour of one of the eight winds on the colour wheel, red at North."""
+    channels = colorsys.hls_to_rgb(number / 8.0, _LIGHTNESS, _SATURATION)
+    return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)
+
+
+def _wind_of(measured: Measurement) -> int | None:
+    """Return the number of the wind nearest to a dip direction or trend, or None without one."""
+    if measured.plane is not None:
+        return round(measured.plane.dip_direction_deg / 45.0) % 8
+    return None if measured.line is None else round(measured.line.trend_deg / 45.0) % 8
+
+
+def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> LegendEntry:
+    """Return the class of a feature with its colour, according to the settings.
+
+    Features to which the property cannot apply, such as stations, keep their own colour.
+    """
+    mode = studio.settings.color_by
+    if mode == "type" or not isinstance(feature, Typed):
+        return LegendEntry(color_of(feature, studio.records), "")
+    if mode == "set":
+        colors = studio.session.records.cached(set_colors)
+        color = colors.get((feature.type_id, feature.set_name), UNKNOWN_COLOR)
+        return LegendEntry(color, feature.set_name)
+    if mode == "quality":
+        quality = measured.verdict.quality if measured.verdict else ""
+        text = tr(quality) if quality else tr("no verdict")
+        return LegendEntry(VERDICT_COLORS.get(quality, UNKNOWN_COLOR), text, quality)
+    wind = _wind_of(measured)
+    if wind is None:
+        return LegendEntry(UNKNOWN_COLOR, tr("no direction"))
+    return LegendEntry(_wind_color(wind), tr(WINDS[wind]))
+
+
+def feature_color(studio: Studio, feature: Feature, measured: Measurement) -> str:
+    """Return the colour (#rrggbb) of a feature according to the settings."""
+    return feature_class(studio, feature, measured).color
+
+
+def legend(studio: Studio) -> tuple[str, list[LegendEntry]]:
+    """Return the title and rows of the legend; there are no rows for colours by type.
+
+    The types and their colours are listed in the tree and beside the net.
+    """
+    mode = studio.settings.color_by
+    title = tr(COLOR_MODES[mode])
+    if mode == "type":
+        return title, []
+    if mode == "quality":
+        rows = [LegendEntry(color, tr(name), name) for name, color in VERDICT_COLORS.items()]
+    elif mode == "dip_direction":
+        rows = [LegendEntry(_wind_color(i), tr(wind)) for i, wind in enumerate(WINDS)]
+    else:
+        rows = _set_rows(studio.session.records)
+    return title, rows
+
+
+def _set_rows(records: RecordMap) -> list[LegendEntry]:
+    types = {kind.id: kind.name for kind in records.of(FeatureType)}
+    rows = [
+        LegendEntry(color, f"{types.get(type_id, '')} {name}".strip())
+        for (type_id, name), color in records.cached(set_colors).items()
+    ]
+    if len(rows) > MAX_LEGEND_ROWS:
+        count = len(rows) - MAX_LEGEND_ROWS + 1
+        rows = [
+            *rows[: MAX_LEGEND_ROWS - 1],
+            LegendEntry(UNKNOWN_COLOR, tr("and {count} more", count=count)),
+        ]
+    if any(not feature.set_name for feature in records.of(Typed)):
+        rows.append(LegendEntry(UNKNOWN_COLOR, tr("no set")))
+    return rows

@@ -1,0 +1,91 @@
+"""Short reasons for a verdict, and the command that acts on each of them.
+
+The full sentence of a reason is in the catalogue of findings; this table is for the inspector,
+where a reason takes one line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+
+CONTINUE, CONTINUE_PATCH, REGISTER = "continue_trace", "continue_patch", "register_model"
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """Short form of a reason.
+
+    Attributes
+    ----------
+    text : str
+        Reason and remedy in at most ten words, marked for translation.
+    command : str
+        Name of the command that acts on the reason, or "" if there is none.
+    """
+
+    text: str
+    command: str = ""
+
+
+REMEDIES: dict[str, Remedy] = {
+    "feature.too-few-points": Remedy(_("Too few points: add points"), CONTINUE),
+    "line.off-plane": Remedy(_("Off its plane: pick it on the plane"), CONTINUE),
+    "line.plane-error-unknown": Remedy(_("Its plane has no error: measure it again")),
+    "line.plane-missing": Remedy(_("Its plane is missing: choose another")),
+    "line.registration": Remedy(_("Uncertain north: register the model better"), REGISTER),
+    "line.scattered-set": Remedy(_("Scattered planes: use one limb or the fold axis")),
+    "line.two-points": Remedy(_("Two points give no error: add points"), CONTINUE),
+    "line.uncertain": Remedy(_("Uncertain: pick a longer line"), CONTINUE),
+    "line.uncertain-plane": Remedy(_("Uncertain planes: measure them better")),
+    "plane.bowed": Remedy(_("Curved face: use it only where it is a plane")),
+    "plane.collinear": Remedy(_("Too straight: add a point where the trace bends"), CONTINUE),
+    "plane.in-face": Remedy(_("Along the face: pick where it cuts in"), CONTINUE),
+    "plane.levels": Remedy(_("Two levels: keep one of them"), CONTINUE),
+    "plane.long-roughness": Remedy(_("Rough over its length: pick a longer trace"), CONTINUE),
+    "plane.not-coplanar": Remedy(_("Not one plane: keep points of a single plane"), CONTINUE),
+    "plane.registration": Remedy(_("Uncertain north: register the model better"), REGISTER),
+    "plane.resolution": Remedy(_("Small for this model: pick a wider one"), CONTINUE),
+    "plane.three-distinct-points": Remedy(_("Three points give no error: add points"), CONTINUE),
+    "plane.three-points": Remedy(_("Three points give no error: add points"), CONTINUE),
+    "plane.three-straight-points": Remedy(
+        _("Too straight: add a point where the trace bends"), CONTINUE
+    ),
+    "plane.too-few-points": Remedy(_("Few points: add more"), CONTINUE),
+    "plane.too-small": Remedy(_("Small for this model: pick a longer one"), CONTINUE),
+    "plane.too-straight": Remedy(_("Too straight: add a point where the trace bends"), CONTINUE),
+    "plane.uncertain": Remedy(_("Uncertain: add points where the trace bends"), CONTINUE),
+    "plane.uncertain-patch": Remedy(_("Uncertain: enlarge the patch"), CONTINUE),
+    "points.collinear": Remedy(_("One straight line: add a point off the line"), CONTINUE),
+    "points.coincident": Remedy(_("All points coincide: add points"), CONTINUE),
+    "trace.beside": Remedy(_("The path leaves the contact: add a way-point"), CONTINUE),
+}
+"""Remedies by the code of the reason."""
+
+
+def short_reason(reason: Finding) -> str:
+    """Return the short form of a reason, or its full message if it has none."""
+    remedy = REMEDIES.get(reason.code)
+    return reason.message if remedy is None else tr(remedy.text)
+
+
+def command_for(reason: Finding, kind: str) -> str:
+    """Return the name of the command that acts on a reason.
+
+    Parameters
+    ----------
+    reason : Finding
+    kind : str
+        Kind of the feature, because patches are continued by a command of their own.
+
+    Returns
+    -------
+    str
+        Empty if no command acts on it.
+    """
+    remedy = REMEDIES.get(reason.code)
+    command = "" if remedy is None else remedy.command
+    return CONTINUE_PATCH if command == CONTINUE and kind == "patch" else command
