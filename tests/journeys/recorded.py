@@ -216,7 +216,7 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("finish", tool.finish),
         ("undo", studio.undo),
         ("redo", studio.redo),
-        ("patch tool", lambda: studio.activate("patch")),
+        ("patch tool", lambda: studio.activate("plane")),
         ("stroke", lambda: brush(1.0)),
         ("stroke", lambda: brush(2.0)),
         ("take away", lambda: brush(1.5, ctrl=True)),

@@ -212,7 +212,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     wait(lambda: canvas._picture is not None, "the photo")
     window.viewport.setFocus()
     key(window, Qt.Key.Key_P)
-    assert studio.tool_name == "patch"
+    assert studio.tool_name == "plane"
     before = canvas.pixel_at(QPoint(5, 5))
     middle = canvas.rect().center()
     move(canvas, middle + QPoint(3, 0))

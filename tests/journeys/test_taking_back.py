@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from vomstudio.studio.tools.plane import PlaneTool
 
 from tests import driver
 from tests.driver import CTRL, LEFT, NONE, click, drag, key, look_at, wait
@@ -18,7 +19,6 @@ from vomstudio.project import edits, grid_edits
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import FaceGrid
-from vomstudio.studio.tools.patch import PatchTool
 from vomstudio.ui.panels.coverage.coverage_panel import CoveragePanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -146,7 +146,7 @@ def test_mistakes_of_stations_and_known_lines(ready):
     (made,) = studio.session.features()
     takes_back(window, lambda: moved(window, made.id, at[2]), UNDO)
     studio.selection.set([made.id])
-    window.actions_table.run("continue_trace")
+    window.actions_table.run("edit_feature")
     takes_back(window, lambda: click(window.viewport, at[2]), UNDO)
     click(window.viewport, at[2])
     takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
@@ -180,7 +180,7 @@ def test_mistakes_of_stations_and_known_lines(ready):
 
 def moved(window, id_: str, to: QPoint) -> None:
     window.studio.selection.set([id_])
-    window.actions_table.run("continue_trace")
+    window.actions_table.run("edit_feature")
     click(window.viewport, to)
     key(window, Qt.Key.Key_Return)
 
@@ -258,7 +258,7 @@ def test_mistakes_of_the_brush(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_P)
-    tool = studio.tool_of(PatchTool)
+    tool = studio.tool_of(PlaneTool)
     tool.set_radius(0.2)
     # 1: a stroke too many; 2: an erasing one; 3: the first of all
     takes_back(window, lambda: drag(window.viewport, at[0], at[0] + QPoint(30, 0)), UNDO)

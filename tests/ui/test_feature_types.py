@@ -7,6 +7,7 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt
 from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from vomstudio.ui.panels.tools.plane import PlanePanel
 
 from tests import driver
 from tests.driver import click
@@ -17,7 +18,6 @@ from vomstudio.project.records import DEFAULT_TYPES, FeatureType
 from vomstudio.ui.base import theme
 from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 from vomstudio.ui.panels.tools.line import LinePanel
-from vomstudio.ui.panels.tools.patch import PatchPanel
 from vomstudio.ui.panels.tools.trace import TracePanel
 
 LEFT = Qt.MouseButton.LeftButton
@@ -55,7 +55,7 @@ def combos(window) -> list[list[str]]:
         [box.itemText(i) for i in range(box.count())]
         for box in (
             driver.tool_panel(window, TracePanel).type_box,
-            driver.tool_panel(window, PatchPanel).type_box,
+            driver.tool_panel(window, PlanePanel).type_box,
             driver.tool_panel(window, LinePanel).type_box,
             window.properties.fields["type_id"],
         )

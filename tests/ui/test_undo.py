@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtWidgets import QApplication
+from vomstudio.studio.tools.plane import PlaneTool
 
 from tests.geometry.test_brush import centre_of, grid
 from tests.messages import figures, shown_codes, shown_values
@@ -14,7 +15,6 @@ from vomstudio.core.findings import Finding
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.studio.tools.patch import PatchTool
 
 MESH = grid(41, 4.0, rough=0.01)
 
@@ -234,8 +234,8 @@ def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
 
 # --- patches ---------------------------------------------------------------------------------
 def test_undo_after_esc_brings_the_patch_back_into_the_brush(window, cliff):
-    cliff.activate("patch")
-    tool = cliff.tool_of(PatchTool)
+    cliff.activate("plane")
+    tool = cliff.tool_of(PlaneTool)
     tool.set_radius(0.3)
     dab(cliff, 900)
     dab(cliff, 960)
@@ -250,8 +250,8 @@ def test_undo_after_esc_brings_the_patch_back_into_the_brush(window, cliff):
 
 
 def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
-    cliff.activate("patch")
-    tool = cliff.tool_of(PatchTool)
+    cliff.activate("plane")
+    tool = cliff.tool_of(PlaneTool)
     tool.set_radius(0.3)
     dab(cliff, 900, Pointer.DRAG_START)
     dab(cliff, 960, Pointer.DRAG_MOVE)

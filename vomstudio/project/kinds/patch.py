@@ -193,7 +193,7 @@ KIND = Kind(
     orientations=("plane",),
     evidence="picked",
     plane=kind.always,
-    tool="patch",
+    tool="plane",
     net=NetAppearance(),
     layer=GisLayer(
         "patches",

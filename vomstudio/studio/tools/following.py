@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import IDENTITY, Point
@@ -148,6 +149,26 @@ class FollowingTool(PolylineTool[F]):
     def _verdict(self) -> str | None:
         """Assess only complete paths, because straight pieces are provisional."""
         return None if self.searching else super()._verdict()
+
+    @property
+    def finishing(self) -> bool:  # type: ignore[override]
+        """Whether the open feature is kept as soon as its path is found."""
+        return self._finish_when_found
+
+    def leave(self) -> None:
+        """Drop the waiting clicks of a feature that was not finished yet."""
+        dropped = 0
+        while self._later and self._later[-1] is not None:
+            self._later.pop()
+            dropped += 1
+        if dropped:
+            self._context.hint(Finding("tool.clicks-dropped", count=dropped))
+            self._show_waiting()
+        super().leave()
+
+    def _pending_places(self) -> FloatArray | None:
+        hits = [event.hit for event in self._later if event is not None and event.hit is not None]
+        return self._context.world_places(hits) if hits else None
 
     def finish(self) -> str | None:
         """Finish the feature as soon as pending pieces are available."""

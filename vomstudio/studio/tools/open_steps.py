@@ -29,6 +29,7 @@ class SteppedFeature(Generic[F]):
     """Unfinished feature that grows by vertices, with steps that can be undone and redone."""
 
     record: ClassVar[type[Any]]
+    finishing = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context

@@ -53,6 +53,8 @@ class ToolEntry:
 class NoSteps:
     """Base class of tools whose steps are edits, which are undone in the document."""
 
+    finishing = False
+
     @property
     def undo_label(self) -> str | None:
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 
@@ -60,6 +60,8 @@ class ScenePresenter:
         self._drawing_work = IncrementalWork(viewport)
         self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
         self._drawn_settings = self._settings()
+        self.edit_requested: Callable[[], object] = lambda: None
+        """Called for a double click on a feature."""
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
@@ -444,26 +446,33 @@ class ScenePresenter:
     def _preview(self, preview: Preview | None) -> None:
         self._viewport.set_preview(preview)
 
+    def feature_at(self, x: float, y: float) -> str | None:
+        """Return the id of the feature at a pixel, or None."""
+        return self._layer.at(x, y, discs=False) or self._patch_at(x, y) or self._layer.at(x, y)
+
     def _pointer(self, event: PointerEvent) -> None:
+        is_left = event.button is Button.LEFT
         if not self._studio.clicks_select:
             self._studio.pointer(event)
-        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
-            feature_id = (
-                self._layer.at(event.x, event.y, discs=False)
-                or self._patch_at(event.x, event.y)
-                or self._layer.at(event.x, event.y)
-            )
-            if feature_id is not None and event.ctrl:
-                self._studio.selection.toggle(feature_id)
-            elif not event.ctrl:
-                self._studio.selection.set([] if feature_id is None else [feature_id])
-                navigating = self._studio.tool is None
-                if (
-                    feature_id is None
-                    and navigating
-                    and (hit := self._viewport.pick(event.x, event.y))
-                ):
-                    self._studio.surface_clicked.emit(hit)
+        elif event.kind is Pointer.CLICK and is_left:
+            self._select(event)
+        elif event.kind is Pointer.DOUBLE_CLICK and is_left and self._studio.tool is None:
+            # The first click has selected the feature.
+            if self.feature_at(event.x, event.y) in self._studio.selection.ids:
+                self.edit_requested()
+        elif event.kind is not Pointer.DOUBLE_CLICK:
+            self._studio.pointer(event)
+
+    def _select(self, event: PointerEvent) -> None:
+        feature_id = self.feature_at(event.x, event.y)
+        adds = event.ctrl or event.shift
+        if feature_id is not None and adds:
+            self._studio.selection.toggle(feature_id)
+        elif not adds:
+            self._studio.selection.set([] if feature_id is None else [feature_id])
+            navigating = self._studio.tool is None
+            if feature_id is None and navigating and (hit := self._viewport.pick(event.x, event.y)):
+                self._studio.surface_clicked.emit(hit)
 
 
 def _nearest_to_centroid(area: Area) -> FloatArray:

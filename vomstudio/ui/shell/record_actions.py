@@ -1,4 +1,4 @@
-"""Commands that the context menu of the tree offers for a record."""
+"""Commands that the context menus offer for a record."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from PySide6.QtGui import QAction
 from vomstudio.project.records import Feature, Model, Painted, Picked, Record
 from vomstudio.ui.base.actions import Actions
 
+_LOOK = ("frame_selection", "face_plane", "show_in_photos")
 _COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
 
 
@@ -23,10 +24,8 @@ def record_actions(table: Actions, record: Record) -> list[QAction]:
             "copy_model",
             "remove_model",
         )
-    elif isinstance(record, Picked):
-        names = ("frame_selection", "continue_trace", "face_plane", *_COMMON)
-    elif isinstance(record, Painted):
-        names = ("frame_selection", "continue_patch", "face_plane", *_COMMON)
+    elif isinstance(record, Picked | Painted):
+        names = ("edit_feature", *_LOOK, *_COMMON)
     elif isinstance(record, Feature):
-        names = ("frame_selection", "along_line", "face_plane", *_COMMON)
+        names = ("along_line", *_LOOK, *_COMMON)
     return [table.all[name] for name in names]

@@ -1,8 +1,8 @@
-"""Context menus of the project tree for records, feature types and groups."""
+"""Context menus of records, feature types and groups, the same in every view."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -13,17 +13,19 @@ from PySide6.QtWidgets import QMenu, QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
-from vomstudio.project.kinds import GROUPS, group_of
-from vomstudio.project.records import FeatureType, Record, Typed
+from vomstudio.project.kinds import GROUPS, group_of, kind_of
+from vomstudio.project.records import Feature, FeatureType, Record, Typed
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.symbol_names import SYMBOL_NAMES
 
 GROUP_IDS = ("models", *(group.id for group in GROUPS))
+MAX_LISTED_SETS = 12
+"""Maximum number of sets in a menu; any other set can be typed in the properties."""
 
 
-class TreeMenus(QObject):
-    """Factory of the context menus of the project tree.
+class RecordMenus(QObject):
+    """Factory of context menus, which change the selected records.
 
     Parameters
     ----------
@@ -31,8 +33,6 @@ class TreeMenus(QObject):
         Returns the actions of a record.
     edit_type : callable
         Opens the dialog of feature types at the given id; an empty string means the current type.
-    change_type : callable
-        Changes the type of the features with the given ids.
     """
 
     def __init__(
@@ -41,41 +41,91 @@ class TreeMenus(QObject):
         parent: QWidget,
         actions: Callable[[Record], list[QAction]],
         edit_type: Callable[[str], object],
-        change_type: Callable[[tuple[str, ...], str], None],
     ) -> None:
         super().__init__(parent)
         self._studio = studio
         self._parent = parent
         self._menu_actions = actions
         self._edit_type = edit_type
-        self._change_type = change_type
 
     def create_menu(self, id_: str) -> QMenu:
-        """Create the context menu of a record or group, or of the whole tree if `id_` is empty."""
+        """Create the menu of a record or group, or of the whole tree if `id_` is empty.
+
+        A feature that is not selected becomes the selection.
+        """
         menu = QMenu(self._parent)
         menu.setToolTipsVisible(True)
         record = self._studio.records.get(id_)
         if isinstance(record, FeatureType):
             self._fill_type_menu(menu, record)
+        elif isinstance(record, Feature):
+            self.fill_feature_menu(menu, record)
         elif record is not None:
             menu.addActions(self._menu_actions(record))
-            if isinstance(record, Typed):
-                self._add_type_menu(menu, record.type_id)
         elif id_ in GROUP_IDS:
             self._add_visibility_action(menu, id_)
         else:
             menu.addAction(tr("Feature types…"), lambda: self._edit_type(""))
         return menu
 
-    def _add_type_menu(self, menu: QMenu, current_type_id: str) -> None:
-        types = menu.addMenu(tr("Change &type to"))
+    def fill_feature_menu(self, menu: QMenu, feature: Feature) -> None:
+        """Add the commands for a feature, which act on all selected features."""
+        if feature.id not in self._studio.selection.ids:
+            self._studio.selection.set([feature.id])
+        menu.addActions(self._menu_actions(feature))
+        if isinstance(feature, Typed):
+            menu.addSeparator()
+            self._add_type_menu(menu, feature)
+            self._add_set_menu(menu, feature)
+
+    def _add_type_menu(self, menu: QMenu, feature: Typed) -> None:
+        types = menu.addMenu(tr("&Type"))
+        geometry = kind_of(feature).type_geometry
         for kind in self._studio.session.of(FeatureType):
-            action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
+            if geometry in (None, kind.geometry) or kind.id == feature.type_id:
+                action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
+                action.setCheckable(True)
+                action.setChecked(kind.id == feature.type_id)
+                action.triggered.connect(partial(self._change_selected_type, kind.id))
+
+    def _change_selected_type(self, type_id: str, *_: object) -> None:
+        self.change_type(self._studio.selection.ids, type_id)
+
+    def change_type(self, ids: Iterable[str], type_id: str) -> None:
+        """Change the type of features in one edit, except those that it does not suit."""
+        records = self._studio.records
+        kind = records.get(type_id)
+        typed = [
+            feature
+            for id_ in ids
+            if isinstance(feature := records.get(id_), Typed) and feature.type_id != type_id
+        ]
+        suitable = [
+            feature.id
+            for feature in typed
+            if isinstance(kind, FeatureType)
+            and kind_of(feature).type_geometry in (None, kind.geometry)
+        ]
+        if suitable:
+            self._studio.attempt(edits.set_attributes, suitable, type_id=type_id)
+        if len(suitable) < len(typed) and isinstance(kind, FeatureType):
+            self._studio.hint(Finding("type.other-geometry", type=kind.name))
+
+    def _add_set_menu(self, menu: QMenu, feature: Typed) -> None:
+        sets = menu.addMenu(tr("&Set"))
+        features = self._studio.session.features()
+        names = sorted({name for f in features if (name := getattr(f, "set_name", ""))})
+        for name in ["", *names[:MAX_LISTED_SETS]]:
+            action = sets.addAction(name.replace("&", "&&") or tr("none"))
             action.setCheckable(True)
-            action.setChecked(kind.id == current_type_id)
-            action.triggered.connect(
-                lambda _=False, id_=kind.id: self._change_type(self._studio.selection.ids, id_)
-            )
+            action.setChecked(name == feature.set_name)
+            action.triggered.connect(partial(self._change_set, name))
+
+    def _change_set(self, name: str, *_: object) -> None:
+        records = self._studio.records
+        ids = [id_ for id_ in self._studio.selection.ids if isinstance(records.get(id_), Typed)]
+        if ids:
+            self._studio.attempt(edits.set_attributes, ids, set_name=name)
 
     def _add_visibility_action(self, menu: QMenu, id_: str) -> None:
         visible = self._studio.visible(id_)

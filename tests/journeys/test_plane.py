@@ -7,13 +7,13 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from vomstudio.studio.tools.plane import PlaneTool
+from vomstudio.ui.panels.tools.plane import PlanePanel
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.studio.tools.patch import PatchTool
-from vomstudio.ui.panels.tools.patch import PatchPanel
 
 RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton
 NORTH = QPoint(0, -40)
@@ -45,7 +45,7 @@ def ready(window, outcrop, picks) -> QPoint:
     )
     look_at(window, picks["B04"], 0.0, 10.0)
     key(window, Qt.Key.Key_P)
-    assert window.studio.tool_name == "patch"
+    assert window.studio.tool_name == "plane"
     at = pixel(window, np.median(picks["B04"], axis=0))
     assert window.viewport.pick(at.x(), at.y()) is not None
     return at
@@ -59,12 +59,12 @@ def still(window) -> None:
 @pytest.mark.full
 def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
     window = driver.make_window()
-    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PatchTool)
+    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PlaneTool)
     at = ready(window, outcrop, picks)
-    assert driver.tool_panel(window, PatchPanel).isVisible()
+    assert driver.tool_panel(window, PlanePanel).isVisible()
     move(viewport, at)
     assert viewport.preview.brush is not None
-    driver.tool_panel(window, PatchPanel).radius.setValue(0.25)
+    driver.tool_panel(window, PlanePanel).radius.setValue(0.25)
     assert tool.radius == 0.25
 
     # The view stands still while the left button paints.
@@ -73,7 +73,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert tool.open
     assert viewport.preview.area is not None
     assert " ± " in viewport.preview.reading[0]
-    assert driver.tool_panel(window, PatchPanel).fit_view.isVisible()
+    assert driver.tool_panel(window, PlanePanel).fit_view.isVisible()
     driver.keep_picture(window, "patch-1-painting")
     drag(viewport, at, at + QPoint(60, 20))
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + QPoint(60, 20))
@@ -108,7 +108,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # The keys of the brush; one click is one place.
     key(window, Qt.Key.Key_BracketLeft)
     assert tool.radius == pytest.approx(0.2)
-    assert driver.tool_panel(window, PatchPanel).radius.value() == pytest.approx(0.2)
+    assert driver.tool_panel(window, PlanePanel).radius.value() == pytest.approx(0.2)
     key(window, Qt.Key.Key_BracketRight)
     assert tool.radius == pytest.approx(0.25)
     click(viewport, at + NORTH)
@@ -130,8 +130,8 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # Another one, of another type, in an orthographic view.
     key(window, Qt.Key.Key_Return)
     assert tool.current is None
-    driver.tool_panel(window, PatchPanel).type_box.setCurrentIndex(
-        driver.tool_panel(window, PatchPanel).type_box.findData("joint")
+    driver.tool_panel(window, PlanePanel).type_box.setCurrentIndex(
+        driver.tool_panel(window, PlanePanel).type_box.findData("joint")
     )
     window.actions_table.run("orthographic")
     still(window)
@@ -151,10 +151,10 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     QTest.qWait(QApplication.doubleClickInterval() + 50)
     click(viewport, place)
     assert studio.selection.ids == (patches(window)[1].id,)
-    window.actions_table.run("continue_patch")
-    assert studio.tool_name == "patch"
+    window.actions_table.run("edit_feature")
+    assert studio.tool_name == "plane"
     assert tool.continued
-    assert not driver.tool_panel(window, PatchPanel).type_box.isEnabled()
+    assert not driver.tool_panel(window, PlanePanel).type_box.isEnabled()
     QTest.qWait(QApplication.doubleClickInterval() + 50)
     click(viewport, place + QPoint(30, 0))
     assert [p.name for p in patches(window)] == ["B01", "J01"]
@@ -185,7 +185,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
 def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
     """One jump of the cursor across the view paints all that lies between."""
     at = ready(window, outcrop, picks)
-    tool = window.studio.tool_of(PatchTool)
+    tool = window.studio.tool_of(PlaneTool)
     move(window.viewport, at)
     tool.set_radius(0.12)
     from PySide6.QtCore import QEvent, QPointF
