@@ -22,7 +22,6 @@ import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QComboBox, QLineEdit, QWidget
-from vomstudio.ui.panels.tools.plane import PlanePanel
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, pick, pixel, wait
@@ -31,6 +30,7 @@ from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
 from vomstudio.ui.shell.main_window import MainWindow
 

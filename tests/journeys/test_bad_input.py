@@ -11,13 +11,13 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
-from vomstudio.studio.tools.plane import PlaneTool
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, pixel, wait
 from tests.journeys.conftest import bare_outcrop
 from tests.journeys.recorded import on_screen
 from vomstudio.core.paths import resource
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.trace import TraceTool
 
 pytestmark = pytest.mark.full

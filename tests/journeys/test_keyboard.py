@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QWidget,
 )
-from vomstudio.ui.panels.tools.plane import PlanePanel
 
 from tests import driver
 from tests.driver import click, key, look_at, wait
@@ -23,6 +22,7 @@ from vomstudio.studio.tools.line import LineTool
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.panels.tools.control import ControlPanel
 from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
 from vomstudio.ui.widgets.vertex_table import VertexTable
 

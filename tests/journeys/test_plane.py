@@ -7,13 +7,13 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from vomstudio.studio.tools.plane import PlaneTool
-from vomstudio.ui.panels.tools.plane import PlanePanel
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
+from vomstudio.studio.tools.plane import PlaneTool
+from vomstudio.ui.panels.tools.plane import PlanePanel
 
 RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton
 NORTH = QPoint(0, -40)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from vomstudio.studio.tools.plane import PlaneTool
 
 from tests import driver
 from tests.driver import CTRL, LEFT, NONE, click, drag, key, look_at, wait
@@ -19,6 +18,7 @@ from vomstudio.project import edits, grid_edits
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import FaceGrid
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.ui.panels.coverage.coverage_panel import CoveragePanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier

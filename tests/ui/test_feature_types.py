@@ -7,7 +7,6 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt
 from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from vomstudio.ui.panels.tools.plane import PlanePanel
 
 from tests import driver
 from tests.driver import click
@@ -18,6 +17,7 @@ from vomstudio.project.records import DEFAULT_TYPES, FeatureType
 from vomstudio.ui.base import theme
 from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
 
 LEFT = Qt.MouseButton.LeftButton

@@ -1,12 +1,10 @@
-"""The patch panel and the commands of the brush, without a viewport."""
+"""The page of the plane tool and its commands, without a viewport."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from PySide6.QtTest import QTest
-from vomstudio.studio.tools.plane import PlaneTool
-from vomstudio.ui.panels.tools.plane import PlanePanel
 
 from tests import driver
 from tests.geometry.test_brush import centre_of, grid
@@ -14,8 +12,11 @@ from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.studio.tools.plane import PlaneTool
+from vomstudio.studio.tools.select import SelectTool
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.panels.tools.trace import TracePanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
+from vomstudio.ui.panels.tools.select import SelectPanel
 
 MESH = grid(41, 4.0, rough=0.01)
 
@@ -29,14 +30,14 @@ def painting(window, studio):
     return studio
 
 
-def event(kind: Pointer, face: int) -> PointerEvent:
-    return PointerEvent(
-        kind, 0, 0, Button.LEFT, hit=Hit("m1", "face", face, tuple(centre_of(MESH, face)))
-    )
+def event(kind: Pointer, face: int, **keys) -> PointerEvent:
+    hit = Hit("m1", "face", face, tuple(centre_of(MESH, face)))
+    return PointerEvent(kind, 0, 0, Button.LEFT, hit=hit, **keys)
 
 
-def dab(studio, face: int) -> None:
-    studio.pointer(event(Pointer.CLICK, face))
+def dab(studio, face: int, **keys) -> None:
+    for kind in (Pointer.DRAG_START, Pointer.DRAG_END):
+        studio.pointer(event(kind, face, **keys))
 
 
 def patches(studio) -> list[Patch]:
@@ -44,8 +45,8 @@ def patches(studio) -> list[Patch]:
 
 
 @pytest.mark.full
-def test_the_dock_comes_forward_with_its_tool_and_the_left_button_paints(window, painting):
-    assert window.docks["tool"].windowTitle() == "Patch"
+def test_the_page_comes_forward_with_its_tool(window, painting):
+    assert window.docks["tool"].windowTitle() == "Plane"
     assert not driver.tool_panel(window, PlanePanel).visibleRegion().isEmpty()
     assert window.actions_table.all["plane"].isChecked()
 
@@ -66,7 +67,7 @@ def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting)
     assert panel.radius.value() == pytest.approx(panel.radius.maximum())
 
 
-def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
+def test_the_page_shows_the_fit_while_the_stroke_is_made(window, painting):
     panel = driver.tool_panel(window, PlanePanel)
     assert not panel.fit_view.isVisibleTo(panel)
     painting.pointer(event(Pointer.DRAG_START, 900))
@@ -76,9 +77,8 @@ def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
     live = panel.fit_view._plane.text()
     assert live != "–"
     painting.pointer(event(Pointer.DRAG_END, 920))
-    assert "95 % error" in [label.text() for label in panel.fit_view._titles]
+    assert panel.fit_view.isVisibleTo(panel)
     assert panel.fit_view._reasons.text()
-    assert panel._name.text() == "<b>B01</b>"
 
 
 def test_type_and_set_of_what_is_made_next(window, painting):
@@ -87,12 +87,21 @@ def test_type_and_set_of_what_is_made_next(window, painting):
     panel.set_edit.setText("J1")
     panel.set_edit.editingFinished.emit()
     dab(painting, 900)
+    painting.finish_tool()
     (patch,) = patches(painting)
     assert (patch.name, patch.type_id, patch.set_name) == ("J01", "joint", "J1")
-    assert driver.tool_panel(window, TracePanel).type_box.currentData() == "joint"
 
 
-def test_finish_cancel_and_continue_are_offered_when_they_can_be_done(window, painting):
+def test_only_types_of_planes_are_offered(window, painting):
+    box = driver.tool_panel(window, PlanePanel).type_box
+    offered = {box.itemData(row) for row in range(box.count())}
+    assert {"bedding", "fault", "joint"} < offered
+    assert not offered & {"fold_axis", "lineation"}
+    box.select_type("lineation")
+    assert box.currentData() == "lineation"
+
+
+def test_finish_cancel_and_edit_are_offered_when_they_can_be_done(window, painting):
     actions = window.actions_table.all
     window.actions_table.refresh()
     for name in ("finish", "cancel", "edit_feature"):
@@ -101,68 +110,117 @@ def test_finish_cancel_and_continue_are_offered_when_they_can_be_done(window, pa
     assert actions["finish"].isEnabled()
     assert actions["cancel"].isEnabled()
     window.actions_table.run("finish")
-    assert painting.tool_of(PlaneTool).current is None
-    assert painting.selection.ids == (patches(painting)[0].id,)
+    assert not painting.tool_of(PlaneTool).open
+    (patch,) = patches(painting)
+    assert painting.selection.ids == (patch.id,)
     window.actions_table.run("edit_feature")
     assert painting.tool_of(PlaneTool).continued
-    dab(painting, 910)
+    panel = driver.tool_panel(window, PlanePanel)
+    assert panel._name.text() == "<b>B01</b>"
+    assert not panel.type_box.isEnabled()
+    dab(painting, 910, shift=True)
     window.actions_table.run("cancel")
+    assert patches(painting) == [patch]
+
+
+def test_undo_and_redo_take_strokes_and_then_the_plane(window, painting):
+    tool, run = painting.tool_of(PlaneTool), window.actions_table.run
+    dab(painting, 900)
+    one = tool.selection.mask
+    dab(painting, 930, shift=True)
+    two = tool.selection.mask
+    run("undo")
+    assert np.array_equal(tool.selection.mask, one)
+    run("redo")
+    assert np.array_equal(tool.selection.mask, two)
+    run("finish")
     assert len(patches(painting)) == 1
-    assert painting.tool_of(PlaneTool).current is None
-
-
-def test_undo_and_redo_take_strokes(window, painting):
-    dab(painting, 900)
-    one = patches(painting)
-    dab(painting, 930)
-    two = patches(painting)
-    window.actions_table.run("undo")
-    assert patches(painting) == one
-    window.actions_table.run("undo")
+    run("undo")
     assert patches(painting) == []
-    assert not driver.tool_panel(window, PlanePanel)._name.isVisibleTo(
-        driver.tool_panel(window, PlanePanel)
-    )
-    window.actions_table.run("redo")
-    window.actions_table.run("redo")
-    assert patches(painting) == two
-    assert painting.tool_of(PlaneTool).current == two[0]
+    run("undo")
+    assert np.array_equal(tool.selection.mask, two)
 
 
-def test_another_tool_can_be_chosen_between_strokes(window, painting):
+def test_another_tool_keeps_the_unfinished_plane(window, painting):
     dab(painting, 900)
     painting.activate("trace")
     assert painting.tool_name == "trace"
-    assert painting.tool_of(PlaneTool).current is None
-    painting.activate("plane")
-    dab(painting, 930)
-    assert len(patches(painting)) == 2
+    assert len(patches(painting)) == 1
+    assert not painting.tool_of(PlaneTool).open
+    painting.undo()
+    assert patches(painting) == []
 
 
-def test_the_brush_waits_while_a_trace_is_open(window, painting):
+def test_an_incomplete_trace_is_discarded_for_the_plane_and_undo_restores_it(window, painting):
     painting.activate("trace")
+    trace = painting.tool_of(TraceTool)
     painting.pointer(event(Pointer.CLICK, 900))
+    painting.pointer(event(Pointer.CLICK, 950))
     painting.activate("plane")
+    assert painting.tool_name == "plane"
+    assert not trace.open
+    painting.undo()
     assert painting.tool_name == "trace"
-    painting.tool_of(TraceTool).cancel()
+    assert len(trace.vertices) == 2
+    trace.cancel()
 
 
-def test_only_a_patch_is_continued_by_the_brush(window, painting):
+def test_only_an_open_model_lets_a_plane_be_changed(window, painting):
     bed = add_bed(painting, "t1")
-    painting.selection.set([bed.id])
-    window.actions_table.refresh()
-    assert not window.actions_table.all["edit_feature"].isEnabled()
     dab(painting, 900)
     painting.finish_tool()
-    assert window.actions_table.all["edit_feature"].isEnabled()
+    edit = window.actions_table.all["edit_feature"]
+    assert edit.isEnabled()
     del painting.models["m1"]
     window.actions_table.refresh()
-    tip = window.actions_table.all["edit_feature"].toolTip()
-    assert "model.not-open" in shown_codes(tip)
+    assert "model.not-open" in shown_codes(edit.toolTip())
+    painting.selection.set([bed.id])
+    assert edit.isEnabled()
 
 
-def test_the_table_and_the_tree_have_the_patch(window, painting):
+def test_an_area_goes_to_the_selection_and_back(window, painting):
+    plane, select = painting.tool_of(PlaneTool), painting.tool_of(SelectTool)
     dab(painting, 900)
+    mask = plane.selection.mask
+    window.actions_table.run("plane_to_selection")
+    assert painting.tool_name == "select"
+    assert not plane.open
+    assert np.array_equal(select.selection.mask, mask)
+    assert patches(painting) == []
+    assert driver.tool_panel(window, SelectPanel).more.isVisibleTo(
+        driver.tool_panel(window, SelectPanel)
+    )
+    window.actions_table.run("selection_to_plane")
+    assert painting.tool_name == "plane"
+    assert not select.open
+    assert np.array_equal(plane.selection.mask, mask)
+    painting.finish_tool()
+    assert len(patches(painting)) == 1
+
+
+def test_a_mode_is_chosen_from_anywhere(window, painting):
+    painting.activate("navigate")
+    window.actions_table.run("plane_lasso")
+    assert painting.tool_name == "plane"
+    assert painting.tool_of(PlaneTool).mode == "lasso"
+    assert window.actions_table.all["shape_lasso"].isChecked()
+    window.actions_table.run("shape_pick")
+    assert painting.tool_of(PlaneTool).mode == "pick"
+
+
+def test_a_plane_of_a_hidden_type_shows_the_type_again(window, painting):
+    painting.set_visible(["bedding"], False)
+    dab(painting, 900)
+    said = []
+    painting.notice.connect(lambda notice: said.append(notice.message.code))
+    painting.finish_tool()
+    assert painting.visible("bedding")
+    assert "type.shown-again" in said
+
+
+def test_the_table_and_the_tree_have_the_plane(window, painting):
+    dab(painting, 900)
+    painting.finish_tool()
     (patch,) = patches(painting)
     measured = painting.measured([patch.id])[patch.id]
     assert measured.fit.n == patch.n

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtWidgets import QApplication
-from vomstudio.studio.tools.plane import PlaneTool
 
 from tests.geometry.test_brush import centre_of, grid
 from tests.messages import figures, shown_codes, shown_values
@@ -15,6 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.studio.tools.plane import PlaneTool
 
 MESH = grid(41, 4.0, rough=0.01)
 

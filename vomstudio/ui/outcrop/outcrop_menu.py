@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Protocol
 
-from PySide6.QtCore import QObject, QPoint
+from PySide6.QtCore import QObject, QPoint, Qt
 from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QMenu
 
@@ -65,6 +65,7 @@ class OutcropMenu(QObject):
     def create_menu(self, event: PointerEvent) -> QMenu:
         """Create the menu for a place of the viewport."""
         menu = QMenu(self._viewport)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.setToolTipsVisible(True)
         is_open = self._studio.open_tool is not None
         feature_id = None if is_open else self._view.feature_at(event.x, event.y)

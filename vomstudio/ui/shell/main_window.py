@@ -436,6 +436,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all)
+        self.net.menu_requested.connect(lambda id_, at: self._menus.create_menu(id_).popup(at))
         self.docks.replace_page("stereonet", self.net)
         warm_up.all_workers(self.studio)
 

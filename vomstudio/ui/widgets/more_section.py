@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
@@ -50,20 +52,27 @@ class MoreSection(QWidget):
         arrow = Qt.ArrowType.DownArrow if is_open else Qt.ArrowType.RightArrow
         self.toggle.setArrowType(arrow)
         self.body.setVisible(is_open)
+        height = QSizePolicy.Policy.Preferred if is_open else QSizePolicy.Policy.Maximum
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, height)
 
 
 class ModeBar(QWidget):
-    """Row of buttons for the exclusive states of one setting."""
+    """Row of buttons for the exclusive states of one setting, with icons or with names."""
 
-    def __init__(self, actions: list[QAction]) -> None:
+    def __init__(self, actions: Sequence[QAction], names: Sequence[str] = ()) -> None:
         super().__init__()
+        for action, name in zip(actions, names, strict=False):
+            action.setIconText(name)
+        style = Qt.ToolButtonStyle
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(2)
         for action in actions:
             button = QToolButton()
             button.setDefaultAction(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            button.setToolButtonStyle(
+                style.ToolButtonTextBesideIcon if names else style.ToolButtonIconOnly
+            )
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             theme.highlight_toggles(button)
             row.addWidget(button)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
+from typing import Protocol
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
@@ -24,13 +25,19 @@ MAX_LISTED_SETS = 12
 """Maximum number of sets in a menu; any other set can be typed in the properties."""
 
 
+class RecordActions(Protocol):
+    """Function that returns the actions of a record in groups."""
+
+    def __call__(self, record: Record, *, is_visible: bool) -> list[list[QAction]]: ...
+
+
 class RecordMenus(QObject):
     """Factory of context menus, which change the selected records.
 
     Parameters
     ----------
     actions : callable
-        Returns the actions of a record.
+        Returns the actions of a record in groups.
     edit_type : callable
         Opens the dialog of feature types at the given id; an empty string means the current type.
     """
@@ -39,7 +46,7 @@ class RecordMenus(QObject):
         self,
         studio: Studio,
         parent: QWidget,
-        actions: Callable[[Record], list[QAction]],
+        actions: RecordActions,
         edit_type: Callable[[str], object],
     ) -> None:
         super().__init__(parent)
@@ -54,6 +61,7 @@ class RecordMenus(QObject):
         A feature that is not selected becomes the selection.
         """
         menu = QMenu(self._parent)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.setToolTipsVisible(True)
         record = self._studio.records.get(id_)
         if isinstance(record, FeatureType):
@@ -61,7 +69,7 @@ class RecordMenus(QObject):
         elif isinstance(record, Feature):
             self.fill_feature_menu(menu, record)
         elif record is not None:
-            menu.addActions(self._menu_actions(record))
+            self._add_groups(menu, self._groups(record))
         elif id_ in GROUP_IDS:
             self._add_visibility_action(menu, id_)
         else:
@@ -72,11 +80,22 @@ class RecordMenus(QObject):
         """Add the commands for a feature, which act on all selected features."""
         if feature.id not in self._studio.selection.ids:
             self._studio.selection.set([feature.id])
-        menu.addActions(self._menu_actions(feature))
+        first, *others = self._groups(feature)
+        menu.addActions(first)
         if isinstance(feature, Typed):
-            menu.addSeparator()
             self._add_type_menu(menu, feature)
             self._add_set_menu(menu, feature)
+        self._add_groups(menu, others)
+
+    def _groups(self, record: Record) -> list[list[QAction]]:
+        return self._menu_actions(record, is_visible=self._studio.visible(record.id))
+
+    @staticmethod
+    def _add_groups(menu: QMenu, groups: list[list[QAction]]) -> None:
+        for group in groups:
+            if not menu.isEmpty():
+                menu.addSeparator()
+            menu.addActions(group)
 
     def _add_type_menu(self, menu: QMenu, feature: Typed) -> None:
         types = menu.addMenu(tr("&Type"))

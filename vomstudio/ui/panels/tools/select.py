@@ -45,7 +45,9 @@ class SelectPanel(QWidget):
         self._hint = hint_label()
         self.value_box = ValueSelectionBox(studio)
         layout = narrow_column(self)
-        layout.addWidget(ModeBar([actions[name] for name in _TARGETS]))
+        layout.addWidget(
+            ModeBar([actions[name] for name in _TARGETS], [tr("Features"), tr("Surface")])
+        )
         layout.addWidget(ModeBar([actions[name] for name in _SHAPES]))
         layout.addWidget(self.count)
         self._uses = QWidget()
