@@ -219,6 +219,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     move(canvas, middle)
     drag(canvas, middle, middle + QPoint(60, 25))
     assert canvas.pixel_at(QPoint(5, 5)) == before, "the left button paints"
+    key(window, Qt.Key.Key_Return)
     (patch,) = studio.session.of(Patch)
     assert patch.n > 5
     # All of it lies under the brush's way through the photo.

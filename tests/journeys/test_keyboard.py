@@ -24,6 +24,7 @@ from vomstudio.ui.panels.tools.control import ControlPanel
 from vomstudio.ui.panels.tools.line import LinePanel
 from vomstudio.ui.panels.tools.plane import PlanePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
+from vomstudio.ui.widgets.more_section import MoreSection
 from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
@@ -292,7 +293,9 @@ def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
 @pytest.mark.full
 def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
     key(opened, Qt.Key.Key_P)
-    radius = driver.tool_panel(opened, PlanePanel).radius
+    panel = driver.tool_panel(opened, PlanePanel)
+    press(panel.findChild(MoreSection).toggle)
+    radius = panel.radius
     press(radius)
     radius.selectAll()
     QTest.keyClicks(radius, "0.25")

@@ -408,17 +408,13 @@ class PlaneTool(ElementTool):
         if patch is None:
             self._context.report(Finding("model.not-open", model=selection.model_id))
             return None
-        session, continued = self._context.session, self._continued
-        top_before = session.top
+        session = self._context.session
         try:
             session.apply(self._edit(patch), finishes_draft=session.draft is not None)
         except VomError as error:
             self._context.report(error)
             return None
-        # Undo removes the plane, and the next undo restores the selection.
-        self._discard(
-            selection, "Finish the plane", partial(self._set_continued, continued), after=top_before
-        )
+        self._drop()
         self._context.created(patch.id)
         return patch.id
 
