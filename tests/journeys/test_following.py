@@ -233,9 +233,18 @@ def test_esc_and_backspace_drop_the_waiting_clicks_of_another_tool(following, pi
         assert len(pending(window)) == 2
         key(window, Qt.Key.Key_Backspace)
         assert len(pending(window)) == 1
+        click(window.viewport, rock + QPoint(80, 0))
+        key(window, Qt.Key.Key_Z, driver.CTRL)
+        assert len(pending(window)) == 1
         key(window, Qt.Key.Key_Escape)
         assert pending(window) == []
         assert studio.tool_of(TraceTool).finishing
+        # One more step back, and the trace is being picked as before.
+        key(window, Qt.Key.Key_Z, driver.CTRL)
+        assert studio.tool_name == "trace"
+        assert studio.tool.open
+        assert not studio.tool.finishing
+        key(window, Qt.Key.Key_Return)
     wait(lambda: driver.traces(window), "the trace")
     driver.pause(100)
     assert not studio.tool_of(PlaneTool).open

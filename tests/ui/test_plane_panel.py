@@ -187,7 +187,7 @@ def test_an_area_goes_to_the_selection_and_back(window, painting):
     assert not plane.open
     assert np.array_equal(select.selection.mask, mask)
     assert patches(painting) == []
-    assert driver.tool_panel(window, SelectPanel).more.isVisibleTo(
+    assert driver.tool_panel(window, SelectPanel).more_section.isVisibleTo(
         driver.tool_panel(window, SelectPanel)
     )
     window.actions_table.run("selection_to_plane")

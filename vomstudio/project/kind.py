@@ -78,8 +78,8 @@ DOMAIN = Attribute("domain", _("Domain"))
 def may_be_overturned(feature: Any) -> bool:
     """Return whether a feature may be an overturned bed.
 
-    Faults, joints and the other types that are no beds by definition have no way up; types that
-    the user has added may be beds.
+    Faults, joints and the other predefined types have no younging direction; types that the user
+    has added may be beds.
     """
     return feature.type_id not in OTHER_THAN_BEDS or bool(feature.overturned)
 

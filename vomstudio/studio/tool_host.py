@@ -175,11 +175,17 @@ class ToolHost:
         elif (tool := self.open_tool or self.active) is not None:
             tool.cancel()
 
+    @property
+    def has_waiting_clicks(self) -> bool:
+        """Whether clicks wait until the feature of another tool is kept."""
+        return bool(self._waiting)
+
     def undo_click(self) -> None:
         """Remove the last click that waits, or else undo the last step of the open feature."""
         if self._waiting:
             self._waiting.pop()
             self.show(self._tool_preview)
+            self.tool_changed()
         elif (tool := self.open_tool) is not None:
             tool.undo()
 
@@ -208,6 +214,7 @@ class ToolHost:
         if self._waiting:
             self._waiting.clear()
             self.show(self._tool_preview)
+            self.tool_changed()
 
     def _pass_waiting(self) -> None:
         """Pass the waiting clicks to the active tool once no other tool has an open feature."""
@@ -309,13 +316,13 @@ class ToolHost:
         return {id_: each.mean(axis=0) for id_, each in points.items() if len(each)}
 
     def select(self, feature_ids: Sequence[str], how: Combine) -> None:
-        current, found = self._selection.ids, set(feature_ids)
+        current, others = self._selection.ids, set(feature_ids)
         if how == "add":
             self._selection.set((*current, *feature_ids))
         elif how == "new":
             self._selection.set(feature_ids)
         else:
-            self._selection.set(i for i in current if (i in found) is (how == "intersect"))
+            self._selection.set(i for i in current if (i in others) is (how == "intersect"))
 
     def show(self, preview: Preview | None) -> None:
         self._tool_preview = preview

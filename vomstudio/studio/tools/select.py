@@ -79,10 +79,10 @@ class SelectTool(ElementTool):
             is_seen = (pixels >= 0.0).all(axis=1) & (pixels < [width, height]).all(axis=1)
         columns, rows = np.where(is_seen[:, None], pixels, 0.0).astype(int).T
         is_inside = is_seen & (filled[rows, columns] > 0)
-        found = tuple(id_ for id_, is_in in zip(ids, is_inside, strict=True) if is_in)
-        if not found and shape.combine == "new":
+        inside = tuple(id_ for id_, is_in in zip(ids, is_inside, strict=True) if is_in)
+        if not inside and shape.combine == "new":
             self._context.hint(Finding("selection.no-feature-inside"))
-        self._context.select(found, shape.combine)
+        self._context.select(inside, shape.combine)
 
     def finish(self) -> str | None:
         """Close the unfinished shape."""

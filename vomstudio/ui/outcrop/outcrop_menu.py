@@ -1,4 +1,4 @@
-"""Context menu of the outcrop: what can be done with the rock or feature under the cursor."""
+"""Context menu of the rock or feature under the cursor."""
 
 from __future__ import annotations
 

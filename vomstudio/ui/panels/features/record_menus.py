@@ -114,20 +114,20 @@ class RecordMenus(QObject):
         """Change the type of features in one edit, except those that it does not suit."""
         records = self._studio.records
         kind = records.get(type_id)
-        typed = [
+        features = [
             feature
             for id_ in ids
             if isinstance(feature := records.get(id_), Typed) and feature.type_id != type_id
         ]
         suitable = [
             feature.id
-            for feature in typed
+            for feature in features
             if isinstance(kind, FeatureType)
             and kind_of(feature).type_geometry in (None, kind.geometry)
         ]
         if suitable:
             self._studio.attempt(edits.set_attributes, suitable, type_id=type_id)
-        if len(suitable) < len(typed) and isinstance(kind, FeatureType):
+        if len(suitable) < len(features) and isinstance(kind, FeatureType):
             self._studio.hint(Finding("type.other-geometry", type=kind.name))
 
     def _add_set_menu(self, menu: QMenu, feature: Typed) -> None:

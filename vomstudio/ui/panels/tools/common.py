@@ -47,11 +47,11 @@ def lay_out_picking(
     figures: QWidget,
     table: QWidget,
     hint: Label,
-    more: Sequence[QWidget] = (),
+    more_settings: Sequence[QWidget] = (),
 ) -> None:
     """Lay out the panel of a tool that picks vertices.
 
-    The vertices, `more` and the commands for editing are folded.
+    The vertices, `more_settings` and the commands for editing are folded.
     """
     column = narrow_column(panel)
     column.addLayout(form)
@@ -59,5 +59,5 @@ def lay_out_picking(
     column.addLayout(action_buttons([actions[name] for name in END]))
     column.addWidget(hint)
     editing = action_buttons([actions[name] for name in _EDITING])
-    column.addWidget(MoreSection(*more, table, editing), 1)
+    column.addWidget(MoreSection(*more_settings, table, editing), 1)
     column.addStretch()

@@ -51,7 +51,7 @@ class ContactPanel(QWidget):
             figures=self.figures,
             table=self.table,
             hint=self._hint,
-            more=[self.photo_follow_box],
+            more_settings=[self.photo_follow_box],
         )
         # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self._types_changed)

@@ -52,7 +52,7 @@ class LithologyPanel(QWidget):
             figures=self.figures,
             table=self.table,
             hint=self._hint,
-            more=[self.photo_follow_box],
+            more_settings=[self.photo_follow_box],
         )
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)

@@ -56,12 +56,12 @@ class SelectPanel(QWidget):
         self._uses.setLayout(uses)
         layout.addWidget(self._uses)
         layout.addWidget(self._hint)
-        self.more = MoreSection(
+        self.more_section = MoreSection(
             ModeBar([actions[name] for name in _COMBINATIONS]),
             self.value_box,
             action_buttons([actions[name] for name in _CHANGES]),
         )
-        layout.addWidget(self.more)
+        layout.addWidget(self.more_section)
         layout.addStretch(1)
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)
@@ -81,7 +81,7 @@ class SelectPanel(QWidget):
         tool, studio = self._tool, self._studio
         is_surface = tool.target == "surface"
         self._uses.setVisible(is_surface)
-        self.more.setVisible(is_surface)
+        self.more_section.setVisible(is_surface)
         if is_surface:
             self.value_box.refresh()
         selection = tool.selection

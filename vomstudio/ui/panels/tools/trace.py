@@ -55,7 +55,7 @@ class TracePanel(QWidget):
             figures=self.fit_view,
             table=self.table,
             hint=self._hint,
-            more=[self.photo_follow_box],
+            more_settings=[self.photo_follow_box],
         )
         # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self.refresh)
