@@ -201,10 +201,13 @@ def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, pick
         click(window.viewport, rock)
         assert (pending(window)[0] - rock).manhattanLength() <= 3
         key(window, Qt.Key.Key_Return)
+        # The type of the plane is not that of the trace.
+        key(window, Qt.Key.Key_3)
         assert driver.traces(window) == []
     wait(lambda: driver.traces(window), "the trace")
     wait(lambda: studio.session.of(Patch), "the plane")
-    assert len(driver.traces(window)) == 1
+    assert [each.type_id for each in driver.traces(window)] == ["bedding"]
+    assert [each.type_id for each in studio.session.of(Patch)] == ["joint"]
     assert not trace.open
     assert not plane.open
     assert pending(window) == []

@@ -131,7 +131,8 @@ class ToolHost:
         # Each tool has its own type and set, because beds may be traced while joints are
         # painted.
         type_and_set = self._next_by_tool.get(name)
-        if name != NAVIGATE and self.open_tool is None and type_and_set is not None:
+        is_free = self.open_tool is None or self.open_tool.finishing
+        if name != NAVIGATE and is_free and type_and_set is not None:
             self.next_type_id, self.next_set = type_and_set
             self.keep_next_type()
             self.next_changed.emit()
@@ -233,7 +234,8 @@ class ToolHost:
         """Set the type and set of the next feature, and of the open feature if it is new."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
-            tool.set_type(type_id, set_name)
+            if tool is self.active or not tool.finishing:
+                tool.set_type(type_id, set_name)
         self.next_changed.emit()
 
     def begin(self) -> None:

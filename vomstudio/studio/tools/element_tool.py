@@ -48,7 +48,6 @@ class ElementTool:
 
     name: ClassVar[str]
     paints: ClassVar[bool] = True
-    finishing = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -74,6 +73,11 @@ class ElementTool:
     def open(self) -> bool:
         """Whether a selection exists or a shape is being drawn."""
         return self._shape is not None or self.count > 0
+
+    @property
+    def finishing(self) -> bool:
+        """Whether the elements are used as soon as work in the background is done."""
+        return False
 
     @property
     def count(self) -> int:

@@ -32,6 +32,7 @@ class FollowingTool(PolylineTool[F]):
         self._finish_when_found = False
         # Pending clicks for the next feature; None marks its end.
         self._later: list[PointerEvent | None] = []
+        self._type_of_later: tuple[str, str] | None = None
 
     @property
     def cost(self) -> str | None:
@@ -151,7 +152,7 @@ class FollowingTool(PolylineTool[F]):
         return None if self.searching else super()._verdict()
 
     @property
-    def finishing(self) -> bool:  # type: ignore[override]
+    def finishing(self) -> bool:
         """Whether the open feature is kept as soon as its path is found."""
         return self._finish_when_found
 
@@ -161,10 +162,17 @@ class FollowingTool(PolylineTool[F]):
         while self._later and self._later[-1] is not None:
             self._later.pop()
             dropped += 1
+        if self._later:
+            self._type_of_later = (self._context.next_type_id, self._context.next_set)
         if dropped:
             self._context.hint(Finding("tool.clicks-dropped", count=dropped))
             self._show_waiting()
         super().leave()
+
+    @property
+    def _next_type(self) -> tuple[str, str]:
+        """Type and set of the next feature; waiting clicks keep those of their time."""
+        return self._type_of_later or (self._context.next_type_id, self._context.next_set)
 
     def _pending_places(self) -> FloatArray | None:
         hits = [event.hit for event in self._later if event is not None and event.hit is not None]
@@ -198,6 +206,8 @@ class FollowingTool(PolylineTool[F]):
         self._later = later
         if later:
             self._show_waiting()
+        else:
+            self._type_of_later = None
 
     def _show_waiting(self) -> None:
         self._show()

@@ -29,7 +29,6 @@ class SteppedFeature(Generic[F]):
     """Unfinished feature that grows by vertices, with steps that can be undone and redone."""
 
     record: ClassVar[type[Any]]
-    finishing = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -68,6 +67,11 @@ class SteppedFeature(Generic[F]):
     def open(self) -> bool:
         """Whether a feature is being picked."""
         return self._feature is not None
+
+    @property
+    def finishing(self) -> bool:
+        """Whether the open feature is kept as soon as work in the background is done."""
+        return False
 
     @property
     def feature(self) -> F | None:

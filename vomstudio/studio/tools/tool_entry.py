@@ -53,7 +53,9 @@ class ToolEntry:
 class NoSteps:
     """Base class of tools whose steps are edits, which are undone in the document."""
 
-    finishing = False
+    @property
+    def finishing(self) -> bool:
+        return False
 
     @property
     def undo_label(self) -> str | None:

@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Protocol
 
-from PySide6.QtCore import QObject, QPoint, Qt
-from PySide6.QtGui import QAction, QGuiApplication
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
+from PySide6.QtGui import QAction, QContextMenuEvent, QGuiApplication
 from PySide6.QtWidgets import QMenu
 
 from vomstudio.core.findings import Finding
@@ -32,7 +32,7 @@ class FeatureMenus(Protocol):
 
 
 class OutcropMenu(QObject):
-    """Menu that opens with a click of the right button.
+    """Menu that opens with a click of the right button or with the menu key.
 
     While a feature is open, the menu ends it; otherwise it begins one at the cursor.
     """
@@ -49,11 +49,22 @@ class OutcropMenu(QObject):
         self._studio, self._viewport, self._view = studio, viewport, view
         self._actions, self._features = actions, features
         viewport.pointer.connect(self._open)
+        viewport.installEventFilter(self)
         view.set_edit_callback(self._edit)
 
     def _edit(self) -> None:
         if self._actions["edit_feature"].isEnabled():
             self._actions["edit_feature"].trigger()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """Open the menu at the cursor for the menu key."""
+        by_key = QContextMenuEvent.Reason.Keyboard
+        if not isinstance(event, QContextMenuEvent) or event.reason() != by_key:
+            return False
+        at = self._viewport.gestures.cursor or QPointF(self._viewport.rect().center())
+        hit = self._viewport.pick(at.x(), at.y())
+        self._open(PointerEvent(Pointer.CLICK, at.x(), at.y(), Button.RIGHT, hit=hit))
+        return True
 
     def _open(self, event: PointerEvent) -> None:
         if event.kind is not Pointer.CLICK or event.button is not Button.RIGHT:
