@@ -47,6 +47,9 @@ class TypeBox(ComboBox):
         """List the types of a geometry, or all types if None."""
         if geometry != self._geometry:
             self._geometry = geometry
+            with QSignalBlocker(self):
+                # The present type may have the other geometry.
+                self.clear()
             self.fill()
 
     def _add(self, type_: FeatureType) -> None:
