@@ -489,7 +489,7 @@ class Journey:
         self.key("Return")
         self.shot("three traces of two sets")
 
-        self.press("patch")
+        self.press("plane")
         self.drag((520, 350), (560, 345), (600, 350), (560, 360))
         self.drag((600, 360), (630, 355))
         self.shot("a patch")

@@ -30,7 +30,7 @@ from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 from vomstudio.ui.panels.tools.line import LinePanel
-from vomstudio.ui.panels.tools.patch import PatchPanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
 from vomstudio.ui.shell.main_window import MainWindow
 
@@ -190,7 +190,7 @@ class Hour:
             "the search structures",
         )
         key(self.window, Qt.Key.Key_P)
-        panel = driver.tool_panel(self.window, PatchPanel)
+        panel = driver.tool_panel(self.window, PlanePanel)
         self.choose(panel.type_box, "bedding")
         for count, name in enumerate(("B01", "B04"), start=1):
             look_at(self.window, self.picks[name], 0.0, 10.0)

@@ -53,7 +53,8 @@ LAST = "save beside an area"
 def on_screen(studio: Any) -> dict[str, Any]:
     """What a person sees of the document, without the ids, which are new in every run."""
     tool = studio.open_tool
-    feature = tool.feature if tool else None
+    feature = getattr(tool, "feature", None)
+    chosen = getattr(tool, "selection", None)
     return {
         "traces": [
             [
@@ -67,6 +68,7 @@ def on_screen(studio: Any) -> dict[str, Any]:
             ]
             for t in studio.session.of(Trace)
         ],
+        "chosen": None if chosen is None else chosen.ids().tolist(),
         "patches": [
             [p.name, p.type_id, p.n, p.area, [list(r) for r in p.runs]]
             for p in studio.session.of(Patch)
@@ -115,7 +117,7 @@ def on_screen(studio: Any) -> dict[str, Any]:
         "dimensions": [
             [d.name, d.kind, [list(v) for v in d.vertices]] for d in studio.session.of(Dimension)
         ],
-        "draft": [list(v) for v in tool.vertices] if tool else None,
+        "draft": [list(v) for v in getattr(tool, "vertices", ())] if tool else None,
         "draft_of": [
             tool.name,
             getattr(feature, "type_id", ""),
@@ -166,12 +168,12 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
     # The only model that a studio without workers has.
     studio.models["m1"] = SimpleNamespace(surface=create_surface(sheet()))
 
-    def brush(x: float, *, ctrl: bool = False) -> None:
-        for kind, shift in ((Pointer.DRAG_START, 0.0), (Pointer.DRAG_END, 0.4)):
-            face = int((x + shift) * 10)
+    def brush(x: float, **keys: bool) -> None:
+        for kind, length in ((Pointer.DRAG_START, 0.0), (Pointer.DRAG_END, 0.4)):
+            face = int((x + length) * 10)
             place = studio.models["m1"].surface.corners(np.array([face]))[0].mean(axis=0)
             hit = Hit("m1", "face", face, (float(place[0]), float(place[1]), float(place[2])))
-            studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, ctrl=ctrl, hit=hit))
+            studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, hit=hit, **keys))
 
     def click(point: tuple[float, float, float], **more: Any) -> Event:
         made = PointerEvent(
@@ -216,9 +218,9 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("finish", tool.finish),
         ("undo", studio.undo),
         ("redo", studio.redo),
-        ("patch tool", lambda: studio.activate("patch")),
+        ("plane tool", lambda: studio.activate("plane")),
         ("stroke", lambda: brush(1.0)),
-        ("stroke", lambda: brush(2.0)),
+        ("stroke", lambda: brush(2.0, shift=True)),
         ("take away", lambda: brush(1.5, ctrl=True)),
         ("undo", studio.undo),
         ("finish", studio.finish_tool),

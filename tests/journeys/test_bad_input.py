@@ -17,7 +17,7 @@ from tests.driver import click, drag, key, look_at, pixel, wait
 from tests.journeys.conftest import bare_outcrop
 from tests.journeys.recorded import on_screen
 from vomstudio.core.paths import resource
-from vomstudio.studio.tools.patch import PatchTool
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.trace import TraceTool
 
 pytestmark = pytest.mark.full
@@ -164,7 +164,7 @@ def test_enter_without_enough_points_says_what_is_missing_and_keeps_the_points(
     faced, picks, letter, needed
 ):
     window, studio = faced, faced.studio
-    tool = studio.tools[{**TOOLS, "P": "patch"}[letter]]
+    tool = studio.tools[{**TOOLS, "P": "plane"}[letter]]
     for count in range(needed):
         let_go(window)
         key(window, Qt.Key(ord(letter)))
@@ -205,7 +205,7 @@ def test_undo_while_a_vertex_is_dragged_leaves_a_sound_trace(faced, picks):
 def test_undo_and_another_tool_while_a_stroke_is_painted_leave_no_stroke_hanging(faced, picks):
     window, studio = faced, faced.studio
     key(window, Qt.Key.Key_P)
-    patch = studio.tool_of(PatchTool)
+    patch = studio.tool_of(PlaneTool)
     start = pixel(window, picks["B04"][10]) + QPoint(0, 25)
     drag(window.viewport, start, start + QPoint(30, 0), release=False)
     key(window, Qt.Key.Key_Z, driver.CTRL)

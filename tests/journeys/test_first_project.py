@@ -133,7 +133,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     studio.selection.set([first.id])
     points = np.array(measured[first.id].points)
     look_at(window, points, 0.0, 10.0)
-    window.actions_table.all["continue_trace"].trigger()
+    window.actions_table.all["edit_feature"].trigger()
     focus(window)
     tool = studio.tool_of(TraceTool)
     assert tool.open

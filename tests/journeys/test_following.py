@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
+import threading
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.panels.tools.trace import TracePanel
 
@@ -151,3 +157,97 @@ def test_a_trace_that_is_ended_while_its_way_is_searched_for_leaves_the_next_cli
     assert "3 way-points" in trace.notes
     assert len(tool.vertices) == 2
     studio.cancel_tool()
+
+
+@contextlib.contextmanager
+def slow_search(window) -> Iterator[None]:
+    """The thread that searches paths is busy until the end of the block."""
+    paths = window.studio.workspace.tools.paths
+    done = threading.Event()
+    paths._background.run(done.wait, lambda _: None)
+    try:
+        yield
+    finally:
+        done.set()
+
+
+def pending(window) -> list[QPoint]:
+    """Where clicks are marked that have not taken effect yet."""
+    preview = window.viewport.preview
+    places = [] if preview is None or preview.pending is None else preview.pending
+    return [pixel(window, place) for place in places]
+
+
+def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, picks):
+    window, studio = following, following.studio
+    trace, plane = studio.tool_of(TraceTool), studio.tool_of(PlaneTool)
+    with slow_search(window):
+        for at in way_points(window, picks["B01"]):
+            click(window.viewport, at)
+        key(window, Qt.Key.Key_Return)
+        assert trace.finishing
+        following_clicks = [pixel(window, picks["B02"][i]) for i in (0, -1)]
+        for at in following_clicks:
+            click(window.viewport, at)
+        for at, shown in zip(following_clicks, pending(window), strict=True):
+            assert (at - shown).manhattanLength() <= 3
+        driver.keep_picture(window, "following-waiting")
+        key(window, Qt.Key.Key_P)
+        key(window, Qt.Key.Key_G)
+        assert studio.tool_name == "plane"
+        assert pending(window) == []
+        # The next click is for the plane, and waits with a mark as well.
+        rock = pixel(window, picks["B01"][1]) + QPoint(0, 40)
+        click(window.viewport, rock)
+        assert (pending(window)[0] - rock).manhattanLength() <= 3
+        key(window, Qt.Key.Key_Return)
+        # The type of the plane is not that of the trace.
+        key(window, Qt.Key.Key_3)
+        assert driver.traces(window) == []
+    wait(lambda: driver.traces(window), "the trace")
+    wait(lambda: studio.session.of(Patch), "the plane")
+    assert [each.type_id for each in driver.traces(window)] == ["bedding"]
+    assert [each.type_id for each in studio.session.of(Patch)] == ["joint"]
+    assert not trace.open
+    assert not plane.open
+    assert pending(window) == []
+
+
+def test_a_tool_key_keeps_a_trace_that_is_searched_without_enter(following, picks):
+    window, studio = following, following.studio
+    with slow_search(window):
+        for at in way_points(window, picks["B01"]):
+            click(window.viewport, at)
+        key(window, Qt.Key.Key_L)
+        assert studio.tool_name == "line"
+    wait(lambda: driver.traces(window), "the trace")
+    assert studio.tool_name == "line"
+
+
+def test_esc_and_backspace_drop_the_waiting_clicks_of_another_tool(following, picks):
+    window, studio = following, following.studio
+    with slow_search(window):
+        for at in way_points(window, picks["B01"]):
+            click(window.viewport, at)
+        key(window, Qt.Key.Key_P)
+        rock = pixel(window, picks["B01"][1]) + QPoint(0, 40)
+        click(window.viewport, rock)
+        click(window.viewport, rock + QPoint(40, 0))
+        assert len(pending(window)) == 2
+        key(window, Qt.Key.Key_Backspace)
+        assert len(pending(window)) == 1
+        click(window.viewport, rock + QPoint(80, 0))
+        key(window, Qt.Key.Key_Z, driver.CTRL)
+        assert len(pending(window)) == 1
+        key(window, Qt.Key.Key_Escape)
+        assert pending(window) == []
+        assert studio.tool_of(TraceTool).finishing
+        # One more step back, and the trace is being picked as before.
+        key(window, Qt.Key.Key_Z, driver.CTRL)
+        assert studio.tool_name == "trace"
+        assert studio.tool.open
+        assert not studio.tool.finishing
+        key(window, Qt.Key.Key_Return)
+    wait(lambda: driver.traces(window), "the trace")
+    driver.pause(100)
+    assert not studio.tool_of(PlaneTool).open

@@ -212,13 +212,14 @@ def test_a_patch_is_painted_in_a_photo(traced):
     wait(lambda: canvas._picture is not None, "the photo")
     window.viewport.setFocus()
     key(window, Qt.Key.Key_P)
-    assert studio.tool_name == "patch"
+    assert studio.tool_name == "plane"
     before = canvas.pixel_at(QPoint(5, 5))
     middle = canvas.rect().center()
     move(canvas, middle + QPoint(3, 0))
     move(canvas, middle)
     drag(canvas, middle, middle + QPoint(60, 25))
     assert canvas.pixel_at(QPoint(5, 5)) == before, "the left button paints"
+    key(window, Qt.Key.Key_Return)
     (patch,) = studio.session.of(Patch)
     assert patch.n > 5
     # All of it lies under the brush's way through the photo.

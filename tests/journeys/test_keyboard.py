@@ -22,8 +22,9 @@ from vomstudio.studio.tools.line import LineTool
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.panels.tools.control import ControlPanel
 from vomstudio.ui.panels.tools.line import LinePanel
-from vomstudio.ui.panels.tools.patch import PatchPanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
+from vomstudio.ui.widgets.more_section import MoreSection
 from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
@@ -186,7 +187,7 @@ def test_letters_in_a_combo_box_act_on_the_outcrop_and_change_no_type(opened):
     panel = driver.tool_panel(opened, TracePanel)
     opened.studio.activate("trace")
     before = panel.type_box.currentText()
-    for letter, tool in (("l", "line"), ("p", "patch"), ("t", "trace"), ("n", "navigate")):
+    for letter, tool in (("l", "line"), ("p", "plane"), ("t", "trace"), ("n", "navigate")):
         opened.studio.activate("trace")
         panel.type_box.setFocus()
         assert panel.type_box.hasFocus()
@@ -247,7 +248,7 @@ def test_no_combo_box_of_any_panel_is_changed_by_a_letter(opened):
 @pytest.mark.full
 def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
     key(opened, Qt.Key.Key_P)
-    panel = driver.tool_panel(opened, PatchPanel)
+    panel = driver.tool_panel(opened, PlanePanel)
     radius = panel.radius.value()
     press(panel.set_edit)
     for letter in "J1":
@@ -292,7 +293,9 @@ def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
 @pytest.mark.full
 def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
     key(opened, Qt.Key.Key_P)
-    radius = driver.tool_panel(opened, PatchPanel).radius
+    panel = driver.tool_panel(opened, PlanePanel)
+    press(panel.findChild(MoreSection).toggle)
+    radius = panel.radius
     press(radius)
     radius.selectAll()
     QTest.keyClicks(radius, "0.25")

@@ -86,7 +86,7 @@ def test_each_click_is_a_station_and_numbers_go_on(opened):
     window.properties.fields["notes"].editingFinished.emit()
     assert studio.records[first.id].notes == "ripple marks"
     # It is moved by the same command as the others.
-    window.actions_table.all["continue_trace"].trigger()
+    window.actions_table.all["edit_feature"].trigger()
     click(window.viewport, at[2])
     key(window, Qt.Key.Key_Return)
     moved = studio.measured([first.id])[first.id].points

@@ -28,10 +28,13 @@ from tests.driver import (
 )
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.select import SelectTool
-from vomstudio.ui.panels.tools.select import SelectPanel
+from vomstudio.ui.panels.tools.plane import PlanePanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
+ALT = Qt.KeyboardModifier.AltModifier
 
 
 def patches(window) -> list[Patch]:
@@ -63,7 +66,7 @@ def circle(at: QPoint, radius: float, count: int = 24) -> list[QPoint]:
     return [at + QPoint(round(radius * math.cos(t)), round(radius * math.sin(t))) for t in turns]
 
 
-def ready(window, outcrop, picks) -> QPoint:
+def ready(window, outcrop, picks, tool: str = "select") -> QPoint:
     """Before the middle of a bed, with the tool in hand; where that is on the view."""
     open_outcrop(window, outcrop)
     wait(
@@ -71,17 +74,19 @@ def ready(window, outcrop, picks) -> QPoint:
         "the search structures",
     )
     look_at(window, picks["B04"], 0.0, 10.0)
-    key(window, Qt.Key.Key_S)
-    assert window.studio.tool_name == "select"
+    key(window, Qt.Key.Key_S if tool == "select" else Qt.Key.Key_P)
+    assert window.studio.tool_name == tool
+    if tool == "select":
+        window.actions_table.run("select_surface")
     return pixel(window, np.median(picks["B04"], axis=0))
 
 
 @pytest.mark.full
-def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, picks):
+def test_a_lasso_makes_a_plane_that_is_one_edit(own_folders, qtbot, outcrop, picks):
     window = driver.make_window()
-    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(SelectTool)
-    at = ready(window, outcrop, picks)
-    assert driver.tool_panel(window, SelectPanel).isVisible()
+    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PlaneTool)
+    at = ready(window, outcrop, picks, "plane")
+    assert driver.tool_panel(window, PlanePanel).isVisible()
     camera = viewport.moves.camera_state()
     key(window, Qt.Key.Key_A)
     draw(window, circle(at, 60), release=False)
@@ -96,7 +101,7 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert tool.count > 8
     assert viewport.moves.camera_state() == camera
     assert viewport.preview.area is not None
-    assert driver.tool_panel(window, SelectPanel).fit_view.isVisible()
+    assert driver.tool_panel(window, PlanePanel).fit_view.isVisible()
     driver.keep_picture(window, "select-2-chosen")
 
     # What is chosen are the faces whose centres lie inside, and which are seen.
@@ -109,12 +114,12 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert (np.hypot(*(pixels - [at.x(), at.y()]).T) < 62.0).all()
     assert seen.mean() > 0.95
 
-    # One more place with Shift, one less with Ctrl, steps back with Ctrl+Z.
+    # One more place with Shift, one less with Alt, steps back with Ctrl+Z.
     first = tool.count
     draw(window, circle(at + QPoint(90, 0), 40), SHIFT)
     more = tool.count
     assert more > first
-    draw(window, circle(at, 20), CTRL)
+    draw(window, circle(at, 20), ALT)
     less = tool.count
     assert less < more
     key(window, Qt.Key.Key_Z, CTRL)
@@ -131,25 +136,16 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     key(window, Qt.Key.Key_Y, CTRL)
     assert patches(window) == [patch]
 
-    # Enter came too soon: the patch goes, then what was chosen for it is there again.
-    key(window, Qt.Key.Key_Z, CTRL)
-    assert not tool.open
-    assert studio.undo_label == "Let go of what was chosen"
-    key(window, Qt.Key.Key_Z, CTRL)
+    # Enter came too soon: the plane is edited, as a trace is.
+    window.actions_table.run("edit_feature")
     assert tool.count == more
-    assert patches(window) == []
-    assert viewport.preview.area is not None
-    key(window, Qt.Key.Key_Y, CTRL)
-    assert not tool.open
-    key(window, Qt.Key.Key_Y, CTRL)
-    assert patches(window) == [patch]
-    key(window, Qt.Key.Key_Z, CTRL)
-    key(window, Qt.Key.Key_Z, CTRL)
-    key(window, Qt.Key.Key_Z, CTRL)
-    assert tool.count == first
+    draw(window, circle(at, 20), ALT)
     key(window, Qt.Key.Key_Return)
     (smaller,) = patches(window)
-    assert len(runs_to_ids(smaller.runs)) == first
+    assert smaller.id == patch.id
+    assert len(runs_to_ids(smaller.runs)) < more
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert patches(window) == [patch]
     driver.dismiss(window)
 
 
@@ -171,8 +167,8 @@ def wheel(window, at: QPoint, notches: int, modifier) -> None:
 
 
 def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks):
-    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
-    at = ready(window, outcrop, picks)
+    viewport, tool = window.viewport, window.studio.tool_of(PlaneTool)
+    at = ready(window, outcrop, picks, "plane")
     camera = viewport.moves.camera_state()
     key(window, Qt.Key.Key_G)
     click(viewport, at)
@@ -345,3 +341,52 @@ def test_what_is_chosen_is_kept_as_a_draft(window, outcrop, picks):
     assert np.array_equal(tool.selection.mask, mask)
     assert not tool.restore({"tool": "select", "chosen": {"model_id": "m", "size": 3}})
     assert not tool.restore({"tool": "select", "chosen": {**state["chosen"], "bits": "?"}})
+
+
+def test_features_are_selected_by_clicks_and_shapes(window, outcrop, picks):
+    studio, viewport = window.studio, window.viewport
+    ready(window, outcrop, picks)
+    for name in ("B04", "B05", "B06"):
+        look_at(window, picks[name], 0.0, 10.0)
+        key(window, Qt.Key.Key_T)
+        driver.pick(window, picks[name][::3])
+        key(window, Qt.Key.Key_Return)
+    look_at(window, np.concatenate([picks[name] for name in ("B04", "B05", "B06")]), 0.0, 10.0)
+    one, two, three = studio.session.of(Trace)
+    key(window, Qt.Key.Key_S)
+    window.actions_table.run("select_features")
+    studio.selection.set([])
+    places = [
+        next(
+            at
+            for point in picks[name][::3]
+            if window.view.feature_at((at := pixel(window, point)).x(), at.y()) == trace.id
+        )
+        for name, trace in (("B04", one), ("B05", two), ("B06", three))
+    ]
+    click(viewport, places[0])
+    assert studio.selection.ids == (one.id,)
+    driver.pause(QApplication.doubleClickInterval() + 50)
+    click(viewport, places[1], SHIFT)
+    driver.pause(QApplication.doubleClickInterval() + 50)
+    click(viewport, places[2], CTRL)
+    assert set(studio.selection.ids) == {one.id, two.id, three.id}
+    driver.pause(QApplication.doubleClickInterval() + 50)
+    click(viewport, places[1], SHIFT)
+    assert set(studio.selection.ids) == {one.id, three.id}
+    camera = viewport.moves.camera_state()
+    drag(viewport, QPoint(3, 3), QPoint(viewport.width() - 4, viewport.height() - 4))
+    assert viewport.moves.camera_state() == camera
+    assert set(studio.selection.ids) == {one.id, two.id, three.id}
+    key(window, Qt.Key.Key_A)
+    centre = np.mean([studio.measured([two.id])[two.id].points], axis=(0, 1))
+    draw(window, circle(pixel(window, centre), 12), ALT)
+    assert set(studio.selection.ids) == {one.id, three.id}
+    # While navigating, Shift adds like Ctrl, and pans only when it is dragged.
+    key(window, Qt.Key.Key_N)
+    driver.pause(QApplication.doubleClickInterval() + 50)
+    click(viewport, places[1], SHIFT)
+    assert set(studio.selection.ids) == {one.id, two.id, three.id}
+    assert viewport.moves.camera_state() == camera
+    drag(viewport, places[1], places[1] + QPoint(30, 0), modifier=SHIFT)
+    assert viewport.moves.camera_state() != camera

@@ -18,7 +18,7 @@ from vomstudio.project import edits, grid_edits
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import FaceGrid
-from vomstudio.studio.tools.patch import PatchTool
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.ui.panels.coverage.coverage_panel import CoveragePanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -146,7 +146,7 @@ def test_mistakes_of_stations_and_known_lines(ready):
     (made,) = studio.session.features()
     takes_back(window, lambda: moved(window, made.id, at[2]), UNDO)
     studio.selection.set([made.id])
-    window.actions_table.run("continue_trace")
+    window.actions_table.run("edit_feature")
     takes_back(window, lambda: click(window.viewport, at[2]), UNDO)
     click(window.viewport, at[2])
     takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
@@ -180,7 +180,7 @@ def test_mistakes_of_stations_and_known_lines(ready):
 
 def moved(window, id_: str, to: QPoint) -> None:
     window.studio.selection.set([id_])
-    window.actions_table.run("continue_trace")
+    window.actions_table.run("edit_feature")
     click(window.viewport, to)
     key(window, Qt.Key.Key_Return)
 
@@ -189,7 +189,7 @@ def moved(window, id_: str, to: QPoint) -> None:
 def test_mistakes_of_choosing_on_the_surface(ready):
     window, studio = ready, ready.studio
     at = spots(window)
-    key(window, Qt.Key.Key_S)
+    key(window, Qt.Key.Key_P)
     run = window.actions_table.run
     # What lies beside what is looked up at the first click of all.
     click(window.viewport, at[0])
@@ -205,7 +205,9 @@ def test_mistakes_of_choosing_on_the_surface(ready):
     wait(lambda: studio.tool.count > count, "its neighbours")
     for step in ("select_wider", "select_invert", "select_everything"):
         takes_back(window, lambda step=step: run(step), UNDO)
-    # 6: Esc; 7: hidden; 8: isolated; 9: shown again; 10: a patch of it all
+    # 6: Esc; 7: hidden; 8: isolated; 9: shown again; 10: a plane of it all
+    takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
+    run("plane_to_selection")
     takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
     takes_back(window, lambda: key(window, Qt.Key.Key_H), UNDO)
     rest(window)
@@ -213,6 +215,7 @@ def test_mistakes_of_choosing_on_the_surface(ready):
     run("isolate_elements")
     key(window, Qt.Key.Key_Escape)
     takes_back(window, lambda: run("show_elements"), UNDO)
+    key(window, Qt.Key.Key_P)
     click(window.viewport, at[0])
     wait(lambda: studio.tool.count, "what is grown from a click")
     before = dict(studio.records)
@@ -258,16 +261,21 @@ def test_mistakes_of_the_brush(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_P)
-    tool = studio.tool_of(PatchTool)
+    tool = studio.tool_of(PlaneTool)
     tool.set_radius(0.2)
     # 1: a stroke too many; 2: an erasing one; 3: the first of all
     takes_back(window, lambda: drag(window.viewport, at[0], at[0] + QPoint(30, 0)), UNDO)
     drag(window.viewport, at[0], at[0] + QPoint(30, 0))
-    takes_back(window, lambda: drag(window.viewport, at[0], at[0] + QPoint(60, 8)), UNDO)
+    for keys in (NONE, SHIFT):
+        takes_back(
+            window,
+            lambda keys=keys: drag(window.viewport, at[0], at[0] + QPoint(60, 8), modifier=keys),
+            UNDO,
+        )
     takes_back(
         window, lambda: drag(window.viewport, at[0], at[0] + QPoint(12, 0), modifier=CTRL), UNDO
     )
-    # 4: Esc, which discards the patch
+    # 4: Esc, which discards the plane
     takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
     key(window, Qt.Key.Key_Return)
     (made,) = studio.session.of(Patch)
@@ -371,8 +379,8 @@ def test_an_undo_too_many_is_redone_while_points_are_picked(ready, name):
 def test_an_undo_too_many_is_redone_while_faces_are_chosen(ready):
     window, studio = ready, ready.studio
     at = spots(window)
-    key(window, Qt.Key.Key_S)
-    assert studio.tool_name == "select"
+    key(window, Qt.Key.Key_P)
+    assert studio.tool_name == "plane"
     click(window.viewport, at[0])
     wait(lambda: studio.tool.count, "what is grown from a click")
     count = studio.tool.count

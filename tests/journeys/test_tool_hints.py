@@ -10,7 +10,7 @@ from vomstudio.ui.base.controls import Label
 pytestmark = pytest.mark.full
 
 
-@pytest.mark.parametrize("tool", ["trace", "patch", "line", "contact", "station", "select"])
+@pytest.mark.parametrize("tool", ["trace", "plane", "line", "contact", "station", "select"])
 def test_who_has_chosen_a_tool_is_not_told_to_choose_it(window, outcrop, tool) -> None:
     driver.open_outcrop(window, outcrop)
     window.actions_table.run(tool)

@@ -68,7 +68,7 @@ def test_no_value_of_a_panel_is_changed(window, outcrop):
     for dock in window.findChildren(QDockWidget):
         window.docks.bring_forward(dock.objectName())
         driver.pause(5)
-    for tool in ("trace", "patch", "select", "line", "measure"):
+    for tool in ("trace", "plane", "select", "line", "measure"):
         window.actions_table.run(tool)
         driver.pause(5)
     assert len(fields(window)) > 40

@@ -11,13 +11,13 @@ import pytest
 def test_each_tool_goes_on_with_its_own_type_and_set(studio: Any) -> None:
     studio.activate("trace")
     studio.set_next("fault", "F1")
-    studio.activate("patch")
+    studio.activate("plane")
     assert (studio.next_type_id, studio.next_set) == ("fault", "F1")
     studio.set_next("joint", "J1")
     studio.activate("trace")
     assert (studio.next_type_id, studio.next_set) == ("fault", "F1")
     studio.activate("navigate")
-    studio.activate("patch")
+    studio.activate("plane")
     assert (studio.next_type_id, studio.next_set) == ("joint", "J1")
 
 

@@ -63,7 +63,7 @@ def test_panels_without_a_model_say_why_their_controls_are_disabled(window) -> N
 
 
 @pytest.mark.parametrize(
-    "tool", first_in_default_tier(["trace", "patch", "line", "measure", "station", "lithology"])
+    "tool", first_in_default_tier(["trace", "plane", "line", "measure", "station", "lithology"])
 )
 def test_panels_of_a_project_do_so_too(window, studio, tool) -> None:
     add_cliff(studio)

@@ -9,7 +9,7 @@ from tests.ui.conftest import add_cliff
 from vomstudio.project.records import FeatureType
 
 
-@pytest.mark.parametrize("tool", ["trace", "patch", "contact"])
+@pytest.mark.parametrize("tool", ["trace", "plane", "contact"])
 def test_a_key_chooses_the_type_of_the_active_tool(window, studio, tool):
     add_cliff(studio)
     studio.activate(tool)

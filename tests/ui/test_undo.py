@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.studio.tools.patch import PatchTool
+from vomstudio.studio.tools.plane import PlaneTool
 
 MESH = grid(41, 4.0, rough=0.01)
 
@@ -31,9 +31,14 @@ def click(studio, point, **more) -> None:
     studio.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit, **more))
 
 
-def dab(studio, face: int, kind: Pointer = Pointer.CLICK) -> None:
+def stroke(studio, face: int, kind: Pointer, **keys) -> None:
     hit = Hit("m1", "face", face, tuple(centre_of(MESH, face)))
-    studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, hit=hit))
+    studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, hit=hit, **keys))
+
+
+def dab(studio, face: int, **keys) -> None:
+    for kind in (Pointer.DRAG_START, Pointer.DRAG_END):
+        stroke(studio, face, kind, **keys)
 
 
 def run(window, name: str) -> tuple[str, str]:
@@ -232,37 +237,38 @@ def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
     assert cliff.open_tool is None
 
 
-# --- patches ---------------------------------------------------------------------------------
-def test_undo_after_esc_brings_the_patch_back_into_the_brush(window, cliff):
-    cliff.activate("patch")
-    tool = cliff.tool_of(PatchTool)
+# --- planes ----------------------------------------------------------------------------------
+def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
+    cliff.activate("plane")
+    tool = cliff.tool_of(PlaneTool)
     tool.set_radius(0.3)
     dab(cliff, 900)
-    dab(cliff, 960)
-    painted = tool.current
+    dab(cliff, 960, shift=True)
+    painted = tool.count
     run(window, "cancel")
-    assert tool.current is None
-    assert run(window, "undo") == ("edit.undone", f"Delete {painted.name}")
-    assert tool.current == painted
-    dab(cliff, 1000)
+    assert not tool.open
+    assert run(window, "undo") == ("edit.undone", "Discard the selection")
+    assert tool.count == painted
+    dab(cliff, 1000, shift=True)
+    assert tool.count > painted, "the next stroke goes on with it"
+    run(window, "finish")
     (patch,) = cliff.session.of(Patch)
-    assert patch.n > painted.n, "the next stroke goes on with it"
+    assert run(window, "undo") == ("edit.undone", f"Patch {patch.name}")
 
 
 def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
-    cliff.activate("patch")
-    tool = cliff.tool_of(PatchTool)
+    cliff.activate("plane")
+    tool = cliff.tool_of(PlaneTool)
     tool.set_radius(0.3)
-    dab(cliff, 900, Pointer.DRAG_START)
-    dab(cliff, 960, Pointer.DRAG_MOVE)
+    stroke(cliff, 900, Pointer.DRAG_START)
+    stroke(cliff, 960, Pointer.DRAG_MOVE)
     assert not window.actions_table.all["undo"].isEnabled(), "a stroke is let go or kept first"
     run(window, "cancel")
-    assert not cliff.session.of(Patch)
+    assert not tool.open
     assert run(window, "undo") == ("edit.undone", "Discard the stroke")
-    (patch,) = cliff.session.of(Patch)
-    assert tool.current == patch
+    assert tool.count > 0
     run(window, "undo")
-    assert not cliff.session.of(Patch)
+    assert not tool.open
 
 
 def test_what_was_undone_does_not_hide_what_the_next_click_does(window, cliff):

@@ -16,11 +16,24 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate as _
 from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.measurement import Measurement, MeasurementContext, Records
-from vomstudio.project.records import Feature, FeatureType, Painted, Record, Typed, get
+from vomstudio.project.records import (
+    DEFAULT_TYPES,
+    Feature,
+    FeatureType,
+    Painted,
+    Record,
+    Typed,
+    get,
+)
 
 Evidence = Literal["", "picked", "read", "derived"]
 """Source of an orientation. Picks of a type are pooled (mean planes, fold axes), compass readings
 are compared with them, and derived orientations are used for neither."""
+
+
+BED_TYPE = "bedding"
+OTHER_THAN_BEDS = frozenset(each.id for each in DEFAULT_TYPES) - {BED_TYPE}
+"""Ids of the predefined types whose features are not beds."""
 
 
 Lookup = Callable[[str], Measurement | None]
@@ -60,7 +73,20 @@ NAME = Attribute("name", _("Name"))
 TYPE = Attribute("type_id", _("Type"), "type")
 SET = Attribute("set_name", _("Set"))
 DOMAIN = Attribute("domain", _("Domain"))
-OVERTURNED = Attribute("overturned", _("Bed"), "flag", text=_("overturned"))
+
+
+def may_be_overturned(feature: Any) -> bool:
+    """Return whether a feature may be an overturned bed.
+
+    Faults, joints and the other predefined types have no younging direction; types that the user
+    has added may be beds.
+    """
+    return feature.type_id not in OTHER_THAN_BEDS or bool(feature.overturned)
+
+
+OVERTURNED = Attribute(
+    "overturned", _("Bed"), "flag", text=_("overturned"), applies=may_be_overturned
+)
 STATION = Attribute("station", _("Station"))
 NOTES = Attribute("notes", _("Notes"), "lines")
 
@@ -244,6 +270,13 @@ class Kind:
     def has_feature_type(self) -> bool:
         """Whether the features have one of the project's feature types."""
         return issubclass(self.record, Typed)
+
+    @property
+    def type_geometry(self) -> Literal["plane", "line"] | None:
+        """Geometry of the feature types that suit the features, or None if both do."""
+        if len(self.orientations) > 1:
+            return None
+        return "line" if self.orientations == ("line",) else "plane"
 
     @property
     def depends_on_features(self) -> bool:

@@ -66,6 +66,8 @@ class History:
     @property
     def undo_label(self) -> str | None:
         """Label of the action that `undo` would undo, or None if nothing can be undone."""
+        if self._tools.has_waiting_clicks:
+            return "Click"
         tool = self._tools.open_tool
         if tool is not None and (tool.paints or tool.undo_label is not None):
             # A stroke that is being painted is not a step yet; it must be kept or discarded
@@ -81,8 +83,15 @@ class History:
         tool = self._tools.open_tool
         if label is None:
             return
-        if tool is not None and tool.undo_label is not None:
+        if self._tools.has_waiting_clicks:
+            self._tools.undo_click()
+            is_undone = True
+        elif tool is not None and tool.undo_label is not None:
+            was_finishing = tool.finishing
             is_undone = tool.undo()
+            if was_finishing and tool.open and not tool.finishing:
+                # Another tool may have been activated in the meantime.
+                self._tools.activate(tool.name)
             self._emptied = None if tool.open else (self._top, tool)
         elif discarded is not None:
             is_undone = self._bring_back(discarded)

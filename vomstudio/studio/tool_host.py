@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.signals import Signal, group_notifications
 from vomstudio.core.words import tr
+from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
+from vomstudio.project.kinds import group_of
 from vomstudio.project.measurement_cache import Measurement
-from vomstudio.project.records import Feature, FeatureType
+from vomstudio.project.records import Feature, FeatureType, Model, get
 from vomstudio.project.selection import Selection
 from vomstudio.project.session import Session
 from vomstudio.studio.background import Background
@@ -22,10 +28,20 @@ from vomstudio.studio.path_finding import PathFinding
 from vomstudio.studio.preferences import Preferences
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.surfaces.outcrop_elements import ModelElements
-from vomstudio.studio.tools.interaction_types import Discarded, PointerEvent, Preview
+from vomstudio.studio.tools.element_selection import Combine
+from vomstudio.studio.tools.element_tool import ElementTool
+from vomstudio.studio.tools.interaction_types import (
+    Button,
+    Discarded,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+)
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.set_memory import SetMemory
 from vomstudio.studio.tools.tool_context import Tool
+from vomstudio.studio.visibility import Visibility
 
 T = TypeVar("T")
 
@@ -63,6 +79,8 @@ class ToolHost:
         paths: PathFinding,
         elements: ModelElements,
         background: Background,
+        visibility: Visibility,
+        post: Callable[[Callable[[], None]], None],
     ) -> None:
         self.changed: Signal[()] = Signal()
         self.undo_changed: Signal[()] = Signal()
@@ -73,6 +91,9 @@ class ToolHost:
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
         self.paths, self.elements, self._background = paths, elements, background
+        self._visibility, self._post = visibility, post
+        self._waiting: list[PointerEvent | None] = []
+        self._tool_preview: Preview | None = None
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
@@ -86,28 +107,47 @@ class ToolHost:
 
     # --- active tool --------------------------------------------------------------------------
     def activate(self, name: str) -> None:
-        """Activate a tool; NAVIGATE deactivates all. Rejected while another tool is open."""
+        """Activate a tool; NAVIGATE deactivates all.
+
+        The open feature of another tool is finished if it is complete, else discarded, which undo
+        reverts. While navigating it stays open. Clicks that wait for another tool are dropped.
+        """
         if name == self.active_name:
             return
+        self._drop_waiting()
         if (previous := self.active) is not None:
             previous.leave()
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
-            if name in self.tools:
+            if name == NAVIGATE and open_tool.finishing:
+                pass
+            elif name == NAVIGATE:
+                self._notices.info(Finding("tool.draft-kept"))
+            elif not self._settle(open_tool):
                 self.hint(Finding("feature.open"))
                 self.active_changed.emit(self.active_name)
                 return
-            self._notices.info(Finding("tool.draft-kept"))
         self._next_by_tool[self.active_name] = (self.next_type_id, self.next_set)
         self.active_name = name
         self.active_changed.emit(name)
         # Each tool has its own type and set, because beds may be traced while joints are
         # painted.
         type_and_set = self._next_by_tool.get(name)
-        if name != NAVIGATE and open_tool is None and type_and_set is not None:
+        is_free = self.open_tool is None or self.open_tool.finishing
+        if name != NAVIGATE and is_free and type_and_set is not None:
             self.next_type_id, self.next_set = type_and_set
             self.keep_next_type()
             self.next_changed.emit()
+
+    def _settle(self, tool: Tool) -> bool:
+        """Finish the open feature of a tool, or discard it. Return whether this was possible."""
+        if not tool.finishing and tool.why_not_finish() is None:
+            tool.finish()
+        if tool.open and not tool.finishing:
+            tool.cancel()
+            if not tool.open:
+                self._notices.info(Finding("tool.discarded"))
+        return tool.finishing or not tool.open
 
     @property
     def active(self) -> Tool | None:
@@ -126,18 +166,71 @@ class ToolHost:
 
     def finish(self) -> None:
         """Finish the open feature, or else the current action of the active tool."""
-        if (tool := self.open_tool or self.active) is not None:
+        if self._waiting:
+            self._waiting.append(None)
+        elif (tool := self.open_tool or self.active) is not None:
             tool.finish()
 
     def cancel(self) -> None:
         """Discard the open feature, or else cancel the current action of the active tool."""
-        if (tool := self.open_tool or self.active) is not None:
+        if self._waiting:
+            self._drop_waiting()
+        elif (tool := self.open_tool or self.active) is not None:
             tool.cancel()
 
+    @property
+    def has_waiting_clicks(self) -> bool:
+        """Whether clicks wait until the feature of another tool is kept."""
+        return bool(self._waiting)
+
+    def undo_click(self) -> None:
+        """Remove the last click that waits, or else undo the last step of the open feature."""
+        if self._waiting:
+            self._waiting.pop()
+            self.show(self._tool_preview)
+            self.tool_changed()
+        elif (tool := self.open_tool) is not None:
+            tool.undo()
+
     def pointer(self, event: PointerEvent) -> None:
-        """Pass a pointer event to the active tool."""
-        if (tool := self.active) is not None:
+        """Pass a pointer event to the active tool.
+
+        While the path of another tool's feature is searched, clicks wait, because only one
+        feature can be open.
+        """
+        tool, busy = self.active, self.open_tool
+        if tool is None:
+            return
+        if busy is not None and busy is not tool and not busy.finishing:
+            self._settle(busy)
+            busy = self.open_tool
+        if busy is None or busy is tool:
             tool.pointer(event)
+        elif event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit:
+            self._waiting.append(event)
+            self.show(self._tool_preview)
+            self.tool_changed()
+        elif event.kind is Pointer.DRAG_START:
+            self.hint(Finding("tool.path-pending"))
+
+    def _drop_waiting(self) -> None:
+        if self._waiting:
+            self._waiting.clear()
+            self.show(self._tool_preview)
+            self.tool_changed()
+
+    def _pass_waiting(self) -> None:
+        """Pass the waiting clicks to the active tool once no other tool has an open feature."""
+        while self._waiting and (tool := self.active) is not None:
+            busy = self.open_tool
+            if busy not in (None, tool) and (busy.finishing or not self._settle(busy)):
+                return
+            event = self._waiting.pop(0)
+            self.show(self._tool_preview)
+            if event is None:
+                tool.finish()
+            else:
+                tool.pointer(event)
 
     def set_next(self, type_id: str, set_name: str) -> None:
         """Set the type and set of the next feature, and of the open feature if it is new.
@@ -151,7 +244,8 @@ class ToolHost:
         """Set the type and set of the next feature exactly, as for a repeat of a feature."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
-            tool.set_type(type_id, set_name)
+            if tool is self.active or not tool.finishing:
+                tool.set_type(type_id, set_name)
         self.next_changed.emit()
 
     def begin(self) -> None:
@@ -176,6 +270,7 @@ class ToolHost:
     # --- change of the project ----------------------------------------------------------------
     def forget(self) -> None:
         """Close the tools with the project; an unfinished feature is stored as a draft."""
+        self._waiting.clear()
         for tool in self.tools.values():
             tool.forget()
         self.paths.forget()
@@ -190,6 +285,9 @@ class ToolHost:
             self._notices.warn(Finding("tool.draft-unreadable"))
             return
         self.tool_changed()
+        if isinstance(tool, ElementTool):
+            self._notices.info(Finding("tool.selection-restored", count=tool.count))
+            return
         count = len(state.get("vertices", ()))
         self._notices.info(Finding("tool.draft-restored", count=count))
 
@@ -213,7 +311,41 @@ class ToolHost:
             return text
         return tr("{attitude} (local frame)", attitude=text)
 
+    def world_places(self, hits: Sequence[Hit]) -> FloatArray:
+        models = [get(self.session.records, hit.model_id, Model) for hit in hits]
+        return np.array(
+            [
+                transform.apply(model.to_world, [hit.position])[0]
+                for hit, model in zip(hits, models, strict=True)
+                if model is not None
+            ]
+        ).reshape(-1, 3)
+
+    def feature_places(self) -> dict[str, FloatArray]:
+        visible = self._visibility.visible
+        features = [f for f in self.session.features() if visible(f.id) and visible(group_of(f))]
+        measured = self._derived.measured(f.id for f in features)
+        points = {f.id: np.asarray(measured[f.id].points).reshape(-1, 3) for f in features}
+        return {id_: each.mean(axis=0) for id_, each in points.items() if len(each)}
+
+    def select(self, feature_ids: Sequence[str], how: Combine) -> None:
+        current, others = self._selection.ids, set(feature_ids)
+        if how == "add":
+            self._selection.set((*current, *feature_ids))
+        elif how == "new":
+            self._selection.set(feature_ids)
+        else:
+            self._selection.set(i for i in current if (i in others) is (how == "intersect"))
+
     def show(self, preview: Preview | None) -> None:
+        self._tool_preview = preview
+        hits = [event.hit for event in self._waiting if event is not None and event.hit]
+        if hits:
+            preview = preview or Preview(np.zeros((0, 3)))
+            places = self.world_places(hits)
+            if preview.pending is not None:
+                places = np.concatenate([preview.pending, places])
+            preview = replace(preview, pending=places)
         self.preview.emit(preview)
 
     def report(self, message: Finding | VomError) -> None:
@@ -226,6 +358,9 @@ class ToolHost:
         with group_notifications():
             self.changed.emit()
             self.undo_changed.emit()
+        if self._waiting:
+            # The tool may still be finishing its feature.
+            self._post(self._pass_waiting)
 
     def discarded(self, discarded: Discarded) -> None:
         self.let_go.emit(discarded)

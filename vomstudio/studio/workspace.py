@@ -10,9 +10,11 @@ from typing import Any
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.signals import Signal
+from vomstudio.core.words import tr
 from vomstudio.io.settings import Settings
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
+from vomstudio.project.kinds import GROUPS, group_of
 from vomstudio.project.records import Feature, Model, get_feature
 from vomstudio.project.selection import Selection
 from vomstudio.studio.background import Background
@@ -121,6 +123,8 @@ class Workspace:
             PathFinding(self.models, background("path finding", threads=1), self.photos.of),
             self.elements,
             background("tool"),
+            self.visibility,
+            hand_over,
         )
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, background("surroundings")
@@ -261,6 +265,7 @@ class Workspace:
             if isinstance(record, Model) and id_ not in self.models.open:
                 self.models.load(record)
         self.tools.keep_next_type()
+        self._show_hidden_types(edit)
         self._warn_of_namesakes(edit)
         self.derived.refresh(edit)
         self.selection.keep(self.projects.records)
@@ -273,6 +278,20 @@ class Workspace:
         self.repeats.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
+
+    def _show_hidden_types(self, edit: Edit) -> None:
+        """Show the types of new features, which would otherwise vanish when they are added."""
+        new = [r for i, r in edit.after.items() if isinstance(r, Feature) and not edit.before[i]]
+        hidden = {group for f in new if not self.visibility.visible(group := group_of(f))}
+        if hidden:
+            self.visibility.set_visible(hidden, True)
+            names = sorted(self._group_name(group) for group in hidden)
+            self.notices.info(Finding("type.shown-again", types=", ".join(names)))
+
+    def _group_name(self, group: str) -> str:
+        record = self.projects.records.get(group)
+        titles = {each.id: tr(each.title) for each in GROUPS}
+        return titles.get(group, group) if record is None else record.name
 
     def _warn_of_namesakes(self, edit: Edit) -> None:
         """Warn about equally named features, because tables and layers identify them by name.

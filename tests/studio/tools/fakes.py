@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 
@@ -26,6 +28,8 @@ class Elements:
         self.look = None
         self.masks: dict = {}
         self.near: dict = {}
+        self.is_slow = False
+        self.later: list = []
         self.cut: list = []
 
     def looking(self):
@@ -43,9 +47,20 @@ class Elements:
     def neighbours(self, model_id, then):
         from vomstudio.extraction.selection.neighbours import build_neighbours
 
+        if self.is_slow:
+            self.later.append(then)
+            return None
         if model_id not in self.near:
             self.near[model_id] = build_neighbours(self.models[model_id], 0.1)
         return self.near[model_id]
+
+    def be_done(self):
+        """The neighbour graph has been built."""
+        self.is_slow = False
+        later, self.later = self.later, []
+        # Only the last caller is called.
+        for then in later[-1:]:
+            then()
 
     def hidden(self, model_id):
         return self.masks.get(model_id)
@@ -70,6 +85,7 @@ class Context:
         self.made: list[str] = []
         self.rows_when_shown: list[int] = []
         self.let_go: list = []
+        self.selected: list = []
         self.paths = Paths()
         self.elements = Elements()
 
@@ -105,6 +121,16 @@ class Context:
 
     def created(self, feature_id):
         self.made.append(feature_id)
+
+    def world_places(self, hits):
+        return np.array([hit.position for hit in hits]).reshape(-1, 3)
+
+    def feature_places(self):
+        points = {f.id: self.measure(f).points for f in self.session.features()}
+        return {id_: each.mean(axis=0) for id_, each in points.items()}
+
+    def select(self, feature_ids, how):
+        self.selected.append((tuple(feature_ids), how))
 
 
 def hit(point, model_id="m1") -> Hit:

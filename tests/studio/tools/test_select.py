@@ -7,16 +7,14 @@ import pytest
 
 from tests.extraction.test_selection import looking, sheet
 from tests.project.conftest import MODEL, MemoryJournal
-from tests.studio.tools.test_patch import WithSurface
+from tests.studio.tools.test_plane import WithSurface
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.patches import runs_to_ids
-from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.project import edits
-from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.session import Session
 from vomstudio.studio.tools.element_selection import ElementSelection, combine_masks
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.studio.tools.select import MAX_PATCH_ELEMENTS, SelectTool
+from vomstudio.studio.tools.select import SelectTool
 
 # The model stands in World as it does in its file.
 MESH = sheet(41, y=lambda x, z: 0.02 * np.sin(9.0 * x))
@@ -35,7 +33,9 @@ def context() -> WithSurface:
 
 @pytest.fixture
 def tool(context) -> SelectTool:
-    return SelectTool(context)
+    made = SelectTool(context)
+    made.set_target("surface")
+    return made
 
 
 def event(kind, x=0.0, y=0.0, *, face=None, shift=False, ctrl=False, turns=0.0) -> PointerEvent:
@@ -98,61 +98,6 @@ def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
     assert not tool.open
 
 
-def test_a_piece_follows_the_wheel_and_one_undo_takes_it_back(tool, context):
-    tool.set_mode("grow")
-    tool.set_tolerance(angle_deg=2.0, distance=0.5)
-    tool.pointer(event(Pointer.CLICK, face=800))
-    few = tool.count
-    tool.pointer(event(Pointer.WHEEL, ctrl=True, turns=10.0))
-    assert tool.growth.angle_deg == 22.0
-    assert tool.count > few
-    tool.pointer(event(Pointer.WHEEL, shift=True, turns=-40.0))
-    assert tool.count < len(MESH.faces)
-    assert tool.undo()
-    assert not tool.open
-    # Now nothing follows it any more.
-    tool.pointer(event(Pointer.WHEEL, ctrl=True, turns=1.0))
-    assert tool.count == 0
-    tool.pointer(event(Pointer.CLICK))
-    assert context.said[-1] == Finding("tool.no-surface")
-
-
-def test_thresholds_that_take_nothing_or_everything_are_said(tool, context):
-    tool.set_tolerance(angle_deg=1.0, distance=1e-4)
-    tool.pointer(event(Pointer.CLICK, face=800))
-    assert context.said[-1] == Finding("growth.isolated")
-    tool.set_tolerance(angle_deg=90.0, distance=100.0)
-    assert context.said[-1] == Finding("growth.whole-model")
-    assert tool.selection.mask.all()
-
-
-def test_enter_makes_one_patch_of_what_is_chosen(tool, context):
-    tool.set_mode("rectangle")
-    drag(tool, 150, 100, 250, 200)
-    ids = tool.selection.ids()
-    before = context.session.undo_label
-    assert tool.finish() == context.made[-1]
-    (patch,) = context.session.of(Patch)
-    assert np.array_equal(runs_to_ids(patch.runs), ids)
-    assert patch.element == "face"
-    measured = context.measure(patch)
-    assert abs(measured.fit.normal[1]) > 0.99
-    assert context.session.draft is None
-    context.session.undo()
-    assert context.session.undo_label == before
-    assert context.session.of(Patch) == []
-
-
-def test_far_too_many_are_no_patch(tool, context, monkeypatch):
-    assert MAX_PATCH_ELEMENTS > 1_000_000
-    monkeypatch.setattr("vomstudio.studio.tools.select.MAX_PATCH_ELEMENTS", 100)
-    tool.changes.everything()
-    assert tool.finish() is None
-    assert context.said[-1].code == "selection.too-many"
-    assert context.said[-1].values["maximum"] == 100
-    assert tool.open
-
-
 def test_no_shape_is_drawn_over_a_photo(tool, context):
     tool.set_mode("rectangle")
     tool.pointer(PointerEvent(Pointer.DRAG_START, 10, 10, Button.LEFT, in_photo=True))
@@ -181,7 +126,7 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.changes.everything()
     assert np.array_equal(tool.selection.mask, ~first)
     tool.cancel()
-    assert context.let_go[0].label == "Hide what was chosen"
+    assert context.let_go[0].label == "Hide the selection"
     assert context.let_go[0].bring_back()
     assert context.elements.hidden("m1") is None
     assert np.array_equal(tool.selection.mask, first)
@@ -192,7 +137,7 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.changes.show_all()
     assert not tool.changes.anything_hidden()
     # A key pressed by mistake: what was hidden with care is hidden again.
-    assert context.let_go[-1].label == "Show what was hidden"
+    assert context.let_go[-1].label == "Show hidden parts"
     assert context.let_go[-1].bring_back()
     assert np.array_equal(context.elements.hidden("m1"), first)
 
@@ -237,19 +182,39 @@ def test_steps_and_combinations():
         ElementSelection.from_dict({"model_id": "m", "size": 4, "bits": "AAAA"})
 
 
-def test_points_of_a_cloud_are_chosen_too(context):
-    from tests.extraction.test_selection import corner_cloud
+def test_features_inside_a_shape_are_selected(tool, context):
+    vertices = tuple(map(tuple, MESH.vertices[[0, 900, 1600]]))
+    trace = Trace("t1", "B01", "bedding", "m1", "0" * 64, vertices)
+    context.session.apply(edits.add_features(context.session.records, [trace]))
+    tool.set_target("features")
+    assert tool.selects
+    (place,) = context.feature_places().values()
+    x, y = context.elements.look.pixels(place[None])[0]
+    drag(tool, x - 9, y - 9, x + 9, y + 9)
+    assert context.selected == [(("t1",), "new")]
+    drag(tool, x + 9, y + 9, x + 20, y + 20, shift=True)
+    drag(tool, x - 9, y - 9, x + 9, y + 9, ctrl=True)
+    assert context.selected[1:] == [((), "add"), (("t1",), "subtract")]
+    drag(tool, x + 9, y + 9, x + 20, y + 20)
+    assert context.said[-1].code == "selection.no-feature-inside"
+    # The clicks of a polygon are its corners.
+    tool.set_mode("polygon")
+    assert not tool.selects
 
-    cloud, wall = corner_cloud()
-    context.elements.models["m1"] = cloud
-    context.surfaces["m1"] = create_surface(cloud)
-    tool = SelectTool(context)
-    seed = int(np.argmin(np.abs(cloud.points - cloud.points[wall].mean(axis=0)).sum(axis=1)))
-    hit = Hit("m1", "point", seed, tuple(cloud.points[seed]))
-    tool.set_tolerance(angle_deg=20.0, distance=0.02)
-    tool.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit))
-    assert tool.count > 1000
-    assert tool.finish()
-    (patch,) = context.session.of(Patch)
-    assert patch.element == "point"
-    assert abs(context.measure(patch).fit.normal[1]) > 0.999
+
+def test_enter_closes_a_shape_and_nothing_else(tool):
+    tool.changes.everything()
+    assert tool.why_not_finish().code == "tool.no-shape"
+    assert tool.finish() is None
+    assert tool.count == len(MESH.faces)
+
+
+def test_pixels_agree_with_the_shape_that_contains_the_places(context):
+    view = context.elements.look
+    centres = MESH.vertices[MESH.faces].mean(axis=1)
+    pixels = view.pixels(centres)
+    filled = view.filled([(150, 100), (250, 100), (250, 200), (150, 200)])
+    inside = view.inside(MESH, np.eye(4), filled, through=True)
+    rows, columns = pixels[inside].astype(int).T[::-1]
+    assert filled[rows, columns].all()
+    assert np.isnan(view.pixels(view.position[None] - view.direction)).all() or view.parallel

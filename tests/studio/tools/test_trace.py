@@ -381,7 +381,7 @@ def test_damaged_drafts_are_refused_politely(tool, context):
     other = TraceTool(context)
     for broken in (
         {},
-        {**good, "tool": "patch"},
+        {**good, "tool": "plane"},
         {**good, "model_id": "gone"},
         {**good, "vertices": None},
         {**good, "vertices": [[0.0, 1.0]]},

@@ -60,7 +60,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.no-types": (
         "info",
-        to_translate("No tool with types is active. Choose Trace, Patch or Line first."),
+        to_translate("No tool with types is active. Choose Trace, Plane or Line first."),
     ),
     "action.no-feature": (
         "info",

@@ -18,10 +18,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The outline has no area. Pick points around the rock."),
     ),
-    "tool.stroke-open": (
-        "error",
-        to_translate("A stroke is being painted. Release the button first."),
-    ),
     "tool.other-kind": (
         "error",
         to_translate(
@@ -39,6 +35,52 @@ TEXTS: dict[str, Entry] = {
     "feature.open": (
         "error",
         to_translate("A feature is open. Finish it (Enter) or cancel it (Esc) first."),
+    ),
+    "tool.discarded": (
+        "info",
+        to_translate("The unfinished feature was discarded. Undo restores it."),
+    ),
+    "tool.path-pending": (
+        "info",
+        to_translate("The path of the previous feature is being searched. Paint when it is kept."),
+    ),
+    "tool.clicks-dropped": (
+        "info",
+        to_translate("{count} click of an unfinished feature was dropped. Click again."),
+        to_translate("{count} clicks of an unfinished feature were dropped. Click again."),
+    ),
+    "tool.no-shape": (
+        "error",
+        to_translate("No shape is being drawn. Draw one over the outcrop."),
+    ),
+    "tool.selection-restored": (
+        "info",
+        to_translate("An unfinished selection of {count:,} element was restored."),
+        to_translate("An unfinished selection of {count:,} elements was restored."),
+    ),
+    "plane.nothing-chosen": (
+        "error",
+        to_translate("No plane has been begun. Click or paint the outcrop."),
+    ),
+    "selection.no-feature-inside": (
+        "info",
+        to_translate("No visible feature has its centre inside. Draw a larger shape."),
+    ),
+    "view.no-normal": (
+        "error",
+        to_translate("The surface has no normal there. Choose a smoother place."),
+    ),
+    "place.copied": (
+        "info",
+        to_translate("The coordinates {place} were copied."),
+    ),
+    "type.other-geometry": (
+        "warning",
+        to_translate("{type} does not suit all of these features. The others are unchanged."),
+    ),
+    "type.shown-again": (
+        "info",
+        to_translate("{types} was hidden and is shown again for the new feature."),
     ),
     "tool.nothing-open": (
         "error",
@@ -75,18 +117,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("This model has been removed from the project. Undo restores it."),
     ),
-    "tool.no-patch": (
-        "error",
-        to_translate("Erasing needs a patch. Paint one, or continue one, first."),
-    ),
-    "feature.discarded": (
-        "info",
-        to_translate("{feature} was discarded. Undo restores it."),
-    ),
-    "feature.strokes-discarded": (
-        "info",
-        to_translate("The strokes on {feature} were discarded. Undo restores them."),
-    ),
     "growth.no-plane": (
         "error",
         to_translate(
@@ -120,13 +150,12 @@ TEXTS: dict[str, Entry] = {
     "selection.too-many": (
         "error",
         to_translate(
-            "{count:,} are too many for a patch, which is one plane: at most {maximum:,}. "
-            "Select less, or cut it out as a model."
+            "{count:,} are too many for one plane: at most {maximum:,}. Choose a smaller area."
         ),
     ),
     "selection.not-in-photo": (
         "error",
-        to_translate("Shapes are drawn over the outcrop. In a photo choose Grow from a click (G)."),
+        to_translate("Shapes are drawn over the outcrop. In a photo choose Grow and paint (G)."),
     ),
     "selection.nothing-inside": (
         "error",

@@ -409,7 +409,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "selection.no-patch": (
         "error",
-        to_translate("Select one patch first."),
+        to_translate("Select a plane that was grown or painted first."),
     ),
     "selection.unsuitable": (
         "info",

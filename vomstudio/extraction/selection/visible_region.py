@@ -74,6 +74,19 @@ class ViewSnapshot:
         linear = frame @ to_world[:3, :3]
         return np.column_stack([linear, frame @ (to_world[:3, 3] - self.position)])
 
+    def pixels(self, points: FloatArray) -> FloatArray:
+        """Project points (n, 3) of the World frame to picture pixels (n, 2).
+
+        Points behind the eye and points outside the clipping box have NaN.
+        """
+        frame = self.to_eye(np.eye(4))
+        eye = points @ frame[:, :3].T + frame[:, 3]
+        depth = np.ones(len(eye)) if self.parallel else np.where(eye[:, 2] > 0.0, eye[:, 2], np.nan)
+        if self.clip is not None:
+            depth = np.where(self.clip.holds(points), depth, np.nan)
+        across = self.scale * eye[:, :2] / depth[:, None]
+        return np.asarray(0.5 * np.array(self.size) + across * [1.0, -1.0])
+
     def filled(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
         """Rasterize a ring of window pixels to (height, width), 1 inside and 0 outside."""
         from PIL import Image, ImageDraw

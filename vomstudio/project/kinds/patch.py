@@ -183,7 +183,7 @@ KIND = Kind(
     orientations=("plane",),
     evidence="picked",
     plane=kind.always,
-    tool="patch",
+    tool="plane",
     net=NetAppearance(),
     layer=GisLayer(
         "patches",

@@ -166,6 +166,7 @@ class Gestures(QObject):
             bool(modifiers & Qt.KeyboardModifier.ControlModifier),
             self._view.pick(at.x(), at.y()) if hit else None,
             self.handle_at(at.x(), at.y()),
+            alt=bool(modifiers & Qt.KeyboardModifier.AltModifier),
         )
 
     # -- drags and clicks

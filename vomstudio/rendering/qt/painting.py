@@ -291,6 +291,20 @@ def draw_handle(
             painter.drawEllipse(QPointF(x, y), radius + 5.0, radius + 5.0)
 
 
+def draw_pending_click(painter: QPainter, x: float, y: float, color: QColor) -> None:
+    """Draw the place of a click that has not taken effect yet, as a dashed ring with a dot."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for tint, width in ((DARK, 3.8), (TEXT, 1.8)):
+        pen = QPen(tint, width)
+        if tint is not DARK:
+            pen.setDashPattern([2.0, 1.5])
+        painter.setPen(pen)
+        painter.drawEllipse(QPointF(x, y), 8.0, 8.0)
+    painter.setPen(QPen(DARK, 1.2))
+    painter.setBrush(QBrush(color))
+    painter.drawEllipse(QPointF(x, y), 3.0, 3.0)
+
+
 def draw_name(painter: QPainter, x: float, y: float, text: str, room: QRect) -> None:
     """Draw a name on a dark background above a position, inside `room`."""
     font = system_font()

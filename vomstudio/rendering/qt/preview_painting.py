@@ -92,6 +92,7 @@ class PreviewPainter:
                         hot=i == hot_handle,
                         marked=i == preview.marked,
                     )
+        self._paint_pending(preview, color)
         if preview.outline is not None:
             painting.draw_outline(painter, preview.outline, color)
         clear = 0.0
@@ -107,6 +108,14 @@ class PreviewPainter:
             rubber = self._camera.project(np.asarray(preview.rubber, float), (width, height))[0][0]
         at = cursor.x(), cursor.y()
         self._paint_reading(preview, PickedPoints(pixels, at, rubber, self._border(preview), clear))
+
+    def _paint_pending(self, preview: Preview, color: QColor) -> None:
+        """Paint the places of clicks that have not taken effect yet."""
+        if preview.pending is None or not len(preview.pending):
+            return
+        pixels, _ = self._camera.project(preview.pending, self._extent)
+        for x, y in pixels[np.isfinite(pixels).all(axis=1)]:
+            painting.draw_pending_click(self._painter, x, y, color)
 
     def _paint_reading(self, preview: Preview, picked: PickedPoints) -> None:
         """Paint the reading, or only its first line if the complete text does not fit."""

@@ -21,7 +21,7 @@ from vomstudio.rendering.qt.feature_picking import feature_at
 from vomstudio.rendering.qt.gestures import Gestures
 from vomstudio.rendering.qt.overlays import Overlays
 from vomstudio.rendering.qt.plotter_picture import PlotterPicture
-from vomstudio.rendering.qt.preview_painting import PreviewPainter
+from vomstudio.rendering.qt.preview_painting import Area, PreviewPainter
 from vomstudio.rendering.qt.viewport import BACKGROUND, Viewport
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -59,6 +59,7 @@ class SecondView(QWidget):
         super().__init__(parent)
         self.setMinimumSize(160, 120)
         self.preview: Preview | None = None
+        self._live: list[tuple[Area, tuple[float, float, float]]] = []
         self._reading_place = ReadingPosition()
         self._source, self._is_shown = source, is_shown
         self._plotter: PlotterView | None = None
@@ -252,11 +253,13 @@ class SecondView(QWidget):
 
     def set_preview(self, preview: Preview | None) -> None:
         """Show the preview of an unfinished feature, or None to remove it."""
-        previous, self.preview = self.preview, preview
-        area = None if preview is None else preview.area
-        if self._scene is not None and area is not (None if previous is None else previous.area):
-            color = (1.0, 1.0, 1.0) if preview is None else preview.color
-            self._scene.features.set_live(area, color)
+        self.preview = preview
+        areas = [] if preview is None else preview.areas()
+        # The areas are compared by identity, because their arrays may be large.
+        is_same = [(id(area), c) for area, c in areas] == [(id(area), c) for area, c in self._live]
+        if self._scene is not None and not is_same:
+            self._live = areas
+            self._scene.features.set_live(areas)
             self._picture.redraw_features()
         self._labels.update()
 

@@ -105,11 +105,11 @@ class ShownFeatures:
             room = QRectF(0.0, 0.0, width, height)
             self._annotations.paint_hovered(painter, drawing, x, y, room)
 
-    def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
-        """Show the area touched by a brush, or None to remove it."""
+    def set_live(self, areas: list[tuple[Area, tuple[float, float, float]]]) -> None:
+        """Show the areas of an unfinished feature with their colours."""
         scene = self._life.scene
         if scene is not None:
-            scene.features.set_live(area, color)
+            scene.features.set_live(areas)
             self._picture.redraw_features()
 
     def at(self, x: float, y: float, *, discs: bool = True) -> str | None:

@@ -46,7 +46,7 @@ from vomstudio.rendering.qt.shown_features import ShownFeatures
 from vomstudio.rendering.qt.shown_models import ShownModels
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.readout_position import ReadingPosition
-from vomstudio.studio.tools.interaction_types import Hit, Preview
+from vomstudio.studio.tools.interaction_types import Area, Hit, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
@@ -95,6 +95,7 @@ class Viewport(QWidget):
         self.setMinimumSize(160, 120)
         self.camera = camera = Camera()
         self.preview: Preview | None = None
+        self._live: list[tuple[Area, tuple[float, float, float]]] = []
         self.reading_place = ReadingPosition()
         self._base: QImage | None = None
         self._life = life = SceneLife(camera, self._furnish, self)
@@ -230,11 +231,12 @@ class Viewport(QWidget):
 
     def set_preview(self, preview: Preview | None) -> None:
         """Show the preview of an unfinished feature, or None to remove it."""
-        previous, self.preview = self.preview, preview
-        area = None if preview is None else preview.area
-        if area is not (None if previous is None else previous.area):
-            color = (1.0, 1.0, 1.0) if preview is None else preview.color
-            self.features.set_live(area, color)
+        self.preview = preview
+        areas = [] if preview is None else preview.areas()
+        # The areas are compared by identity, because their arrays may be large.
+        if [(id(area), color) for area, color in areas] != [(id(a), c) for a, c in self._live]:
+            self._live = areas
+            self.features.set_live(areas)
         self.update()
 
     def set_label_mode(self, mode: str) -> None:

@@ -124,7 +124,7 @@ class AreaLayer:
         self._stale: set[int] = set()
         self._selected_piece: _Piece | None = None
         self._chosen_stale = False
-        self._live: tuple[Area, Color] | None = None
+        self._live: list[tuple[Area, Color]] = []
         self._live_piece: _Piece | None = None
         self._live_stale = False
         self._planes: vtkPlaneCollection | None = None
@@ -175,9 +175,9 @@ class AreaLayer:
         self._chosen_stale = self._chosen_stale or ids != self._selected
         self._selected = ids
 
-    def set_live(self, area: Area | None, color: Color) -> None:
-        """Show the area touched by a brush, or None to remove it."""
-        self._live = None if area is None else (area, color)
+    def set_live(self, areas: list[tuple[Area, Color]]) -> None:
+        """Show the areas of an unfinished feature with their colours."""
+        self._live = areas
         self._live_stale = True
 
     def refresh(self, *, moving: bool, pixel: Pixel | None = None) -> None:
@@ -205,7 +205,7 @@ class AreaLayer:
             self._live_stale = False
             if self._live_piece is None:
                 self._live_piece = self._piece(emphasis, OPACITY, BORDER_WIDTH)
-            self._live_piece.set([(*self._live, WHITE)] if self._live else [], self._origin)
+            self._live_piece.set([(*live, WHITE) for live in self._live], self._origin)
         offset = PROXY_OFFSET if moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):
             if piece is not None:

@@ -151,9 +151,9 @@ class FeatureLayer:
         self.areas.select(ids)
         self._chosen_stale = True
 
-    def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
-        """Show the area touched by a brush, or None to remove it."""
-        self.areas.set_live(area, color)
+    def set_live(self, areas: list[tuple[Area, tuple[float, float, float]]]) -> None:
+        """Show the areas of an unfinished feature with their colours."""
+        self.areas.set_live(areas)
 
     def shown(self) -> list[FeatureDrawing]:
         return [d for d in self.drawings.values() if d.visible]

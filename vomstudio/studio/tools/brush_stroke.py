@@ -17,9 +17,9 @@ from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.heights.levels import level_gap
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import Moments, ids_to_runs, moments, outline
-from vomstudio.project.records import SURROUNDINGS_RULE, Model, Painted
+from vomstudio.project.records import SURROUNDINGS_RULE, Model
 from vomstudio.studio.tools.interaction_types import Area, Hit
-from vomstudio.studio.tools.painted_area import MAX_DOTS, known_ids, local_corners
+from vomstudio.studio.tools.painted_area import MAX_DOTS, local_corners
 
 # Maximum share of a stroke's duration that is spent on live measurements.
 MAX_LIVE_SHARE = 0.3
@@ -28,12 +28,12 @@ QUICK_FIT_S = 0.01
 
 @dataclass(eq=False)
 class Stroke:
-    """Brush stroke that adds to a patch or erases from it.
+    """Brush stroke that adds elements to a selection or erases them.
 
     Parameters
     ----------
     selected : (n,) bool
-        Faces or points of the model that are in the patch.
+        Faces or points of the model that are selected.
     touched : list of float32 arrays
         Corners of the added or erased faces, or every `stride`-th added or erased point.
     quick : bool
@@ -57,12 +57,9 @@ class Stroke:
 
     @classmethod
     def begin(
-        cls, hit: Hit, model: Model, surface: PaintSurface, patch: Painted | None, *, removes: bool
+        cls, hit: Hit, model: Model, surface: PaintSurface, selected: BoolArray, *, removes: bool
     ) -> Stroke:
-        """Start a stroke that changes `patch`, at the point where the brush meets a surface."""
-        selected = np.zeros(surface.count, np.bool_)
-        if patch is not None:
-            selected[known_ids(patch, surface.count)] = True
+        """Start a stroke that changes a copy of `selected` (n,) where the brush meets a surface."""
         started = time.perf_counter()
         spacing = surface.resolution_near(np.array([hit.position]))
         # Until the search tree exists, live measurements use a single point.
@@ -71,7 +68,7 @@ class Stroke:
             model,
             surface,
             removes,
-            selected,
+            selected.copy(),
             transform.scale_of(model.to_world),
             transform.apply(model.to_world, [hit.position])[0],
             spacing,
@@ -91,7 +88,7 @@ class Stroke:
         )
 
     def ids(self) -> IntArray:
-        """Return the indices (k,) of the faces or points in the patch."""
+        """Return the indices (k,) of the selected faces or points."""
         return np.flatnonzero(self.selected)
 
     def figures(self, ids: IntArray, *, whole: bool) -> dict[str, Any]:
@@ -105,7 +102,7 @@ class Stroke:
 
     # --- live measurement ---------------------------------------------------------------------
     def due(self, now: float) -> bool:
-        """Return whether a live measurement is due because the patch has changed."""
+        """Return whether a live measurement is due because the selection has changed."""
         return self.count != self.measured and now >= self.measured_until
 
     def note_measured(self, started: float) -> None:

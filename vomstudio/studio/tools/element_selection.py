@@ -61,6 +61,10 @@ class ElementSelection:
         """Return the sorted indices (k,) of the selected elements."""
         return np.flatnonzero(self.mask)
 
+    def start(self, mask: BoolArray) -> None:
+        """Select exactly the marked elements, as the state before the first step."""
+        self._take(mask)
+
     def change(self, mask: BoolArray, step: str) -> bool:
         """Select exactly the marked elements. Return False if the selection is unchanged."""
         if np.array_equal(mask, self.mask):

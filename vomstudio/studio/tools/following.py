@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import IDENTITY, Point
@@ -31,6 +32,7 @@ class FollowingTool(PolylineTool[F]):
         self._finish_when_found = False
         # Pending clicks for the next feature; None marks its end.
         self._later: list[PointerEvent | None] = []
+        self._type_of_later: tuple[str, str] | None = None
 
     @property
     def cost(self) -> str | None:
@@ -149,6 +151,33 @@ class FollowingTool(PolylineTool[F]):
         """Assess only complete paths, because straight pieces are provisional."""
         return None if self.searching else super()._verdict()
 
+    @property
+    def finishing(self) -> bool:
+        """Whether the open feature is kept as soon as its path is found."""
+        return self._finish_when_found
+
+    def leave(self) -> None:
+        """Drop the waiting clicks of a feature that was not finished yet."""
+        dropped = 0
+        while self._later and self._later[-1] is not None:
+            self._later.pop()
+            dropped += 1
+        if self._later:
+            self._type_of_later = (self._context.next_type_id, self._context.next_set)
+        if dropped:
+            self._context.hint(Finding("tool.clicks-dropped", count=dropped))
+            self._show_waiting()
+        super().leave()
+
+    @property
+    def _next_type(self) -> tuple[str, str]:
+        """Type and set of the next feature; waiting clicks keep those of their time."""
+        return self._type_of_later or (self._context.next_type_id, self._context.next_set)
+
+    def _pending_places(self) -> FloatArray | None:
+        hits = [event.hit for event in self._later if event is not None and event.hit is not None]
+        return self._context.world_places(hits) if hits else None
+
     def finish(self) -> str | None:
         """Finish the feature as soon as pending pieces are available."""
         if self._later and self.searching:
@@ -177,6 +206,8 @@ class FollowingTool(PolylineTool[F]):
         self._later = later
         if later:
             self._show_waiting()
+        else:
+            self._type_of_later = None
 
     def _show_waiting(self) -> None:
         self._show()

@@ -1,4 +1,4 @@
-"""Growth of a selection from a click, which is repeated when a tolerance changes."""
+"""Growth of an even surface from a click, repeated when a tolerance changes."""
 
 from __future__ import annotations
 
@@ -42,6 +42,8 @@ class Growth:
         Maximum distance from the plane, metres; None until it is derived from a model.
     seed : Seed or None
         Seed of the last piece, or None once the piece is final.
+    pending : bool
+        Whether the last piece waits for the neighbour graph.
     """
 
     def __init__(self, context: ToolContext) -> None:
@@ -49,6 +51,7 @@ class Growth:
         self.angle_deg = 20.0
         self.distance: float | None = None
         self.seed: Seed | None = None
+        self.pending = False
 
     def set_angle(self, degrees: float) -> None:
         """Set the maximum angle, limited to the permitted range."""
@@ -74,6 +77,7 @@ class Growth:
         elements = self._context.elements
         model = get(self._context.session.records, hit.model_id, Model)
         neighbours = elements.neighbours(hit.model_id, then)
+        self.pending = model is not None and neighbours is None
         if model is None:
             return None
         if neighbours is None:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from vomstudio.core.arrays import Float32Array, FloatArray
 
 Point = tuple[float, float, float]
+ERASER_COLOR = (1.0, 1.0, 1.0)
 MAX_CLICK_PX = 4.0
 """Maximum distance, in logical pixels, between press and release of a click."""
 
@@ -91,6 +92,8 @@ class PointerEvent:
         Whether `x` and `y` are pixels of a photo or of the second view instead of the viewport.
     photo : str
         Name of the photo.
+    alt : bool
+        Whether Alt is held, which removes like Ctrl.
     """
 
     kind: Pointer
@@ -105,6 +108,7 @@ class PointerEvent:
     turns: float = 0.0
     in_photo: bool = False
     photo: str = ""
+    alt: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,6 +204,12 @@ class Preview:
         colour.
     outline : Outline, optional
         Shape that is being drawn around a selection.
+    stroke : Area, optional
+        Area that the present brush stroke has touched; it is drawn over `area`.
+    erases : bool
+        Whether the stroke erases.
+    pending : (k, 3) float64, optional
+        Places of clicks that take effect as soon as earlier work is done.
     """
 
     line: FloatArray
@@ -215,6 +225,15 @@ class Preview:
     ahead: FloatArray | None = None
     doubtful: tuple[FloatArray, ...] = ()
     outline: Outline | None = None
+    stroke: Area | None = None
+    erases: bool = False
+    pending: FloatArray | None = None
+
+    def areas(self) -> list[tuple[Area, tuple[float, float, float]]]:
+        """Return the areas to draw with their colours; erased parts are white."""
+        stroke_color = ERASER_COLOR if self.erases else self.color
+        pairs = ((self.area, self.color), (self.stroke, stroke_color))
+        return [(area, color) for area, color in pairs if area is not None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,6 +69,11 @@ class SteppedFeature(Generic[F]):
         return self._feature is not None
 
     @property
+    def finishing(self) -> bool:
+        """Whether the open feature is kept as soon as work in the background is done."""
+        return False
+
+    @property
     def feature(self) -> F | None:
         """Open feature, or None if no feature is open."""
         return self._feature

@@ -344,8 +344,13 @@ class PolylineTool(SteppedFeature[F]):
                 color=rgb(self._color()),
                 reading=self._reading(),
                 verdict=self._verdict(),
+                pending=self._pending_places(),
             )
         )
+
+    def _pending_places(self) -> FloatArray | None:
+        """Return the World places (k, 3) of clicks that have not taken effect, or None."""
+        return None
 
     def _verdict(self) -> str | None:
         """Return the verdict on the feature so far, or None if it cannot be assessed yet."""

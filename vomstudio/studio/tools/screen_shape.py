@@ -8,7 +8,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.element_selection import Combine
 from vomstudio.studio.tools.interaction_types import Outline, PointerEvent
-from vomstudio.studio.tools.selection_messages import SelectMode
+from vomstudio.studio.tools.selection_messages import ShapeMode
 
 Place = tuple[float, float]
 
@@ -24,7 +24,7 @@ class DrawnShape:
     `combine` defines how the elements inside are combined with the selection.
     """
 
-    def __init__(self, mode: SelectMode, combine: Combine, start: Place) -> None:
+    def __init__(self, mode: ShapeMode, combine: Combine, start: Place) -> None:
         self.mode, self.combine = mode, combine
         self._places: list[Place] = [start]
         self._cursor: Place = start
@@ -80,12 +80,12 @@ class DrawnShape:
     def hint(self) -> str:
         """Describe the effect of the next click."""
         if self.mode != "polygon":
-            return tr("Releasing the button takes what lies inside; Esc lets the shape go.")
+            return tr("Release the button to use the area inside; Esc discards the shape.")
         if self.why_not_close() is not None:
-            return tr("Click the next corner; Esc lets the polygon go.")
+            return tr("Click the next corner; Esc discards the polygon.")
         return tr(
-            "Click the next corner; Enter, or a click on the first corner, takes what lies inside; "
-            "Backspace takes the last corner back; Esc lets the polygon go."
+            "Click the next corner; Enter, or a click on the first corner, closes the polygon; "
+            "Backspace removes the last corner; Esc discards it."
         )
 
     def outline(self) -> Outline:

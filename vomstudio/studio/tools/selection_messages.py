@@ -1,40 +1,31 @@
-"""Messages of the tool that selects faces and points."""
+"""Messages of the tools that choose faces and points."""
 
 from __future__ import annotations
 
 from typing import Literal
 
-from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 
-SelectMode = Literal["grow", "rectangle", "lasso", "polygon"]
+ElementMode = Literal["pick", "rectangle", "lasso", "polygon"]
+ShapeMode = Literal["rectangle", "lasso", "polygon"]
 
-STEPS: dict[SelectMode, str] = {
-    "grow": to_translate("Grow from a click"),
+MODES: dict[ElementMode, str] = {
+    "pick": to_translate("Grow and paint"),
     "rectangle": to_translate("Rectangle"),
     "lasso": to_translate("Lasso"),
     "polygon": to_translate("Polygon"),
 }
-HINTS: dict[SelectMode, str] = {
-    "grow": to_translate(
-        "Select: a click takes the even surface around it; Ctrl+wheel: angle, Shift+wheel: "
-        "distance."
-    ),
-    "rectangle": to_translate("Select: drag a rectangle over what you want."),
-    "lasso": to_translate("Select: hold the left button and draw around what you want."),
-    "polygon": to_translate("Select: click the corners of a polygon around what you want."),
+GROWN, PAINTED, ERASED = to_translate("Grow"), to_translate("Paint"), to_translate("Erase")
+"""Labels of the steps of the mode "pick"."""
+SHAPE_HINTS: dict[ShapeMode, str] = {
+    "rectangle": to_translate("drag a rectangle."),
+    "lasso": to_translate("hold the left button and draw around an area."),
+    "polygon": to_translate("click the corners of a polygon."),
 }
-_CHOSEN_NOTHING = to_translate("The right button orbits.")
-_CHOSEN = to_translate("{count:,} chosen; Shift adds, Ctrl takes away; Enter: patch, Esc: let go.")
+_EMPTY = to_translate("The right button orbits.")
+_CHOSEN = to_translate("{count:,} selected: Shift adds, Alt removes.")
 
 
-def selection_text(count: int) -> str:
-    """Describe the number of selected elements and the possible actions."""
-    return tr(_CHOSEN, count=count) if count else tr(_CHOSEN_NOTHING)
-
-
-def empty_shape_finding(*, through: bool) -> Finding:
-    """Return the finding about an empty shape; `through` if it selects hidden elements."""
-    if through:
-        return Finding("selection.nothing-inside", through=True)
-    return Finding("selection.nothing-inside", through=False)
+def count_text(count: int) -> str:
+    """Describe the number of selected elements and the keys that change them."""
+    return tr(_CHOSEN, count=count) if count else tr(_EMPTY)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Protocol, TypeVar
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import Feature
 from vomstudio.project.session import Session
+from vomstudio.studio.tools.element_selection import Combine
 from vomstudio.studio.tools.followed_line import PathFinder
-from vomstudio.studio.tools.interaction_types import Discarded, PointerEvent, Preview
+from vomstudio.studio.tools.interaction_types import Discarded, Hit, PointerEvent, Preview
 from vomstudio.studio.tools.outcrop_elements import OutcropElements
 
 T = TypeVar("T")
@@ -30,10 +32,15 @@ class Tool(Protocol):
         Name of the tool in drafts, and of its command and panel.
     paints : bool
         Whether the tool draws with the left button, so that the right button orbits.
+    finishing : bool
+        Whether the open feature is kept as soon as work in the background is done.
     """
 
     name: ClassVar[str]
     paints: ClassVar[bool]
+
+    @property
+    def finishing(self) -> bool: ...
 
     @property
     def open(self) -> bool: ...
@@ -128,6 +135,15 @@ class ToolContext(Protocol):
 
     def format_attitude(self, measurement: Measurement) -> str:
         """Format a plane or line with its 95 % error, in the user's notation."""
+
+    def world_places(self, hits: Sequence[Hit]) -> FloatArray:
+        """Return the places (k, 3) of hits in the World frame."""
+
+    def feature_places(self) -> dict[str, FloatArray]:
+        """Return the centres (3,) of the visible features in the World frame, by id."""
+
+    def select(self, feature_ids: Sequence[str], how: Combine) -> None:
+        """Combine features with the selected features."""
 
     def show(self, preview: Preview | None) -> None:
         """Draw the preview of an unfinished feature, or remove it if None."""

@@ -54,6 +54,10 @@ class NoSteps:
     """Base class of tools whose steps are edits, which are undone in the document."""
 
     @property
+    def finishing(self) -> bool:
+        return False
+
+    @property
     def undo_label(self) -> str | None:
         return None
 

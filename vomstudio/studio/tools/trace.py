@@ -80,14 +80,15 @@ class TraceTool(FollowingTool[Trace]):
         return Finding("feature.too-few-points", count=missing, minimum=3)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
+        type_id, set_name = self._next_type
         return Trace(
             id=new_id("trace"),
             name="",
-            type_id=self._context.next_type_id,
+            type_id=type_id,
             model_id=model.id,
             model_hash=model.content_hash,
             vertices=vertices,
-            set_name=self._context.next_set,
+            set_name=set_name,
             axis="auto",
         )
 

@@ -51,7 +51,11 @@ SYNONYMS: dict[str, str] = {
     "convert_model": to_translate("reproject, feet, degrees"),
     "export_model": to_translate("save model, obj, ply, glb, laz"),
     "trace": to_translate("polyline, digitise, pick bedding, pick fault"),
-    "patch": to_translate("plane, grow plane, brush, paint, surface plane"),
+    "plane": to_translate(
+        "grow plane, patch, brush, paint, surface plane, region growing, grow, magic wand"
+    ),
+    "plane_lasso": to_translate("lasso, freehand selection"),
+    "plane_polygon": to_translate("polygon selection"),
     "contact": to_translate("contact, boundary line"),
     "lithology": to_translate("rock area, facies, lithology polygon"),
     "line": to_translate("lineation, striation, slickenline, hinge, rake"),
@@ -66,9 +70,9 @@ SYNONYMS: dict[str, str] = {
         "scale bar, known length, known azimuth, horizon, plumb line, level line"
     ),
     "cells": to_translate("mark cells, inspected cells"),
-    "select_lasso": to_translate("lasso, freehand selection"),
-    "select_polygon": to_translate("polygon selection"),
-    "select_grow": to_translate("region growing, grow, magic wand"),
+    "edit_feature": to_translate("continue, change vertices, edit vertices"),
+    "hide_elements": to_translate("hide vegetation, hide faces"),
+    "cut_out": to_translate("crop model, extract part"),
     "follow": to_translate("snap, trace following, autotrace, livewire"),
     "along_beta": to_translate("fold axis, look along fold axis, profile view, beta, plunge"),
     "face_plane": to_translate("look at plane, perpendicular view"),

@@ -118,6 +118,7 @@ class Studio(QObject):
             w.tools.set_next,
         )
         self.finish_tool, self.cancel_tool = w.tools.finish, w.tools.cancel
+        self.undo_click = w.tools.undo_click
         self.surface, self.format_attitude = w.tools.surface, w.tools.format_attitude
         self.tool_changed = w.tools.tool_changed
 

@@ -7,8 +7,10 @@ from typing import Any
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
+from vomstudio.project.records import Painted
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.measure import MeasureTool
+from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.polyline import PolylineTool
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.tool_entry import ToolEntry
@@ -59,14 +61,20 @@ class _OpenFeature:
     def why_not_continue(self) -> Finding | None:
         if self._studio.open_tool is not None:
             return Finding("feature.open")
-        return None if self._find_continuable() else Finding("action.nothing-to-continue")
+        target = self._find_continuable()
+        if target is None:
+            return Finding("action.nothing-to-continue")
+        record = self._studio.records.get(target[0])
+        if isinstance(record, Painted) and record.model_id not in self._studio.models:
+            return Finding("model.not-open", model=record.model_id)
+        return None
 
     def _find_continuable(self) -> tuple[str, str] | None:
-        """Return the id and tool of the most recently selected feature with picked vertices."""
+        """Return the id and tool of the most recently selected feature that a tool can change."""
         studio = self._studio
         for id_ in reversed(studio.selection.ids):
             for name, tool in studio.tools.items():
-                if isinstance(tool, PolylineTool) and isinstance(
+                if isinstance(tool, PolylineTool | PlaneTool) and isinstance(
                     studio.records.get(id_), tool.record
                 ):
                     return id_, name
@@ -81,7 +89,7 @@ class _OpenFeature:
         self._studio.activate(name)
         tool = self._studio.tools[name]
         try:
-            if isinstance(tool, PolylineTool):
+            if isinstance(tool, PolylineTool | PlaneTool):
                 tool.continue_feature(id_)
         except VomError as error:
             self._studio.fail(error)
@@ -96,10 +104,6 @@ class _OpenFeature:
             self.delete_vertex()
         else:
             delete_selected(self._studio)
-
-    def undo_click(self) -> None:
-        if (tool := self._studio.open_tool) is not None:
-            tool.undo()
 
 
 class _ContactFollowing:
@@ -207,14 +211,11 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             is_viewport_key=True,
         ),
         Command(
-            "continue_trace",
-            tr("Continue"),
+            "edit_feature",
+            tr("&Edit"),
             picking.continue_feature,
-            icon="vector-polyline-plus",
-            tip=tr(
-                "Continue the selected trace, line, area or measurement: add, move, insert "
-                "or delete vertices."
-            ),
+            icon="pencil-outline",
+            tip=tr("Change the vertices or the area of the selected feature (double click)."),
             why_not=picking.why_not_continue,
         ),
         Command(
@@ -237,7 +238,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
         Command(
             "undo_click",
             tr("Undo last click"),
-            picking.undo_click,
+            studio.undo_click,
             shortcut="Backspace",
             why_not=picking.why_no_feature,
             is_viewport_key=True,

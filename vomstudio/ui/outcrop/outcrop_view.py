@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,11 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
+from vomstudio.geometry import transform
+from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
-from vomstudio.studio.tools.interaction_types import PointerEvent
+from vomstudio.studio.tools.interaction_types import Hit, PointerEvent
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import extent_points
@@ -33,6 +36,8 @@ STANDARD_VIEWS = (
     ("bottom", to_translate("From below"), "Alt+6"),
 )
 _SAVE_CAMERA_DELAY_MS = 500
+NORMAL_SPACINGS = 10.0
+"""Radius, in point spacings, around which the normal of the surface is determined."""
 _READING = "numbers.md#the-live-reading"
 
 
@@ -74,6 +79,37 @@ class OutcropView(QObject):
         )
         self._cameras.watch(viewport)
         explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
+
+    def feature_at(self, x: float, y: float) -> str | None:
+        """Return the id of the feature at a pixel of the viewport, or None."""
+        if self._presenter is None or self.viewport is None:
+            return None
+        return self._presenter.feature_at(self.viewport, x, y)
+
+    def set_edit_callback(self, callback: Callable[[], object]) -> None:
+        """Set the function that edits the selected feature after a double click."""
+        if self._presenter is not None:
+            self._presenter.edit_requested = callback
+
+    def look_along_normal(self, hit: Hit) -> Finding | None:
+        """Look perpendicular to the surface at a hit; return why this is impossible, or None."""
+        surface = self._studio.surface(hit.model_id)
+        model = self._studio.records.get(hit.model_id)
+        opened = self._studio.models.get(hit.model_id)
+        if self.viewport is None or surface is None or opened is None:
+            return Finding("model.not-open", model=hit.model_id)
+        radius = NORMAL_SPACINGS * (opened.resolution or 0.0)
+        normal = surface.normal_near(hit.index, hit.position, radius)
+        if normal is None or not isinstance(model, Model):
+            return Finding("view.no-normal")
+        direction = -transform.rotate(model.to_world, [normal])[0]
+        if direction @ self.viewport.camera.direction < 0.0:
+            direction = -direction
+        trend = float(np.degrees(np.arctan2(direction[0], direction[1])) % 360.0)
+        plunge = float(np.degrees(np.arcsin(np.clip(-direction[2], -1.0, 1.0))))
+        self.viewport.moves.set_pivot(self.viewport.world_of(hit))
+        self.look_along(trend, plunge)
+        return None
 
     def follow_camera(self) -> None:
         """Emit `direction_changed` at every move of the camera, and apply the settings."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 from typing import Protocol
@@ -79,6 +79,8 @@ class ScenePresenter:
         self._drawing_work = IncrementalWork(viewport)
         self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
         self._drawn_settings = self._settings()
+        self.edit_requested: Callable[[], object] = lambda: None
+        """Called for a double click on a feature."""
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
@@ -481,37 +483,50 @@ class ScenePresenter:
         if self._studio.open_tool is not None:
             self._layer.hover(None)
             return
-        id_ = self._layer.at(event.x, event.y, discs=False) or self._patch_of(self._viewport, event.hit)
+        id_ = self._layer.at(event.x, event.y, discs=False) or self._patch_of(
+            self._viewport, event.hit
+        )
         self._layer.hover(id_, event.x, event.y)
 
     # --- tool and pointer --------------------------------------------------------------------
     def _preview(self, preview: Preview | None) -> None:
         self._viewport.set_preview(preview)
 
+    def feature_at(self, view: FeatureView, x: float, y: float) -> str | None:
+        """Return the id of the feature at a pixel of a view, or None."""
+        return (
+            view.feature_at(x, y, discs=False)
+            or self._patch_at(view, x, y)
+            or view.feature_at(x, y)
+        )
+
     def _pointer(self, event: PointerEvent) -> None:
         if event.kind is Pointer.MOVE:
             self._hover(event)
+        is_left = event.button is Button.LEFT
         if not self._studio.clicks_select:
             self._studio.pointer(event)
-        else:
+        elif event.kind is Pointer.CLICK and is_left:
             self.select_at(self._viewport, event)
+        elif event.kind is Pointer.DOUBLE_CLICK and is_left and self._studio.tool is None:
+            # The first click has selected the feature.
+            if self.feature_at(self._viewport, event.x, event.y) in self._studio.selection.ids:
+                self.edit_requested()
+        elif event.kind is not Pointer.DOUBLE_CLICK:
+            self._studio.pointer(event)
 
     def select_at(self, view: FeatureView, event: PointerEvent) -> None:
         """Select the feature at a click in a view, or else report the click on the surface."""
         if event.kind is not Pointer.CLICK or event.button is not Button.LEFT:
             return
-        x, y = event.x, event.y
-        feature_id = (
-            view.feature_at(x, y, discs=False)
-            or self._patch_at(view, x, y)
-            or view.feature_at(x, y)
-        )
-        if feature_id is not None and event.ctrl:
+        feature_id = self.feature_at(view, event.x, event.y)
+        is_adding = event.ctrl or event.shift
+        if feature_id is not None and is_adding:
             self._studio.selection.toggle(feature_id)
-        elif not event.ctrl:
+        elif not is_adding:
             self._studio.selection.set([] if feature_id is None else [feature_id])
             navigating = self._studio.tool is None
-            if feature_id is None and navigating and (hit := view.pick(x, y)):
+            if feature_id is None and navigating and (hit := view.pick(event.x, event.y)):
                 self._studio.surface_clicked.emit(hit)
 
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.registry import TOOLS
-from vomstudio.ui.base.controls import action_buttons
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.type_box import TypeBox
@@ -21,17 +19,20 @@ Panel = TypeVar("Panel", bound=QWidget)
 class ActiveToolPanel(QStackedWidget):
     """Stack that shows the panel of the active tool, or of the tool with an open feature.
 
-    If there is neither, all tools are listed. The size does not depend on the tool.
+    If there is neither, a hint is shown. The size does not depend on the tool.
     """
 
-    def __init__(
-        self, studio: Studio, panels: Mapping[str, QWidget], actions: Mapping[str, QAction]
-    ) -> None:
+    def __init__(self, studio: Studio, panels: Mapping[str, QWidget]) -> None:
         """Add the panels, given by tool name."""
         super().__init__()
         self._studio, self.panels = studio, dict(panels)
-        self._choice = _ToolChoice([actions[entry.name] for entry in TOOLS])
-        self.addWidget(self._choice)
+        self._no_tool = QWidget()
+        column = narrow_column(self._no_tool)
+        column.addWidget(
+            hint_label(tr("No tool is active: drag to orbit, click a feature to select it."))
+        )
+        column.addStretch()
+        self.addWidget(self._no_tool)
         for panel in dict.fromkeys(self.panels.values()):
             self.addWidget(panel)
         boxes = {panel: getattr(panel, "type_box", None) for panel in self.panels.values()}
@@ -40,7 +41,7 @@ class ActiveToolPanel(QStackedWidget):
         self._show_title: Callable[[str], None] = lambda _: None
         # The dock is initially as wide as the widest panel, so that the outcrop does not move
         # later.
-        self._fit_page(self._choice, QSizePolicy.Policy.Preferred)
+        self._fit_page(self._no_tool, QSizePolicy.Policy.Preferred)
         studio.active_tool_changed.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
@@ -66,7 +67,7 @@ class ActiveToolPanel(QStackedWidget):
         if name not in self.panels:
             open_tool = self._studio.open_tool
             name = "" if open_tool is None else open_tool.name
-        page = self.panels.get(name, self._choice)
+        page = self.panels.get(name, self._no_tool)
         self._show_title(self._titles.get(name, tr("Tool")))
         if page is self.currentWidget():
             return
@@ -78,21 +79,8 @@ class ActiveToolPanel(QStackedWidget):
     ) -> None:
         """Ignore the size of hidden pages, so that the tallest one adds no scroll bar."""
         ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
-        for page in (self._choice, *self.panels.values()):
+        for page in (self._no_tool, *self.panels.values()):
             if page is current_page:
                 page.setSizePolicy(preferred, preferred)
             else:
                 page.setSizePolicy(other_width, ignored)
-
-
-class _ToolChoice(QWidget):
-    """List of all tools, displayed while no tool is active."""
-
-    def __init__(self, actions: list[QAction]) -> None:
-        super().__init__()
-        column: QVBoxLayout = narrow_column(self)
-        column.addWidget(
-            hint_label(tr("No tool is active: drag to orbit, click a feature to select it."))
-        )
-        column.addLayout(action_buttons(actions))
-        column.addStretch()

@@ -132,7 +132,7 @@ FIRST = "interpret"
 PAGE_TOOLS = {"bed_log": ("contact", "lithology"), "looked_at": ("cells",)}
 """Tools that the rail offers while a page of the drawer is open, keyed by page."""
 
-GENERAL_TOOLS = ("trace", "patch", "line", "measure", "station", "select")
+GENERAL_TOOLS = ("trace", "plane", "line", "measure", "station", "select")
 """Tools that the rail always offers, in order."""
 
 _BY_NAME = {workspace.name: workspace for workspace in WORKSPACES}

@@ -261,6 +261,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.display_panel import DisplayPanel
         from vomstudio.ui.panels.features.project_tree import ProjectTree
         from vomstudio.ui.panels.features.properties_panel import PropertiesPanel
+        from vomstudio.ui.panels.features.record_menus import RecordMenus
         from vomstudio.ui.panels.features.table_panel import TablePanel
         from vomstudio.ui.panels.features.tree_photos import TreePhotos
         from vomstudio.ui.panels.in_photos.in_photos_panel import InPhotosPanel
@@ -272,14 +273,16 @@ class MainWindow(QMainWindow):
         photos = TreePhotos(
             studio, self.survey, self.photo_opening, actions, self._switching.photos_opened
         )
-        menus = partial(record_actions, self.actions_table)
-        self.tree = ProjectTree(studio, menus, self._open_types, photos)
-        self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
+        self._menus = RecordMenus(
+            studio, self, partial(record_actions, self.actions_table), self._open_types
+        )
+        self.tree = ProjectTree(studio, self._menus, photos, actions["edit_feature"])
+        self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions))
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.set_clip_callback(actions["clipping_box"].trigger)
         keep = actions["keep_intersection"]
         self.properties = PropertiesPanel(studio, actions, keep)
-        self.table = TablePanel(studio, actions["export_csv"])
+        self.table = TablePanel(studio, actions["export_csv"], self._menus, actions["edit_feature"])
         self.photos_panel = PhotosPanel(self.survey, actions)
         photos.photo_selected.connect(self.photos_panel.select_photo)
         self.in_photos = InPhotosPanel(
@@ -373,6 +376,7 @@ class MainWindow(QMainWindow):
         """Fill the window, which is visible by now, and open the paths of the command line."""
         self._fill(something_to_open=bool(paths))
         from vomstudio.rendering.qt.viewport import Viewport
+        from vomstudio.ui.outcrop.outcrop_menu import OutcropMenu
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
         from vomstudio.ui.shell.photo_tab import center_widget_of
 
@@ -383,6 +387,9 @@ class MainWindow(QMainWindow):
         self.start_page.setParent(viewport)
         self.start_page.place_over(viewport)
         self.view.attach_viewport(viewport)
+        self._outcrop_menu = OutcropMenu(
+            self.studio, viewport, self.view, self.actions_table.all, self._menus
+        )
         self._join_panels(viewport)
         self.view.direction_changed.connect(self.view_panel.show_direction)
         self.view.direction_changed.connect(self.actions_table.refresh)
@@ -435,6 +442,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all)
+        self.net.menu_requested.connect(lambda id_, at: self._menus.create_menu(id_).popup(at))
         self.docks.replace_page("stereonet", self.net)
         warm_up.all_workers(self.studio)
 

@@ -1,4 +1,4 @@
-"""Commands that the context menu of the tree offers for a record."""
+"""Commands that the context menus offer for a record."""
 
 from __future__ import annotations
 
@@ -7,26 +7,25 @@ from PySide6.QtGui import QAction
 from vomstudio.project.records import Feature, Model, Painted, Picked, Record
 from vomstudio.ui.base.actions import Actions
 
-_COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
+Groups = tuple[tuple[str, ...], ...]
 
 
-def record_actions(table: Actions, record: Record) -> list[QAction]:
-    """Return the commands for a model or feature, with their present state."""
+def record_actions(table: Actions, record: Record, *, is_visible: bool) -> list[list[QAction]]:
+    """Return the commands for a model or feature in groups, with their present state."""
     table.refresh()
-    names: tuple[str, ...] = ()
+    groups: Groups = ()
+    hiding = ("hide_chosen" if is_visible else "show_chosen", "show_only")
     if isinstance(record, Model):
-        names = (
-            "declare_frame",
-            "register_model",
-            "fit_model",
-            "locate",
-            "copy_model",
-            "remove_model",
+        groups = (
+            ("declare_frame", "register_model", "fit_model"),
+            ("locate", "copy_model", "remove_model"),
         )
-    elif isinstance(record, Picked):
-        names = ("frame_selection", "continue_trace", "face_plane", *_COMMON)
-    elif isinstance(record, Painted):
-        names = ("frame_selection", "continue_patch", "face_plane", *_COMMON)
     elif isinstance(record, Feature):
-        names = ("frame_selection", "along_line", "face_plane", *_COMMON)
-    return [table.all[name] for name in names]
+        first = "edit_feature" if isinstance(record, Picked | Painted) else "along_line"
+        groups = (
+            (first, "rename"),
+            ("frame_selection", "face_plane", "show_in_photos"),
+            hiding,
+            ("delete",),
+        )
+    return [[table.all[name] for name in names] for names in groups]

@@ -81,6 +81,7 @@ class PhotoPointer:
     handle: int | None = None
     is_continued: bool = False
     """Whether another event of the same drag follows immediately."""
+    alt: bool = False
 
 
 class PhotoCanvas(QWidget):
@@ -279,6 +280,7 @@ class PhotoCanvas(QWidget):
             eye = PreviewPainter(painter, _Eye(self), extent, self._project, self._reading_place)
             cursor = self._cursor if self.underMouse() else None
             handle = self._handle_at(cursor) if cursor is not None else None
+            self._paint_border(painter, self._preview)
             eye.paint(self._preview, cursor, handle)
         if self._cross is not None:
             self._paint_cross(painter, self._cross, 7.0, QColor(255, 255, 255))
@@ -288,6 +290,18 @@ class PhotoCanvas(QWidget):
             box = self.rect().adjusted(16, 12, -16, -12)
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(box, int(flags), self.message)
+
+    def _paint_border(self, painter: QPainter, preview: Preview) -> None:
+        """Paint the visible edges around the chosen area."""
+        area = preview.area
+        if area is None or not len(area.border):
+            return
+        places = area.border.reshape(-1, 3).astype(np.float64) + area.origin
+        pixels, is_visible = self._project(places)
+        is_drawn = is_visible & np.isfinite(pixels).all(axis=1)
+        edges = pixels.reshape(-1, 2, 2)[is_drawn.reshape(-1, 2).all(axis=1)]
+        painter.setPen(QPen(painting.to_color(preview.color), 2.0))
+        painter.drawLines([QLineF(*start, *end) for start, end in edges])
 
     def _paint_picture(self, painter: QPainter, picture: PhotoPyramid) -> None:
         painter.save()
@@ -366,6 +380,7 @@ class PhotoCanvas(QWidget):
             bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
             bool(modifiers & Qt.KeyboardModifier.ControlModifier),
             self._handle_at(position),
+            alt=bool(modifiers & Qt.KeyboardModifier.AltModifier),
         )
 
     def _handle_at(self, position: QPointF) -> int | None:

@@ -9,6 +9,7 @@ from typing import Any
 from vomstudio.core.words import to_translate
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure, Subject
+from vomstudio.project.kind import may_be_overturned
 from vomstudio.project.kinds import KINDS, kind_of
 from vomstudio.project.kinds.lithology import LITHOLOGY
 from vomstudio.project.kinds.station import NUMBER, PHOTO
@@ -58,8 +59,10 @@ class Row(Subject):
 
     @property
     def overturned(self) -> bool | None:
-        """Whether the feature is overturned, or None if its kind has no such attribute."""
-        value = getattr(self.feature, "overturned", None)
+        """Whether the feature is overturned, or None if it cannot be."""
+        if not hasattr(self.feature, "overturned") or not may_be_overturned(self.feature):
+            return None
+        value = self.feature.overturned
         return None if value is None else bool(value)
 
     @property

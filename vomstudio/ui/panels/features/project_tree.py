@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 from PySide6.QtCore import (
     QItemSelectionModel,
@@ -31,7 +31,7 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import GROUPS, KINDS, group_and_set, group_of, kind_of
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed
+from vomstudio.project.records import Feature, FeatureType, Model
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, escape_markup
 from vomstudio.ui.base.help_links import explain
@@ -40,7 +40,7 @@ from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.feature_row import Row, create_row
 from vomstudio.ui.panels.features.filter_line import FilterLine
-from vomstudio.ui.panels.features.tree_menus import TreeMenus
+from vomstudio.ui.panels.features.record_menus import RecordMenus
 from vomstudio.ui.panels.features.tree_photos import TreePhotos
 from vomstudio.ui.panels.features.tree_view import (
     ID,
@@ -65,29 +65,21 @@ class ProjectTree(QWidget):
 
     Parameters
     ----------
-    menu_actions : callable
-        Returns the actions in the context menu of a record.
-    edit_type : callable
-        Opens the dialog of feature types at the given id; an empty string means the current type.
+    edit_feature : QAction
+        Action for a double click on a feature.
     """
 
     def __init__(
         self,
         studio: Studio,
-        menu_actions: Callable[[Record], list[QAction]],
-        edit_type: Callable[[str], object],
+        menus: RecordMenus,
         photos: TreePhotos,
+        edit_feature: QAction,
     ) -> None:
         super().__init__()
         explain(self, "projects.md")
         self._studio, self._photos = studio, photos
-        self._menus = TreeMenus(
-            studio=studio,
-            parent=self,
-            actions=menu_actions,
-            edit_type=edit_type,
-            change_type=self.change_type,
-        )
+        self._menus = menus
         self._items: dict[str, QTreeWidgetItem] = {}
         self._hidden_ids: set[str] = set()
         self._rows: dict[str, Row] = {}
@@ -101,6 +93,9 @@ class ProjectTree(QWidget):
         self.tree.itemSelectionChanged.connect(self._apply_selection)
         self.tree.itemChanged.connect(self._apply_item_edit)
         self.tree.features_dropped.connect(self._apply_drop)
+        self.tree.itemDoubleClicked.connect(
+            lambda item, _: self._edit(str(item.data(NAME, ID)), edit_feature)
+        )
         photos.attach(self.tree)
         self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps=True)
         self.filter.changed.connect(self._apply_filter)
@@ -469,17 +464,11 @@ class ProjectTree(QWidget):
 
     def _apply_drop(self, type_id: str) -> None:
         ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
-        self.change_type(ids, type_id)
+        self._menus.change_type(ids, type_id)
 
-    def change_type(self, ids: Iterable[str], type_id: str) -> None:
-        """Change the type of the given features in one edit."""
-        ids = [
-            i
-            for i in ids
-            if isinstance(f := self._studio.records.get(i), Typed) and f.type_id != type_id
-        ]
-        if ids:
-            self._studio.attempt(edits.set_attributes, ids, type_id=type_id)
+    def _edit(self, id_: str, edit_feature: QAction) -> None:
+        if isinstance(self._studio.records.get(id_), Feature) and edit_feature.isEnabled():
+            edit_feature.trigger()
 
     # --- context menu -----------------------------------------------------
     def _open_menu(self, position: QPoint) -> None:

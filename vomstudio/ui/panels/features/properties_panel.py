@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from html import escape
-from typing import Any
+from typing import Any, Literal
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QPalette
@@ -252,6 +252,8 @@ class PropertiesPanel(QWidget):
                 label.setText(tr(attribute.title))
             if not hasattr(feature, name):
                 continue
+            if isinstance(widget, TypeBox):
+                widget.set_geometry(_common_geometry(features))
             if _has_different_values(features, name):
                 _show_mixed_value(widget)
             else:
@@ -335,6 +337,13 @@ class PropertiesPanel(QWidget):
         if open_model is not None:
             lines += map(str, open_model.warnings)
         self._model.setText(rich_lines(lines, bold))
+
+
+def _common_geometry(records: Iterable[Record | None]) -> Literal["plane", "line"] | None:
+    """Return the geometry of the types that suit all typed features, or None if it differs."""
+    kinds = {kind_of(record) for record in records if isinstance(record, Typed)}
+    geometries = {kind.type_geometry for kind in kinds}
+    return geometries.pop() if len(geometries) == 1 else None
 
 
 def _has_different_values(records: Iterable[Record | None], name: str) -> bool:

@@ -9,6 +9,7 @@ from PySide6.QtCore import (
     QItemSelection,
     QItemSelectionModel,
     QModelIndex,
+    QPoint,
     Qt,
 )
 from PySide6.QtGui import QAction, QGuiApplication, QKeySequence, QPalette, QShortcut
@@ -32,6 +33,7 @@ from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.copied_rows import format_rows
 from vomstudio.ui.panels.features.filter_line import FilterLine
+from vomstudio.ui.panels.features.record_menus import RecordMenus
 from vomstudio.ui.panels.features.sorted_rows import SortedRows
 from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel
 
@@ -45,11 +47,20 @@ class TablePanel(QWidget):
     """Panel with the orientation table, a filter, a count and an export button.
 
     The table shares its selection with the other views.
+
+    Parameters
+    ----------
+    menus : RecordMenus
+        Context menus of the rows.
+    edit_feature : QAction
+        Action for a double click on a cell that cannot be edited.
     """
 
-    def __init__(self, studio: Studio, export: QAction) -> None:
+    def __init__(
+        self, studio: Studio, export: QAction, menus: RecordMenus, edit_feature: QAction
+    ) -> None:
         super().__init__()
-        self._studio = studio
+        self._studio, self._menus, self._edit_feature = studio, menus, edit_feature
         self._is_updating = False
         self._portions = IncrementalWork(self)
         self._applied_settings: tuple[str, list[str]] = ("", [])
@@ -74,6 +85,9 @@ class TablePanel(QWidget):
         self.view.horizontalHeader().setResizeContentsPrecision(WIDTH_SAMPLE_ROWS)
         self.view.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         self.view.selectionModel().selectionChanged.connect(self._apply_selection)
+        self.view.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.view.customContextMenuRequested.connect(self._open_menu)
+        self.view.doubleClicked.connect(self._edit_row)
         header = self.view.horizontalHeader()
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(
@@ -162,6 +176,19 @@ class TablePanel(QWidget):
         if is_large:
             yield
         self._fit_columns()
+
+    # --- context menu ------------------------------------------------------------------------
+    def _open_menu(self, position: QPoint) -> None:
+        index = self.view.indexAt(position)
+        if index.isValid():
+            id_ = self.model.id_at(self._sorted.mapToSource(index).row())
+            self._menus.create_menu(id_).popup(self.view.viewport().mapToGlobal(position))
+
+    def _edit_row(self, index: QModelIndex) -> None:
+        """Edit the feature of a row, unless the cell itself can be edited."""
+        is_editable = bool(index.flags() & Qt.ItemFlag.ItemIsEditable)
+        if not is_editable and self._edit_feature.isEnabled():
+            self._edit_feature.trigger()
 
     # --- columns and clipboard ---------------------------------------------------------------
     def column_menu(self) -> QMenu:

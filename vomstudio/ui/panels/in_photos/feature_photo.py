@@ -249,6 +249,7 @@ class FeaturePhoto(QObject):
             more=at.is_continued,
             in_photo=True,
             photo=self.name or "",
+            alt=at.alt,
         )
         self.pointer.emit(event)
         if self._studio.tool_name != "navigate":

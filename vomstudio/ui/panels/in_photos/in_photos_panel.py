@@ -334,9 +334,10 @@ class InPhotosPanel(QWidget):
         """Select the feature at a click made without a tool, or move the pivot of the viewport."""
         feature_id = self.canvas.feature_at(at.x, at.y)
         self._is_user_choice = True
-        if feature_id is not None and at.ctrl:
+        adds = at.ctrl or at.shift
+        if feature_id is not None and adds:
             self._studio.selection.toggle(feature_id)
-        elif not at.ctrl:
+        elif not adds:
             self._studio.selection.set([] if feature_id is None else [feature_id])
         world = None if hit is None else world_point(self._studio, hit)
         if feature_id is None and world is not None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from time import perf_counter
 
-from PySide6.QtCore import QEvent, Qt, QTimer
+from PySide6.QtCore import QEvent, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QMouseEvent, QPalette
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -80,6 +80,9 @@ Larger nets are drawn in a worker thread; Matplotlib takes 0.1 s for 5,000 featu
 class StereonetPanel(QWidget):
     """Panel with the stereonet, in which a click or a lasso selects features."""
 
+    menu_requested = Signal(str, QPoint)
+    """Emits the id of the feature under the cursor and the place on the screen of its menu."""
+
     def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
         super().__init__()
         explain(self, "numbers.md#the-net")
@@ -94,6 +97,8 @@ class StereonetPanel(QWidget):
         self.canvas.mouse_moved.connect(self._follow_mouse)
         self.canvas.mouse_released.connect(self._finish_path)
         self.canvas.mouse_left.connect(self._name_selection)
+        self.canvas.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.canvas.customContextMenuRequested.connect(self._request_menu)
         self.canvas.painted.connect(self._redraw_if_stale)
         self.canvas.resized.connect(self._schedule_redraw)
         self._background = QtBackground(self, "net", threads=1)
@@ -548,6 +553,13 @@ class StereonetPanel(QWidget):
             selection.toggle(feature_id)
         elif not is_adding:
             selection.set([] if feature_id is None else [feature_id])
+
+    def _request_menu(self, at: QPoint) -> None:
+        ratio = self.canvas.devicePixelRatioF()
+        x, y = at.x() * ratio, (self.canvas.height() - at.y()) * ratio
+        feature_id = self.artists.feature_at(x, y, 8.0 * ratio) if self.artists else None
+        if feature_id is not None:
+            self.menu_requested.emit(feature_id, self.canvas.mapToGlobal(at))
 
     def _name_selection(self) -> None:
         """Show the selected feature, or the number of selected features, in the corner label."""

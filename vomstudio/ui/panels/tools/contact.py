@@ -26,7 +26,7 @@ class ContactPanel(QWidget):
         super().__init__()
         explain(self, "window.md#stations-contact-lines-and-rock-areas")
         self._tool = studio.tool_of(ContactTool)
-        self.type_box = TypeBox(studio)
+        self.type_box = TypeBox(studio, geometry="plane")
         self.type_box.setObjectName("contact_type")
         self.type_box.activated.connect(self._apply_fields)
         self.set_edit = create_set_field(self._apply_fields)
@@ -36,7 +36,6 @@ class ContactPanel(QWidget):
         form.addRow(tr("Set"), self.set_edit)
         form.addRow(tr("Follow"), self.follow_box)
         self.photo_follow_box = PhotoFollowBox(studio, self._tool)
-        form.addRow(self.photo_follow_box)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -52,6 +51,7 @@ class ContactPanel(QWidget):
             figures=self.figures,
             table=self.table,
             hint=self._hint,
+            more_settings=[self.photo_follow_box],
         )
         # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self._types_changed)

@@ -37,7 +37,7 @@ from vomstudio.studio.tools.control import ControlTool
 from vomstudio.studio.tools.known_line import KnownLineTool
 from vomstudio.ui.base import file_filters, theme
 from vomstudio.ui.base.command_targets import current_model, start_folder
-from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import NewestResult
 from vomstudio.ui.base.studio import Studio
@@ -60,6 +60,7 @@ from vomstudio.ui.panels.tools.readings import (
 )
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.crs_field import CrsField
+from vomstudio.ui.widgets.more_section import MoreSection
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
@@ -139,15 +140,17 @@ class ControlPanel(QWidget):
         row = QHBoxLayout()
         row.addWidget(self.load)
         row.addWidget(self.register)
-        row.addWidget(self.copy)
-        self._form = form = QFormLayout()
+        form = QFormLayout()
         form.addRow(tr("Click"), self.click_box)
         form.addRow(tr("CRS of x, y, z"), self.crs_field)
-        form.addRow(tr("Click error"), self.click_error)
-        form.addRow(self.keep_scale)
+        details = narrow_form()
+        details.addRow(tr("Click error"), self.click_error)
+        details.addRow(self.keep_scale)
+        details.addRow(self.copy)
         column = narrow_column(self)
         column.addLayout(row)
         column.addLayout(form)
+        column.addWidget(MoreSection(details))
         column.addWidget(self.compass)
         column.addWidget(self.table, 3)
         column.addWidget(self.lines)
@@ -399,6 +402,7 @@ class ControlPanel(QWidget):
         )
 
     def _show_compass(self) -> None:
+        self.load.setVisible(not self.click_box.currentData())
         lines_tool = self._lines_tool
         is_reading = self._studio.tool_name == lines_tool.name and lines_tool.selects
         self.compass.show_model(self.model, self._lines, self.north, is_reading=is_reading)

@@ -31,7 +31,7 @@ class LinePanel(QWidget):
         explain(self, "window.md#lines-and-lengths")
         self._studio = studio
         self._tool = studio.tool_of(LineTool)
-        self.type_box = TypeBox(studio, lines_first=True)
+        self.type_box = TypeBox(studio, geometry="line")
         self.type_box.setObjectName("line_type")
         self.type_box.activated.connect(self._apply_fields)
         self.set_edit = create_set_field(self._apply_fields)

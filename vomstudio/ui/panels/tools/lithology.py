@@ -37,7 +37,6 @@ class LithologyPanel(QWidget):
         form.addRow(tr("Rock"), self.lithology_box)
         form.addRow(tr("Follow"), self.follow_box)
         self.photo_follow_box = PhotoFollowBox(studio, self._tool)
-        form.addRow(self.photo_follow_box)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -53,6 +52,7 @@ class LithologyPanel(QWidget):
             figures=self.figures,
             table=self.table,
             hint=self._hint,
+            more_settings=[self.photo_follow_box],
         )
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)

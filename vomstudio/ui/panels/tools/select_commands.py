@@ -1,4 +1,4 @@
-"""Commands for the selected faces and points of a surface."""
+"""Commands for the faces and points that the tools Plane and Select choose."""
 
 from __future__ import annotations
 
@@ -9,51 +9,93 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import get
 from vomstudio.studio.tools.element_selection import COMBINATIONS, Combine
-from vomstudio.studio.tools.select import SelectTool
-from vomstudio.studio.tools.selection_messages import STEPS, SelectMode
+from vomstudio.studio.tools.element_tool import ElementTool
+from vomstudio.studio.tools.plane import PlaneTool
+from vomstudio.studio.tools.select import SelectTool, Target
+from vomstudio.studio.tools.selection_messages import ElementMode
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 
 Keys = str | tuple[str, ...]
 
-_MODES: dict[SelectMode, tuple[str, str, str]] = {
-    "grow": (
-        "auto-fix",
+MODE_ICONS: dict[ElementMode, str] = {
+    "pick": "auto-fix",
+    "rectangle": "select",
+    "lasso": "lasso",
+    "polygon": "vector-polygon",
+}
+_MODES: dict[ElementMode, tuple[str, str, str]] = {
+    "pick": (
+        to_translate("Grow and paint"),
         "G",
-        to_translate("A click takes the surface around it as far as it is even."),
+        to_translate("A click grows the even surface; dragging paints it."),
     ),
-    "rectangle": ("select", "R", to_translate("A drag takes what lies inside a rectangle.")),
-    "lasso": ("lasso", "A", to_translate("A drag takes what lies inside the line that is drawn.")),
+    "rectangle": (
+        to_translate("Draw a rectangle"),
+        "R",
+        to_translate("Drag a rectangle around an area."),
+    ),
+    "lasso": (to_translate("Draw a lasso"), "A", to_translate("Draw around an area.")),
     "polygon": (
-        "vector-polygon",
+        to_translate("Draw a polygon"),
         "Y",
-        to_translate("Clicks are the corners of a polygon; Enter takes what lies inside."),
+        to_translate("Click the corners around an area; Enter closes it."),
     ),
 }
 _COMBINE_TIPS: dict[Combine, tuple[str, str]] = {
-    "new": ("selection", to_translate("What is found takes the place of what is chosen.")),
-    "add": ("vector-union", to_translate("What is found is added (Shift does so once).")),
-    "subtract": (
-        "vector-difference-ba",
-        to_translate("What is found is taken away (Ctrl does so once)."),
-    ),
+    "new": ("selection", to_translate("A result replaces the selection.")),
+    "add": ("vector-union", to_translate("A result is added (Shift does so once).")),
+    "subtract": ("vector-difference-ba", to_translate("A result is removed (Alt does so once).")),
     "intersect": (
         "vector-intersection",
-        to_translate("Only what is found stays chosen (Ctrl+Shift does so once)."),
+        to_translate("Only the result stays selected (Alt+Shift does so once)."),
+    ),
+}
+_TARGETS: dict[Target, tuple[str, str, str]] = {
+    "features": (
+        to_translate("Select features"),
+        "vector-polyline",
+        to_translate("Shapes and clicks select features."),
+    ),
+    "surface": (
+        to_translate("Select the surface"),
+        "texture-box",
+        to_translate("Shapes select faces or points, to hide or cut them out."),
     ),
 }
 
 
 class _SelectCommands:
-    """Commands of the selection tool, with the reasons why they are disabled."""
+    """Commands of the tools that choose elements, with the reasons why they are disabled."""
 
     def __init__(self, studio: Studio) -> None:
-        self._studio, self.tool = studio, studio.tool_of(SelectTool)
+        self._studio = studio
+        self.select, self.plane = studio.tool_of(SelectTool), studio.tool_of(PlaneTool)
+
+    @property
+    def tool(self) -> ElementTool:
+        """The active tool that chooses elements, or else the tool Select."""
+        return self.plane if self._studio.tool_name == self.plane.name else self.select
 
     def why_not_selecting(self) -> Finding | None:
-        if self._studio.tool_name == self.tool.name:
+        if self._studio.tool_name == self.select.name:
             return None
         return Finding("action.needs-tool", tool=tr("Select"))
+
+    def why_not_choosing(self) -> Finding | None:
+        if self._studio.tool_name in (self.select.name, self.plane.name):
+            return None
+        return Finding("action.needs-tool", tool=tr("Plane"))
+
+    def why_not_picking(self) -> Finding | None:
+        if self._studio.tool_name == self.plane.name:
+            return None
+        return Finding("action.needs-tool", tool=tr("Plane"))
+
+    def why_nothing_chosen(self) -> Finding | None:
+        if (reason := self.why_not_choosing()) is not None:
+            return reason
+        return None if self.tool.count else Finding("action.no-elements")
 
     def why_no_selection(self) -> Finding | None:
         if (reason := self.why_not_selecting()) is not None:
@@ -61,7 +103,7 @@ class _SelectCommands:
         return None if self.tool.count else Finding("action.no-elements")
 
     def why_no_model(self) -> Finding | None:
-        if (reason := self.why_not_selecting()) is not None:
+        if (reason := self.why_not_choosing()) is not None:
             return reason
         return None if self.tool.changes.data() is not None else Finding("action.no-elements")
 
@@ -69,13 +111,13 @@ class _SelectCommands:
         return None if self.tool.changes.anything_hidden() else Finding("action.nothing-hidden")
 
     def find_patch(self) -> Patch | None:
-        """Return the most recently selected patch, or None."""
+        """Return the most recently selected plane with known elements, or None."""
         studio = self._studio
         patches = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((patch for patch in patches if patch is not None), None)
 
     def why_no_patch(self) -> Finding | None:
-        if (reason := self.why_not_selecting()) is not None:
+        if (reason := self.why_not_choosing()) is not None:
             return reason
         return None if self.find_patch() is not None else Finding("selection.no-patch")
 
@@ -83,19 +125,38 @@ class _SelectCommands:
         if (patch := self.find_patch()) is not None:
             self.tool.changes.take_patch(patch)
 
+    def measure_plane(self) -> None:
+        """Continue with the selection in the plane tool."""
+        selection = self.select.release()
+        self._studio.activate(self.plane.name)
+        if selection is not None:
+            self.plane.adopt(selection)
+
     # --- commands ----------------------------------------------------------------------------
-    def create_mode_command(self, mode: SelectMode) -> Command:
-        icon, key, tip = _MODES[mode]
+    def create_mode_command(self, mode: ElementMode) -> Command:
+        title, key, tip = _MODES[mode]
         return Command(
-            f"select_{mode}",
-            tr(STEPS[mode]),
+            f"shape_{mode}",
+            tr(title),
             lambda: self.tool.set_mode(mode),
-            icon=icon,
+            icon=MODE_ICONS[mode],
             shortcut=key,
             tip=tr(tip),
-            why_not=self.why_not_selecting,
+            why_not=self.why_not_picking if mode == "pick" else self.why_not_choosing,
             is_viewport_key=True,
             is_checked=lambda: self.tool.mode == mode,
+        )
+
+    def create_target_command(self, target: Target) -> Command:
+        title, icon, tip = _TARGETS[target]
+        return Command(
+            f"select_{target}",
+            tr(title),
+            lambda: self.select.set_target(target),
+            icon=icon,
+            tip=tr(tip),
+            why_not=self.why_not_selecting,
+            is_checked=lambda: self.select.target == target,
         )
 
     def create_combine_command(self, combination: Combine) -> Command:
@@ -105,25 +166,23 @@ class _SelectCommands:
             tr(COMBINATIONS[combination]),
             lambda: self.tool.set_combine(combination),
             icon=icon,
-            shortcut=(),
             tip=tr(tip),
-            why_not=self.why_not_selecting,
+            why_not=self.why_not_choosing,
             is_checked=lambda: self.tool.combine == combination,
         )
 
 
 def commands(studio: Studio) -> list[Command]:
-    """Create the commands that the tool adds to the Interpret menu."""
+    """Create the commands of the tools that choose faces, points and features."""
     factory = _SelectCommands(studio)
-    tool, changes = factory.tool, factory.tool.changes
 
     def create_command(
         name: str,
         text: str,
         run: Callable[[], object],
         icon: str,
-        key: Keys,
         tip: str,
+        key: Keys = (),
         why_not: Callable[[], Finding | None] = factory.why_no_selection,
     ) -> Command:
         return Command(
@@ -138,94 +197,100 @@ def commands(studio: Studio) -> list[Command]:
         )
 
     return [
+        *(factory.create_target_command(target) for target in _TARGETS),
         *(factory.create_mode_command(mode) for mode in _MODES),
         *(factory.create_combine_command(combination) for combination in _COMBINE_TIPS),
         Command(
             "select_through",
             tr("Through the surface"),
-            lambda: tool.set_through(not tool.through),
+            lambda: factory.tool.set_through(not factory.tool.through),
             icon="layers-outline",
             shortcut="V",
-            tip=tr("Shapes take what is hidden too; else only what is seen."),
-            why_not=factory.why_not_selecting,
+            tip=tr("Shapes also select hidden elements."),
+            why_not=factory.why_not_choosing,
             is_viewport_key=True,
-            is_checked=lambda: tool.through,
+            is_checked=lambda: factory.tool.through,
         ),
         create_command(
             "select_wider",
             tr("Widen"),
-            changes.wider,
+            lambda: factory.tool.changes.wider(),
             icon="arrow-expand-all",
             key=("+", "="),
-            tip=tr("With those beside the chosen ones."),
+            tip=tr("Add the neighbours of the selected elements."),
+            why_not=factory.why_nothing_chosen,
         ),
         create_command(
             "select_narrower",
             tr("Narrow"),
-            changes.narrower,
+            lambda: factory.tool.changes.narrower(),
             icon="arrow-collapse-all",
             key="-",
-            tip=tr("Without those at the edge of what is chosen."),
+            tip=tr("Remove the elements at the edge."),
+            why_not=factory.why_nothing_chosen,
         ),
         create_command(
             "select_invert",
             tr("Invert"),
-            changes.invert,
+            lambda: factory.tool.changes.invert(),
             icon="select-inverse",
             key="Shift+I",
-            tip=tr("What is not chosen, in place of what is."),
+            tip=tr("Select the inverse of the selection."),
+            why_not=factory.why_nothing_chosen,
         ),
         create_command(
             "select_everything",
-            tr("Choose all"),
-            changes.everything,
+            tr("Whole model"),
+            lambda: factory.tool.changes.everything(),
             icon="select-all",
-            key=(),
-            tip=tr("Every face or point of the model."),
+            tip=tr("Select every face or point of the model."),
             why_not=factory.why_no_model,
         ),
         create_command(
             "select_patch",
-            tr("Take patch"),
+            tr("Take plane"),
             factory.take_patch,
             icon="texture-box",
-            key=(),
-            tip=tr("The faces or points of the selected patch."),
+            tip=tr("Use the faces or points of the selected plane."),
             why_not=factory.why_no_patch,
         ),
         create_command(
+            "selection_to_plane",
+            tr("Measure plane"),
+            factory.measure_plane,
+            icon="layers-search-outline",
+            tip=tr("Fit a plane to the selected faces or points."),
+        ),
+        create_command(
             "hide_elements",
-            tr("Hide what is chosen"),
-            tool.hide_selected,
+            tr("Hide selection"),
+            factory.select.hide_selected,
             icon="eye-off-outline",
             key="H",
-            tip=tr("Hides what is chosen of the model. Undo shows it again."),
+            tip=tr("Hide the selected part of the model. Undo shows it."),
         ),
         create_command(
             "isolate_elements",
-            tr("Isolate what is chosen"),
-            changes.isolate,
+            tr("Isolate selection"),
+            factory.select.changes.isolate,
             icon="eye-outline",
             key="Shift+H",
-            tip=tr(
-                "Hides all of the model but what is chosen. Earlier view (Shift+Z) shows it again."
-            ),
+            tip=tr("Hide the rest of the model. Earlier view (Shift+Z) shows it."),
         ),
         create_command(
             "show_elements",
             tr("Show hidden"),
-            changes.show_all,
+            factory.select.changes.show_all,
             icon="eye",
             key="U",
-            tip=tr("Shows every face and point again. Undo hides them."),
+            tip=tr("Show every face and point. Undo hides them."),
             why_not=factory.why_none_hidden,
         ),
         create_command(
             "cut_out",
             tr("Cut out"),
-            changes.cut_out,
+            factory.select.changes.cut_out,
             icon="scissors-cutting",
-            key=(),
-            tip=tr("Makes a model of what is chosen, with its textures. The original stays."),
+            tip=tr("Create a model of the selection. The original stays."),
         ),
     ]

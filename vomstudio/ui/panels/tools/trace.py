@@ -31,7 +31,7 @@ class TracePanel(QWidget):
         explain(self, "window.md#pick-a-trace")
         self._studio = studio
         self._tool = studio.tool_of(TraceTool)
-        self.type_box = TypeBox(studio)
+        self.type_box = TypeBox(studio, geometry="plane")
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._apply_fields)
         self.set_edit = create_set_field(self._apply_fields)
@@ -41,7 +41,6 @@ class TracePanel(QWidget):
         self.follow_box = FollowBox(studio, self._tool)
         form.addRow(tr("Follow"), self.follow_box)
         self.photo_follow_box = PhotoFollowBox(studio, self._tool)
-        form.addRow(self.photo_follow_box)
 
         self.fit_view = FitView(actions)
 
@@ -56,6 +55,7 @@ class TracePanel(QWidget):
             figures=self.fit_view,
             table=self.table,
             hint=self._hint,
+            more_settings=[self.photo_follow_box],
         )
         # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self.refresh)

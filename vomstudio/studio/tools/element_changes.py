@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
 
 
-class SelectionTool(Protocol):
+class ChoosingTool(Protocol):
     """Protocol of the tool whose selection is changed."""
 
     combine: Combine
@@ -36,10 +36,10 @@ class SelectionTool(Protocol):
     def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None: ...
 
 
-class SelectChanges:
+class ElementChanges:
     """Changes of the selection of a tool; each is a step that undo reverts."""
 
-    def __init__(self, tool: SelectionTool, context: ToolContext) -> None:
+    def __init__(self, tool: ChoosingTool, context: ToolContext) -> None:
         self._tool, self._context = tool, context
         self._colours: tuple[object, ElementColours] | None = None
 
@@ -67,7 +67,7 @@ class SelectChanges:
         model_id, data = self.model_id(), self.data()
         if model_id is not None and data is not None:
             self._tool.take(
-                model_id, np.ones(element_count(data), np.bool_), "new", tr("Choose all")
+                model_id, np.ones(element_count(data), np.bool_), "new", tr("Select all")
             )
 
     def invert(self) -> None:
@@ -109,7 +109,7 @@ class SelectChanges:
         mask = np.zeros(element_count(data), np.bool_)
         ids = runs_to_ids(patch.runs)
         mask[ids[ids < len(mask)]] = True
-        self._tool.take(patch.model_id, mask, self._tool.combine, tr("Take a patch"))
+        self._tool.take(patch.model_id, mask, self._tool.combine, tr("Take plane"))
 
     # --- selection by value -------------------------------------------------------------------
     def select_by_field(self, name: str, low: float, high: float) -> None:
@@ -166,7 +166,7 @@ class SelectChanges:
             return True
 
         self._context.discarded(
-            Discarded(self._tool.name, "Show what was hidden", hide_again, lambda: False)
+            Discarded(self._tool.name, "Show hidden parts", hide_again, lambda: False)
         )
 
     def anything_hidden(self) -> bool:

@@ -1,31 +1,27 @@
-"""Preview of a selection of faces or points, and of the resulting patch."""
+"""Drawn area and measured plane of chosen faces or points, which are cached."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Literal
 
 from vomstudio.core.arrays import BoolArray
+from vomstudio.core.identifiers import new_id
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import FeatureType, Model, get
+from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.brush_stroke import record_figures
 from vomstudio.studio.tools.element_selection import ElementSelection
-from vomstudio.studio.tools.interaction_types import Area, Preview
+from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.studio.tools.painted_area import selection_area
-from vomstudio.studio.tools.patch import new_patch
-from vomstudio.studio.tools.patch_readout import patch_reading
-from vomstudio.studio.tools.polyline import rgb
-from vomstudio.studio.tools.screen_shape import DrawnShape
 from vomstudio.studio.tools.tool_context import ToolContext
 
 MAX_LIVE_ELEMENTS = 60_000
 """Maximum number of elements that are measured at every step; larger selections are measured only
-when a patch is created."""
-_COLOR = (0.05, 0.75, 0.95)
+when a plane is created."""
 
 
-class SelectPreview:
-    """Preview of the selection, with cached results."""
+class ElementPreview:
+    """Preview of a selection, with cached results."""
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -37,7 +33,7 @@ class SelectPreview:
         self._area = self._live = None
 
     def forget_measurement(self) -> None:
-        """Reset the measurement because the patch would have another type."""
+        """Reset the measurement because the plane would have another type."""
         self._live = None
 
     def patch(self, selection: ElementSelection) -> Patch | None:
@@ -58,26 +54,10 @@ class SelectPreview:
             self._live = (selection.mask, None if patch is None else self._context.measure(patch))
         return self._live[1]
 
-    def show(self, selection: ElementSelection | None, shape: DrawnShape | None) -> None:
-        """Draw the selection and the unfinished shape."""
-        if shape is None and selection is None:
-            self._context.show(None)
-            return
-        measurement = None if shape is not None else self.measurement(selection)
-        kind = self._context.session.records.get(self._context.next_type_id)
-        verdict = measurement.verdict if measurement else None
-        self._context.show(
-            Preview(
-                line=np.zeros((0, 3)),
-                color=rgb(kind.color) if isinstance(kind, FeatureType) else _COLOR,
-                reading=patch_reading(self._context, measurement, painting=False),
-                verdict=verdict.quality if verdict else None,
-                area=None if selection is None else self._drawn(selection),
-                outline=None if shape is None else shape.outline(),
-            )
-        )
-
-    def _drawn(self, selection: ElementSelection) -> Area | None:
+    def area(self, selection: ElementSelection | None) -> Area | None:
+        """Return the selection for drawing, or None if it is empty or its model is not open."""
+        if selection is None:
+            return None
         if self._area is None or self._area[0] is not selection.mask:
             surface = self._context.surface(selection.model_id)
             model = get(self._context.session.records, selection.model_id, Model)
@@ -85,3 +65,22 @@ class SelectPreview:
                 return None
             self._area = (selection.mask, selection_area(selection.ids(), model, surface))
         return self._area[1]
+
+
+def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:
+    """Create an empty patch with the next feature type and set."""
+    zero = (0.0, 0.0, 0.0)
+    return Patch(
+        id=new_id("patch"),
+        name="",
+        type_id=context.next_type_id,
+        model_id=model.id,
+        model_hash=model.content_hash,
+        element=element,
+        runs=(),
+        n=0,
+        mean=zero,
+        scatter=(zero, zero, zero),
+        n_effective=0.0,
+        set_name=context.next_set,
+    )

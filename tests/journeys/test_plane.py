@@ -1,10 +1,11 @@
-"""Patches painted with the mouse, in the window that people use."""
+"""Planes grown and painted with the mouse, in the window that people use."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -12,10 +13,12 @@ from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.studio.tools.patch import PatchTool
-from vomstudio.ui.panels.tools.patch import PatchPanel
+from vomstudio.studio.tools.plane import PlaneTool
+from vomstudio.studio.tools.polyline import rgb
+from vomstudio.ui.panels.tools.plane import PlanePanel
 
-RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton
+RIGHT = Qt.MouseButton.RightButton
+SHIFT, ALT = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.AltModifier
 NORTH = QPoint(0, -40)
 
 
@@ -45,7 +48,8 @@ def ready(window, outcrop, picks) -> QPoint:
     )
     look_at(window, picks["B04"], 0.0, 10.0)
     key(window, Qt.Key.Key_P)
-    assert window.studio.tool_name == "patch"
+    assert window.studio.tool_name == "plane"
+    key(window, Qt.Key.Key_G)
     at = pixel(window, np.median(picks["B04"], axis=0))
     assert window.viewport.pick(at.x(), at.y()) is not None
     return at
@@ -57,109 +61,102 @@ def still(window) -> None:
 
 
 @pytest.mark.full
-def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
+def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
     window = driver.make_window()
-    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PatchTool)
+    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PlaneTool)
     at = ready(window, outcrop, picks)
-    assert driver.tool_panel(window, PatchPanel).isVisible()
+    panel = driver.tool_panel(window, PlanePanel)
+    assert panel.isVisible()
     move(viewport, at)
     assert viewport.preview.brush is not None
-    driver.tool_panel(window, PatchPanel).radius.setValue(0.25)
+    panel.radius.setValue(0.25)
     assert tool.radius == 0.25
 
     # The view stands still while the left button paints.
     camera = viewport.moves.camera_state()
     drag(viewport, at, at + QPoint(60, 20), release=False)
-    assert tool.open
-    assert viewport.preview.area is not None
+    assert tool.painting
+    assert viewport.preview.stroke is not None
     assert " ± " in viewport.preview.reading[0]
-    assert driver.tool_panel(window, PatchPanel).fit_view.isVisible()
-    driver.keep_picture(window, "patch-1-painting")
+    assert panel.fit_view.isVisible()
+    driver.keep_picture(window, "plane-1-painting")
     drag(viewport, at, at + QPoint(60, 20))
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + QPoint(60, 20))
     assert viewport.moves.camera_state() == camera
+    assert not tool.painting
+    painted = tool.selection.mask
+    assert painted.sum() > 20
+    assert patches(window) == []
+
+    # Shift adds, Alt removes, undo brings back; the right button moves the view.
+    drag(viewport, at + 2 * NORTH, at + 2 * NORTH + QPoint(20, 0), modifier=SHIFT)
+    more = tool.selection.mask
+    assert (more & painted).sum() == painted.sum() < more.sum()
+    drag(viewport, at, at + QPoint(20, 8), modifier=ALT)
+    less = tool.selection.mask
+    assert less.sum() < more.sum()
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert np.array_equal(tool.selection.mask, more)
+    key(window, Qt.Key.Key_Y, CTRL)
+    assert np.array_equal(tool.selection.mask, less)
+    assert viewport.moves.camera_state() == camera
+    drag(viewport, at, at + QPoint(40, 0), RIGHT)
+    assert viewport.moves.camera_state() != camera
+    viewport.moves.set_camera_state(camera)
+    still(window)
+
+    # The keys of the brush; Esc discards only the stroke that is being painted.
+    key(window, Qt.Key.Key_BracketLeft)
+    assert tool.radius == pytest.approx(0.2)
+    assert panel.radius.value() == pytest.approx(0.2)
+    key(window, Qt.Key.Key_BracketRight)
+    drag(viewport, at + 2 * NORTH, at + 2 * NORTH + QPoint(40, 0), modifier=SHIFT, release=False)
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert tool.painting
+    key(window, Qt.Key.Key_Escape)
+    assert not tool.painting
+    QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + 2 * NORTH)
+    assert np.array_equal(tool.selection.mask, less)
+
+    # Enter keeps the plane of the chosen faces.
+    key(window, Qt.Key.Key_Return)
     (patch,) = patches(window)
-    assert len(runs_to_ids(patch.runs)) > 20
+    assert np.array_equal(runs_to_ids(patch.runs), np.flatnonzero(less))
     measured = studio.measured([patch.id])[patch.id]
     assert abs(measured.fit.normal @ plane_of(window, patch)) == pytest.approx(1.0, abs=1e-9)
     assert measured.verdict is not None
     assert studio.selection.ids == (patch.id,)
     assert viewport.features.drawings[patch.id].area is not None
 
-    # Ctrl takes away, undo brings back; the other buttons move the view.
-    drag(viewport, at, at + QPoint(20, 8), modifier=CTRL)
-    (less,) = patches(window)
-    assert set(runs_to_ids(less.runs)) < set(runs_to_ids(patch.runs))
-    key(window, Qt.Key.Key_Z, CTRL)
-    assert patches(window) == [patch]
-    key(window, Qt.Key.Key_Y, CTRL)
-    assert patches(window) == [less]
-    key(window, Qt.Key.Key_Z, CTRL)
-    assert viewport.moves.camera_state() == camera
-    drag(viewport, at, at + QPoint(40, 0), RIGHT)
-    turned = viewport.moves.camera_state()
-    assert turned != camera
-    drag(viewport, at, at + QPoint(0, 30), driver.LEFT, Qt.KeyboardModifier.ShiftModifier)
-    assert viewport.moves.camera_state() != turned
-    viewport.moves.set_camera_state(camera)
-    still(window)
-    assert patches(window) == [patch]
-
-    # The keys of the brush; one click is one place.
-    key(window, Qt.Key.Key_BracketLeft)
-    assert tool.radius == pytest.approx(0.2)
-    assert driver.tool_panel(window, PatchPanel).radius.value() == pytest.approx(0.2)
-    key(window, Qt.Key.Key_BracketRight)
-    assert tool.radius == pytest.approx(0.25)
-    click(viewport, at + NORTH)
-    (grown,) = patches(window)
-    assert set(runs_to_ids(grown.runs)) > set(runs_to_ids(patch.runs))
-    assert "Paint B01" in (studio.session.undo_label or "")
-
-    # Escape abandons what is being painted, and only that; undo does nothing then.
-    drag(viewport, at + 2 * NORTH, at + 2 * NORTH + QPoint(40, 0), release=False)
-    key(window, Qt.Key.Key_Z, CTRL)
-    assert patches(window) == [grown]
-    assert tool.open
-    key(window, Qt.Key.Key_Escape)
-    assert not tool.open
-    QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + 2 * NORTH)
-    assert patches(window) == [grown]
-    assert viewport.preview.area is None
-
-    # Another one, of another type, in an orthographic view.
-    key(window, Qt.Key.Key_Return)
-    assert tool.current is None
-    driver.tool_panel(window, PatchPanel).type_box.setCurrentIndex(
-        driver.tool_panel(window, PatchPanel).type_box.findData("joint")
-    )
+    # Another one of another type, grown, in an orthographic view.
+    panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
     window.actions_table.run("orthographic")
     still(window)
     place = pixel(window, np.median(picks["B04"], axis=0)) - 2 * NORTH
     click(viewport, place)
+    wait(lambda: tool.count, "the plane")
+    assert viewport.preview.color == rgb(studio.records["joint"].color)
+    key(window, Qt.Key.Key_Return)
     assert [p.name for p in patches(window)] == ["B01", "J01"]
-    assert abs(
-        studio.measured([patches(window)[1].id])[patches(window)[1].id].fit.normal
-        @ plane_of(window, patches(window)[1])
-    ) == pytest.approx(1.0, abs=1e-9)
-    driver.keep_picture(window, "patch-2-two")
+    driver.keep_picture(window, "plane-2-two")
 
-    # A click on it finds it again; it is taken up and finished.
+    # A double click changes it.
     key(window, Qt.Key.Key_N)
     move(viewport, QPoint(5, 5))
     studio.selection.set([])
     QTest.qWait(QApplication.doubleClickInterval() + 50)
     click(viewport, place)
-    assert studio.selection.ids == (patches(window)[1].id,)
-    window.actions_table.run("continue_patch")
-    assert studio.tool_name == "patch"
+    joint = patches(window)[1]
+    assert studio.selection.ids == (joint.id,)
+    QTest.mouseDClick(viewport, driver.LEFT, driver.NONE, place)
+    assert studio.tool_name == "plane"
     assert tool.continued
-    assert not driver.tool_panel(window, PatchPanel).type_box.isEnabled()
-    QTest.qWait(QApplication.doubleClickInterval() + 50)
-    click(viewport, place + QPoint(30, 0))
+    assert not panel.type_box.isEnabled()
+    drag(viewport, place + QPoint(60, 0), place + QPoint(80, 0), modifier=SHIFT)
+    key(window, Qt.Key.Key_Return)
     assert [p.name for p in patches(window)] == ["B01", "J01"]
+    assert len(runs_to_ids(patches(window)[1].runs)) >= len(runs_to_ids(joint.runs))
     key(window, Qt.Key.Key_N)
-    assert tool.current is None
     kept = patches(window)
     studio.save_as(tmp_path / "cliff.vom")
     driver.dismiss(window)
@@ -182,14 +179,42 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     driver.dismiss(window)
 
 
+def test_ten_planes_take_twenty_actions(window, outcrop, picks):
+    at, viewport = ready(window, outcrop, picks), window.viewport
+    tool, actions = window.studio.tool_of(PlaneTool), 0
+    tool.set_tolerance(angle_deg=8.0, distance=0.02)
+    places = [at + QPoint(45 * (k % 5) - 90, 50 * (k // 5) - 25) for k in range(10)]
+    for number, place in enumerate(places):
+        click(viewport, place)
+        key(window, Qt.Key.Key_Return)
+        actions += 2
+        wait(lambda count=number + 1: len(patches(window)) == count, "the plane")
+    driver.keep_picture(window, "plane-3-ten")
+    assert actions == 20
+    assert not tool.open
+
+
+def test_the_preview_follows_the_type_at_once(window, outcrop, picks):
+    at, viewport, studio = ready(window, outcrop, picks), window.viewport, window.studio
+    click(viewport, at)
+    wait(lambda: studio.tool_of(PlaneTool).count, "the plane")
+    drawn = []
+    viewport.features.set_live = lambda areas: drawn.append([color for _, color in areas])
+    for number, name in ((Qt.Key.Key_2, "fault"), (Qt.Key.Key_3, "joint")):
+        key(window, number)
+        assert viewport.preview.color == rgb(studio.records[name].color)
+        assert drawn[-1] == [viewport.preview.color]
+    del viewport.features.set_live
+    key(window, Qt.Key.Key_Return)
+    assert patches(window)[0].type_id == "joint"
+
+
 def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
     """One jump of the cursor across the view paints all that lies between."""
     at = ready(window, outcrop, picks)
-    tool = window.studio.tool_of(PatchTool)
+    tool = window.studio.tool_of(PlaneTool)
     move(window.viewport, at)
     tool.set_radius(0.12)
-    from PySide6.QtCore import QEvent, QPointF
-    from PySide6.QtGui import QMouseEvent
 
     def send(kind, place, held):
         changed = Qt.MouseButton.NoButton if kind == QEvent.Type.MouseMove else driver.LEFT
@@ -202,20 +227,23 @@ def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
     send(QEvent.Type.MouseButtonPress, at, driver.LEFT)
     send(QEvent.Type.MouseMove, end, driver.LEFT)
     send(QEvent.Type.MouseButtonRelease, end, Qt.MouseButton.NoButton)
-    (patch,) = patches(window)
-    chosen = set(runs_to_ids(patch.runs).tolist())
+    chosen = set(tool.selection.ids().tolist())
     for x in range(0, 161, 4):
         hit = window.viewport.pick(at.x() + x, at.y())
         assert hit is None or hit.index in chosen
 
 
 @pytest.mark.full
-def test_two_quick_clicks_are_two_strokes(window, outcrop, picks):
+def test_two_quick_clicks_are_two_clicks(window, outcrop, picks):
     at = ready(window, outcrop, picks)
+    tool = window.studio.tool_of(PlaneTool)
+    tool.set_tolerance(angle_deg=8.0, distance=0.02)
     pivot = window.viewport.moves.camera_state()
     QTest.mouseClick(window.viewport, driver.LEFT, driver.NONE, at)
-    QTest.mouseDClick(window.viewport, driver.LEFT, driver.NONE, at + QPoint(60, 0))
-    QTest.mouseRelease(window.viewport, driver.LEFT, driver.NONE, at + QPoint(60, 0))
+    wait(lambda: tool.count, "the plane")
+    QTest.mouseDClick(window.viewport, driver.LEFT, SHIFT, at + QPoint(60, 30))
+    QTest.mouseRelease(window.viewport, driver.LEFT, SHIFT, at + QPoint(60, 30))
     assert window.viewport.moves.camera_state() == pivot
-    (patch,) = patches(window)
-    assert window.studio.session.undo_label == f"Paint {patch.name}"
+    assert tool.undo_label == "Grow"
+    assert tool.undo()
+    assert tool.count > 0

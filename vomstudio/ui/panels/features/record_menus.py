@@ -1,81 +1,150 @@
-"""Context menus of the project tree for records, feature types and groups."""
+"""Context menus of records, feature types and groups, the same in every view."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
+from typing import Protocol
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
-from vomstudio.project.kinds import GROUPS, group_of
-from vomstudio.project.records import FeatureType, Record, Typed
+from vomstudio.project.kinds import GROUPS, group_of, kind_of
+from vomstudio.project.records import Feature, FeatureType, Record, Typed
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.symbol_names import SYMBOL_NAMES
 
 GROUP_IDS = ("models", *(group.id for group in GROUPS))
+MAX_LISTED_SETS = 12
+"""Maximum number of sets in a menu; any other set can be typed in the properties."""
 
 
-class TreeMenus(QObject):
-    """Factory of the context menus of the project tree.
+class RecordActions(Protocol):
+    """Function that returns the actions of a record in groups."""
+
+    def __call__(self, record: Record, *, is_visible: bool) -> list[list[QAction]]: ...
+
+
+class RecordMenus(QObject):
+    """Factory of context menus, which change the selected records.
 
     Parameters
     ----------
     actions : callable
-        Returns the actions of a record.
+        Returns the actions of a record in groups.
     edit_type : callable
         Opens the dialog of feature types at the given id; an empty string means the current type.
-    change_type : callable
-        Changes the type of the features with the given ids.
     """
 
     def __init__(
         self,
         studio: Studio,
         parent: QWidget,
-        actions: Callable[[Record], list[QAction]],
+        actions: RecordActions,
         edit_type: Callable[[str], object],
-        change_type: Callable[[tuple[str, ...], str], None],
     ) -> None:
         super().__init__(parent)
         self._studio = studio
         self._parent = parent
         self._menu_actions = actions
         self._edit_type = edit_type
-        self._change_type = change_type
 
     def create_menu(self, id_: str) -> QMenu:
-        """Create the context menu of a record or group, or of the whole tree if `id_` is empty."""
+        """Create the menu of a record or group, or of the whole tree if `id_` is empty.
+
+        A feature that is not selected becomes the selection.
+        """
         menu = QMenu(self._parent)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.setToolTipsVisible(True)
         record = self._studio.records.get(id_)
         if isinstance(record, FeatureType):
             self._fill_type_menu(menu, record)
+        elif isinstance(record, Feature):
+            self.fill_feature_menu(menu, record)
         elif record is not None:
-            menu.addActions(self._menu_actions(record))
-            if isinstance(record, Typed):
-                self._add_type_menu(menu, record.type_id)
+            self._add_groups(menu, self._groups(record))
         elif id_ in GROUP_IDS:
             self._add_visibility_action(menu, id_)
         else:
             menu.addAction(tr("Feature types…"), lambda: self._edit_type(""))
         return menu
 
-    def _add_type_menu(self, menu: QMenu, current_type_id: str) -> None:
-        types = menu.addMenu(tr("Change &type to"))
+    def fill_feature_menu(self, menu: QMenu, feature: Feature) -> None:
+        """Add the commands for a feature, which act on all selected features."""
+        if feature.id not in self._studio.selection.ids:
+            self._studio.selection.set([feature.id])
+        first, *others = self._groups(feature)
+        menu.addActions(first)
+        if isinstance(feature, Typed):
+            self._add_type_menu(menu, feature)
+            self._add_set_menu(menu, feature)
+        self._add_groups(menu, others)
+
+    def _groups(self, record: Record) -> list[list[QAction]]:
+        return self._menu_actions(record, is_visible=self._studio.visible(record.id))
+
+    @staticmethod
+    def _add_groups(menu: QMenu, groups: list[list[QAction]]) -> None:
+        for group in groups:
+            if not menu.isEmpty():
+                menu.addSeparator()
+            menu.addActions(group)
+
+    def _add_type_menu(self, menu: QMenu, feature: Typed) -> None:
+        types = menu.addMenu(tr("&Type"))
+        geometry = kind_of(feature).type_geometry
         for kind in self._studio.session.of(FeatureType):
-            action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
+            if geometry in (None, kind.geometry) or kind.id == feature.type_id:
+                action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
+                action.setCheckable(True)
+                action.setChecked(kind.id == feature.type_id)
+                action.triggered.connect(partial(self._change_selected_type, kind.id))
+
+    def _change_selected_type(self, type_id: str, *_: object) -> None:
+        self.change_type(self._studio.selection.ids, type_id)
+
+    def change_type(self, ids: Iterable[str], type_id: str) -> None:
+        """Change the type of features in one edit, except those that it does not suit."""
+        records = self._studio.records
+        kind = records.get(type_id)
+        features = [
+            feature
+            for id_ in ids
+            if isinstance(feature := records.get(id_), Typed) and feature.type_id != type_id
+        ]
+        suitable = [
+            feature.id
+            for feature in features
+            if isinstance(kind, FeatureType)
+            and kind_of(feature).type_geometry in (None, kind.geometry)
+        ]
+        if suitable:
+            self._studio.attempt(edits.set_attributes, suitable, type_id=type_id)
+        if len(suitable) < len(features) and isinstance(kind, FeatureType):
+            self._studio.hint(Finding("type.other-geometry", type=kind.name))
+
+    def _add_set_menu(self, menu: QMenu, feature: Typed) -> None:
+        sets = menu.addMenu(tr("&Set"))
+        features = self._studio.session.features()
+        names = sorted({name for f in features if (name := getattr(f, "set_name", ""))})
+        for name in ["", *names[:MAX_LISTED_SETS]]:
+            action = sets.addAction(name.replace("&", "&&") or tr("none"))
             action.setCheckable(True)
-            action.setChecked(kind.id == current_type_id)
-            action.triggered.connect(
-                lambda _=False, id_=kind.id: self._change_type(self._studio.selection.ids, id_)
-            )
+            action.setChecked(name == feature.set_name)
+            action.triggered.connect(partial(self._change_set, name))
+
+    def _change_set(self, name: str, *_: object) -> None:
+        records = self._studio.records
+        ids = [id_ for id_ in self._studio.selection.ids if isinstance(records.get(id_), Typed)]
+        if ids:
+            self._studio.attempt(edits.set_attributes, ids, set_name=name)
 
     def _add_visibility_action(self, menu: QMenu, id_: str) -> None:
         visible = self._studio.visible(id_)

@@ -1,4 +1,4 @@
-"""Text beside the brush, with the attitude, error and indices of the painted area."""
+"""Text beside the cursor, with the attitude and error of the chosen area."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.studio.tools.polyline import points_text
 from vomstudio.studio.tools.tool_context import ToolContext
 
 
-def patch_reading(
+def plane_reading(
     context: ToolContext, measurement: Measurement | None, *, painting: bool
 ) -> tuple[str, ...]:
     """Return the lines of text, which are abbreviated while `painting`."""

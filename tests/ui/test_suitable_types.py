@@ -1,0 +1,80 @@
+"""Types and attributes are offered only where they apply."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tests.samples import ONE_OF_EACH
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.project import edits
+from vomstudio.project.kind import may_be_overturned
+from vomstudio.project.records import FeatureType
+
+
+def offered(box) -> set[str]:
+    return {box.itemData(row) for row in range(box.count())}
+
+
+def add_line(studio) -> str:
+    line = replace(ONE_OF_EACH["lineation"], model_id="m1", plane_id="", slip="")
+    assert studio.attempt(edits.add_features, [line])
+    return line.id
+
+
+def test_only_beds_can_be_overturned(window, studio):
+    add_cliff(studio)
+    bed = add_bed(studio, "t1")
+    joint = add_bed(studio, "t2", type_id="joint")
+    form, flag = window.properties._form, window.properties.fields["overturned"]
+    rows = {}
+    for trace in (bed, joint):
+        studio.selection.set([trace.id])
+        rows[trace.id] = form.isRowVisible(flag)
+    assert rows == {"t1": True, "t2": False}
+    overturned = {row.feature.id: row.overturned for row in window.table.model._rows}
+    assert overturned == {"t1": False, "t2": None}
+    # A flag that was set before the type was changed can be removed.
+    assert studio.attempt(edits.set_attributes, ["t2"], overturned=True)
+    assert form.isRowVisible(flag)
+    assert may_be_overturned(replace(joint, type_id="my own type"))
+
+
+def test_planes_have_types_of_planes_and_lines_of_lines(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    line = add_line(studio)
+    types = studio.session.of(FeatureType)
+    box = window.properties.fields["type_id"]
+    for id_, geometry in (("t1", "plane"), (line, "line")):
+        studio.selection.set([id_])
+        assert offered(box) == {kind.id for kind in types if kind.geometry == geometry}
+    studio.selection.set(["t1", line])
+    assert offered(box) == {kind.id for kind in types}
+
+
+def test_a_type_that_does_not_suit_is_refused(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    line = add_line(studio)
+    said = []
+    studio.notice.connect(lambda notice: said.append(notice.message.code))
+    window._menus.change_type(["t1", line], "joint")
+    assert studio.records["t1"].type_id == "joint"
+    assert studio.records[line].type_id != "joint"
+    assert said[-1] == "type.other-geometry"
+
+
+def test_the_menu_offers_suitable_types_and_known_sets(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", set_name="east")
+    add_bed(studio, "t2")
+    menu = window._menus.create_menu("t2")
+    assert studio.selection.ids == ("t2",)
+    submenus = {a.text(): a.menu() for a in menu.actions() if a.menu() is not None}
+    names = {a.text() for a in submenus["&Type"].actions()}
+    assert "Joint" in names
+    assert "Lineation" not in names
+    sets = {a.text(): a for a in submenus["&Set"].actions()}
+    assert sets["none"].isChecked()
+    sets["east"].trigger()
+    assert studio.records["t2"].set_name == "east"

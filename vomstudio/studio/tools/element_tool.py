@@ -1,0 +1,380 @@
+"""Base class of the tools that choose faces or points of a model.
+
+The tools are state machines without Qt or VTK. The chosen elements belong to one model. Every
+change is a step that can be undone, and is written to the journal as a draft. A shape that is
+drawn over the picture selects the elements inside (the centroids of faces), and includes hidden
+elements only on request.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from vomstudio.core.arrays import BoolArray
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry import transform
+from vomstudio.project.records import Model, get
+from vomstudio.studio.tools.element_changes import ElementChanges
+from vomstudio.studio.tools.element_preview import ElementPreview
+from vomstudio.studio.tools.element_selection import Combine, ElementSelection, combine_masks
+from vomstudio.studio.tools.interaction_types import Button, Discarded, Pointer, PointerEvent
+from vomstudio.studio.tools.screen_shape import DrawnShape
+from vomstudio.studio.tools.selection_messages import MODES, ElementMode
+from vomstudio.studio.tools.tool_context import ToolContext
+
+if TYPE_CHECKING:
+    from vomstudio.extraction.selection.visible_region import ViewSnapshot
+
+
+class ElementTool:
+    """Tool that chooses faces or points; see the module.
+
+    Attributes
+    ----------
+    changes : ElementChanges
+        Changes of the entire selection.
+    mode : ElementMode
+        Action of a click or drag.
+    combine : Combine
+        How the result is combined with the selection without a key.
+    through : bool
+        Whether shapes also select hidden elements.
+    """
+
+    name: ClassVar[str]
+    paints: ClassVar[bool] = True
+
+    def __init__(self, context: ToolContext) -> None:
+        self._context = context
+        self.mode: ElementMode = "rectangle"
+        self.combine: Combine = "new"
+        self.through = False
+        self._selection: ElementSelection | None = None
+        self.changes = ElementChanges(self, context)
+        self._shape: DrawnShape | None = None
+        self._preview = ElementPreview(context)
+
+    # --- to be implemented by the tool --------------------------------------------------------
+    def _show(self) -> None:
+        """Draw the selection and the unfinished shape."""
+        raise NotImplementedError
+
+    def _more_state(self) -> dict[str, Any]:
+        """Return the entries of a draft other than the selection."""
+        return {}
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def open(self) -> bool:
+        """Whether a selection exists or a shape is being drawn."""
+        return self._shape is not None or self.count > 0
+
+    @property
+    def finishing(self) -> bool:
+        """Whether the elements are used as soon as work in the background is done."""
+        return False
+
+    @property
+    def count(self) -> int:
+        """Number of selected faces or points."""
+        return 0 if self._selection is None else self._selection.count
+
+    @property
+    def selection(self) -> ElementSelection | None:
+        """Current selection, or None if it is empty."""
+        return self._selection if self.count else None
+
+    @property
+    def drawing(self) -> bool:
+        """Whether a shape is being drawn."""
+        return self._shape is not None
+
+    @property
+    def undo_label(self) -> str | None:
+        if self._shape is not None:
+            return tr("Corner") if self._shape.corners > 1 else None
+        return None if self._selection is None else self._selection.last_step
+
+    @property
+    def redo_label(self) -> str | None:
+        selection = None if self._shape is not None else self._selection
+        return None if selection is None else selection.next_step
+
+    def why_not_cancel(self) -> Finding | None:
+        return None if self.open else Finding("selection.empty")
+
+    # --- settings ----------------------------------------------------------------------------
+    def set_mode(self, mode: ElementMode) -> None:
+        """Set the action of the next click or drag, and discard an unfinished shape."""
+        self._shape = None
+        self.mode = mode
+        self._changed()
+
+    def set_combine(self, combine: Combine) -> None:
+        """Set how the next result is combined if no key is pressed."""
+        self.combine = combine
+        self._changed()
+
+    def set_through(self, through: bool) -> None:
+        """Set whether shapes select hidden elements too."""
+        self.through = through
+        self._changed()
+
+    # --- shapes ------------------------------------------------------------------------------
+    def _draw(self, event: PointerEvent) -> None:
+        """Draw a shape with the left button."""
+        if event.kind is Pointer.MOVE:
+            if self._shape is not None:
+                self._shape.move(event)
+                self._show()
+        elif event.button is not Button.LEFT:
+            return
+        elif event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK):
+            self._draw_click(event)
+        elif event.kind is Pointer.DRAG_START:
+            if self.mode == "polygon" and self._shape is not None:
+                self._shape.corner(event)
+            else:
+                self._begin_shape(event)
+            self._changed()
+        elif self._shape is not None and event.kind is Pointer.DRAG_MOVE:
+            self._shape.drag(event)
+            if not event.more:
+                self._show()
+        elif self._shape is not None and event.kind is Pointer.DRAG_END:
+            self._shape.drag(event)
+            if self._shape.mode != "polygon":
+                self._close_shape()
+
+    def _draw_click(self, event: PointerEvent) -> None:
+        if self.mode != "polygon":
+            self._context.hint(Finding("selection.hold-button"))
+            return
+        if self._shape is None:
+            self._begin_shape(event)
+        elif self._shape.corner(event):
+            self._close_shape()
+            return
+        self._changed()
+
+    def _begin_shape(self, event: PointerEvent) -> None:
+        if event.in_photo:
+            self._context.hint(Finding("selection.not-in-photo"))
+        elif self.mode != "pick":
+            how = combination(event, self.combine)
+            self._shape = DrawnShape(self.mode, how, (event.x, event.y))
+
+    def _close_shape(self) -> None:
+        """Use the unfinished shape, if it is complete."""
+        shape = self._shape
+        if shape is None:
+            return
+        if (reason := shape.why_not_close()) is not None:
+            self._context.hint(reason)
+            return
+        self._shape = None
+        looking = self._context.elements.looking()
+        if looking is not None:
+            self._apply_shape(shape, looking)
+        self._changed()
+
+    def _apply_shape(self, shape: DrawnShape, looking: ViewSnapshot) -> None:
+        """Select the elements inside a shape."""
+        selection_before, how = self._selection, shape.combine
+        ids = self._models(how)
+        masks = inside(self._context, looking, shape, ids, through=self.through)
+        best = max(masks, key=lambda id_: int(np.count_nonzero(masks[id_])), default=None)
+        if best is None:
+            self._context.hint(Finding("selection.no-model"))
+        elif not masks[best].any() and (selection_before is None or how in ("new", "add")):
+            self._context.hint(Finding("selection.nothing-inside", through=self.through))
+        else:
+            self.take(best, masks[best], how, tr(MODES[shape.mode]))
+
+    def _models(self, how: Combine) -> list[str]:
+        """Return the ids of the models to search; an existing selection restricts them."""
+        visible_ids = self._context.elements.shown()
+        if self.selection is not None and how != "new":
+            return [id_ for id_ in visible_ids if id_ == self.selection.model_id]
+        return visible_ids
+
+    # --- selection ---------------------------------------------------------------------------
+    def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None:
+        """Select elements of a model; `step` is the label of the step."""
+        selection = self._selection
+        if selection is None or selection.model_id != model_id or len(selection.mask) != len(mask):
+            if how in ("subtract", "intersect"):
+                self._context.hint(Finding("selection.empty"))
+                return
+            selection = ElementSelection(model_id, len(mask))
+        hidden = self._context.elements.hidden(model_id)
+        if hidden is not None:
+            mask = mask & ~hidden
+        if not selection.change(combine_masks(selection.mask, mask, how), step):
+            self._context.hint(Finding("selection.no-change"))
+            return
+        self._selection = selection
+        self._keep_draft()
+        self._changed()
+
+    def adopt(self, selection: ElementSelection) -> None:
+        """Continue with a selection of another tool."""
+        self._selection = selection
+        self._keep_draft()
+        self._changed()
+
+    def release(self) -> ElementSelection | None:
+        """Give up the selection, so that another tool can adopt it, and return it."""
+        selection = self.selection
+        self._drop()
+        return selection
+
+    def undo(self) -> bool:
+        """Remove the last corner of the shape, or else undo the last step."""
+        if self._shape is not None:
+            if not self._shape.take_back():
+                self._shape = None
+            self._changed()
+            return True
+        return self._selection is not None and self._stepped(self._selection.undo())
+
+    def redo(self) -> bool:
+        """Redo the last undone step."""
+        return self._selection is not None and self._stepped(self._selection.redo())
+
+    def _stepped(self, done: bool) -> bool:
+        if done:
+            self._keep_draft()
+            self._changed()
+        return done
+
+    # --- end ---------------------------------------------------------------------------------
+    def cancel(self) -> None:
+        """Discard the unfinished shape, or else the selection, which undo restores."""
+        if self._shape is not None:
+            self._shape = None
+            self._changed()
+        elif (selection := self.selection) is not None:
+            self._discard(selection, "Discard the selection", lambda: None)
+
+    def _discard(
+        self,
+        selection: ElementSelection,
+        label: str,
+        back: Callable[[], None],
+        after: int | None = None,
+    ) -> None:
+        self._drop()
+        self._keep_draft()
+        selection.settle()
+
+        def bring_back() -> bool:
+            back()
+            self.adopt(selection)
+            return True
+
+        untouched = selection.mask
+        self._context.discarded(
+            Discarded(
+                self.name,
+                label,
+                bring_back,
+                lambda: self._selection is selection and np.array_equal(selection.mask, untouched),
+                after,
+            )
+        )
+
+    def _drop(self) -> None:
+        self._selection, self._shape = None, None
+        self._preview.forget()
+        self._changed()
+
+    def leave(self) -> None:
+        """Discard an unfinished shape; the selection remains."""
+        self._shape = None
+        self._changed()
+
+    def forget(self) -> None:
+        """Reset because the project is being closed; the selection remains as a draft."""
+        self._selection, self._shape = None, None
+        self._preview.forget()
+        self._context.show(None)
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """Do nothing, because elements have no type."""
+
+    def document_changed(self) -> None:
+        """Discard the selection if its model was removed."""
+        selection = self._selection
+        if selection is not None and selection.model_id not in self._context.session.records:
+            self._drop()
+            self._keep_draft()
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _keep_draft(self) -> None:
+        selection = self.selection
+        state = None if selection is None else selection.to_dict()
+        try:
+            self._context.session.set_draft(
+                None
+                if state is None
+                else {"tool": self.name, "chosen": state, **self._more_state()}
+            )
+        except VomError as error:
+            self._context.report(error)
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        """Restore a draft. Return False if it is not valid or its model was removed."""
+        try:
+            selection = ElementSelection.from_dict(state["chosen"])
+        except (KeyError, TypeError, ValueError):
+            return False
+        if selection.model_id not in self._context.session.records:
+            return False
+        self._selection = selection
+        self._changed()
+        return True
+
+    def _changed(self) -> None:
+        self._show()
+        self._context.tool_changed()
+
+
+def inside(
+    context: ToolContext,
+    looking: ViewSnapshot,
+    shape: DrawnShape,
+    model_ids: list[str],
+    *,
+    through: bool,
+) -> dict[str, BoolArray]:
+    """Return the elements (n,) of each model that are inside a shape."""
+    filled = looking.filled(shape.ring())
+    elements, masks = context.elements, {}
+    for model_id in model_ids:
+        data = elements.data(model_id)
+        model = get(context.session.records, model_id, Model)
+        if data is not None and model is not None:
+            masks[model_id] = looking.inside(
+                data,
+                transform.matrix(model.to_world),
+                filled,
+                through=through,
+                spacing=elements.spacing(model_id) * transform.scale_of(model.to_world),
+            )
+    return masks
+
+
+def combination(event: PointerEvent, default: Combine) -> Combine:
+    """Return the combination: Shift adds, Alt or Ctrl removes, both intersect."""
+    removes = event.alt or event.ctrl
+    if event.shift and removes:
+        return "intersect"
+    if event.shift:
+        return "add"
+    return "subtract" if removes else default

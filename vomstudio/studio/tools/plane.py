@@ -1,0 +1,595 @@
+"""Tool that measures a plane on one surface of the outcrop.
+
+A click grows the even surface around it, and dragging paints with a round brush; other modes draw
+a lasso, polygon or rectangle. Enter creates a patch of the chosen faces or points, whose plane is
+fitted. Clicks wait until the neighbour graph of the model is built.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from vomstudio.core.errors import DocumentError, VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry import transform
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.patches import runs_to_ids
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import FeatureType, Model, get
+from vomstudio.studio.tools.brush_stroke import Stroke, record_figures
+from vomstudio.studio.tools.element_preview import new_patch
+from vomstudio.studio.tools.element_selection import Combine, ElementSelection, combine_masks
+from vomstudio.studio.tools.element_tool import ElementTool, combination
+from vomstudio.studio.tools.growth import Growth, Seed
+from vomstudio.studio.tools.interaction_types import (
+    BrushRing,
+    Button,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+)
+from vomstudio.studio.tools.plane_readout import plane_reading
+from vomstudio.studio.tools.polyline import BLANK_COLOR, rgb
+from vomstudio.studio.tools.selection_messages import (
+    ERASED,
+    GROWN,
+    PAINTED,
+    SHAPE_HINTS,
+    ElementMode,
+    count_text,
+)
+from vomstudio.studio.tools.tool_context import ToolContext
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+MIN_RADIUS_M, MAX_RADIUS_M = 1e-3, 1e4
+RADIUS_FACTOR = 1.25
+# Initial size of the brush as a share of the model size.
+DEFAULT_RADIUS_SHARE = 1.0 / 80.0
+MAX_PLANE_ELEMENTS = 2_000_000
+_PICK_HINT = to_translate(
+    "click grows it, dragging paints it. Ctrl+wheel: angle, Shift+wheel: distance."
+)
+_HINT = to_translate("Plane: {how} {count}")
+_HINT_OPEN = to_translate("Plane: {count} Enter keeps the plane, Esc discards it.")
+
+
+class PlaneTool(ElementTool):
+    """Tool that measures planes; see the module.
+
+    Attributes
+    ----------
+    growth : Growth
+        Growth from a click, with its tolerances.
+    """
+
+    name = "plane"
+    record = Patch
+
+    def __init__(self, context: ToolContext) -> None:
+        super().__init__(context)
+        self.mode: ElementMode = "pick"
+        self.growth = Growth(context)
+        self._radius: float | None = None
+        self._continued: Patch | None = None
+        # Clicks that wait for the neighbour graph; None marks the end of the plane.
+        self._waiting: list[Seed | None] = []
+        self._stroke: Stroke | None = None
+        self._stroke_how: Combine = "new"
+        self._down = False
+        self._removes = False
+        self._hover: Hit | None = None
+        self._live: Measurement | None = None
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def open(self) -> bool:
+        """Whether a plane has been begun."""
+        return super().open or self._down or bool(self._waiting)
+
+    @property
+    def painting(self) -> bool:
+        """Whether a stroke is being painted."""
+        return self._down
+
+    @property
+    def continued(self) -> bool:
+        """Whether a plane of the document is being changed."""
+        return self._continued is not None and self.open
+
+    @property
+    def continued_plane(self) -> Patch | None:
+        """Plane of the document that is being changed, or None."""
+        return self._continued if self.open else None
+
+    @property
+    def finishing(self) -> bool:
+        """Whether the plane is kept as soon as the neighbour graph is built."""
+        return None in self._waiting
+
+    @property
+    def radius(self) -> float:
+        """Radius of the brush, metres."""
+        return self._radius if self._radius is not None else 0.1
+
+    @property
+    def measurement(self) -> Measurement | None:
+        """Measurement of the plane, or None if it has none yet or too many elements."""
+        if self._down:
+            return self._live
+        return self._preview.measurement(self.selection)
+
+    @property
+    def undo_label(self) -> str | None:
+        if self._down:
+            return None
+        if self._waiting:
+            return tr("Finish") if self._waiting[-1] is None else tr("Click")
+        return super().undo_label
+
+    @property
+    def redo_label(self) -> str | None:
+        return None if self._down or self._waiting else super().redo_label
+
+    def hint(self) -> str:
+        if self._down:
+            return tr("Plane: release the button to end the stroke; Esc discards it.")
+        if self._shape is not None:
+            return self._shape.hint()
+        if self.count:
+            return tr(_HINT_OPEN, count=count_text(self.count))
+        how = tr(_PICK_HINT) if self.mode == "pick" else tr(SHAPE_HINTS[self.mode])
+        return tr(_HINT, how=how, count=count_text(0))
+
+    def why_not_finish(self) -> Finding | None:
+        if self._shape is not None:
+            return self._shape.why_not_close()
+        return None if self.open else Finding("plane.nothing-chosen")
+
+    def why_not_cancel(self) -> Finding | None:
+        return None if self.open else Finding("tool.nothing-open")
+
+    # --- settings ----------------------------------------------------------------------------
+    def set_radius(self, metres: float) -> None:
+        """Set the radius of the brush in metres, limited to the permitted range."""
+        metres = min(max(float(metres), MIN_RADIUS_M), MAX_RADIUS_M)
+        if metres != self._radius:
+            self._radius = metres
+            self._changed()
+
+    def larger(self) -> None:
+        """Enlarge the brush by one step."""
+        self.set_radius(_two_digits(self.radius * RADIUS_FACTOR))
+
+    def smaller(self) -> None:
+        """Shrink the brush by one step."""
+        self.set_radius(_two_digits(self.radius / RADIUS_FACTOR))
+
+    def set_tolerance(
+        self, *, angle_deg: float | None = None, distance: float | None = None
+    ) -> None:
+        """Set the tolerances of growth, in degrees and metres."""
+        if angle_deg is not None:
+            self.growth.set_angle(angle_deg)
+        if distance is not None:
+            self.growth.set_distance(distance)
+        self.regrow()
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """Show the plane in the colour of the next type."""
+        self._preview.forget_measurement()
+        if self.open or self._hover is not None:
+            self._show()
+
+    # --- gestures ----------------------------------------------------------------------------
+    def pointer(self, event: PointerEvent) -> None:
+        """Grow, paint or draw a shape with the left button; see `Tool`."""
+        if event.kind is Pointer.WHEEL:
+            self.growth.turn(event.turns, distance=event.shift)
+            self.regrow()
+            return
+        if event.kind is Pointer.MOVE:
+            self._hover, self._removes = event.hit, self._erases(event)
+            if self._shape is None:
+                self._show()
+        if self.mode != "pick":
+            self._draw(event)
+        elif event.button is Button.LEFT:
+            self._pick(event)
+
+    def _erases(self, event: PointerEvent) -> bool:
+        return combination(event, self.combine) == "subtract"
+
+    def _pick(self, event: PointerEvent) -> None:
+        if event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK):
+            self._grow(event)
+        elif event.kind is Pointer.DRAG_START:
+            self._press(event)
+        elif event.kind is Pointer.DRAG_MOVE and self._down:
+            self._paint(event.hit)
+            if not event.more:
+                self._measure_live()
+                self._show()
+        elif event.kind is Pointer.DRAG_END and self._down:
+            self._paint(event.hit)
+            self._release()
+
+    # --- growth ------------------------------------------------------------------------------
+    def _grow(self, event: PointerEvent) -> None:
+        if event.hit is None:
+            self._context.hint(Finding("tool.no-surface"))
+            return
+        how = combination(event, self.combine)
+        if how != "new" and self._is_elsewhere(event.hit):
+            self._context.hint(Finding("tool.other-model"))
+            return
+        self._waiting.append(Seed(event.hit, how))
+        self._grow_waiting()
+
+    def _is_elsewhere(self, hit: Hit) -> bool:
+        return self.selection is not None and hit.model_id != self.selection.model_id
+
+    def _grow_waiting(self) -> None:
+        """Grow from the waiting clicks in order, as soon as the neighbour graph is built."""
+        while self._waiting:
+            seed = self._waiting[0]
+            if seed is None:
+                self._waiting.pop(0)
+                self._keep_plane()
+                continue
+            try:
+                piece = self.growth.piece(seed.hit, self._grow_waiting)
+            except VomError as error:
+                self._waiting.clear()
+                self._context.report(error)
+                break
+            if piece is None and self.growth.pending:
+                self._changed()
+                return
+            self._waiting.pop(0)
+            if piece is not None:
+                self.take(seed.hit.model_id, piece.mask, seed.how, tr(GROWN))
+                self.growth.seed = seed
+        self._changed()
+
+    def regrow(self) -> None:
+        """Repeat the last growth with the new tolerance."""
+        seed, selection = self.growth.seed, self._selection
+        if seed is not None and selection is not None and selection.last_step is not None:
+            piece = self.growth.piece(seed.hit, lambda: None)
+            if piece is not None:
+                selection.change_last(combine_masks(selection.before_last(), piece.mask, seed.how))
+                self._keep_draft()
+        self._changed()
+
+    # --- painting ----------------------------------------------------------------------------
+    def _press(self, event: PointerEvent) -> None:
+        self._down, self._stroke, self._live = True, None, None
+        self._stroke_how = combination(event, self.combine)
+        self._removes = self._stroke_how == "subtract"
+        self._paint(event.hit)
+        self._measure_live()
+        self._changed()
+
+    def _begin_stroke(self, hit: Hit) -> Stroke | None:
+        """Start a stroke where the brush first meets a surface."""
+        model = get(self._context.session.records, hit.model_id, Model)
+        surface, selection = self._context.surface(hit.model_id), self.selection
+        starts_empty = self._stroke_how in ("new", "intersect") or selection is None
+        problem: Finding | None = None
+        if model is None or surface is None:
+            problem = Finding("model.removed")
+        elif self._stroke_how != "new" and self._is_elsewhere(hit):
+            problem = Finding("tool.other-model")
+        elif self._stroke_how in ("subtract", "intersect") and selection is None:
+            problem = Finding("selection.empty")
+        if problem is not None or model is None or surface is None:
+            self._down = False
+            if problem is not None:
+                self._context.hint(problem)
+            self._context.tool_changed()
+            return None
+        self._suggest_radius(model, surface)
+        before = np.zeros(surface.count, np.bool_)
+        if not starts_empty and selection is not None and len(selection.mask) == surface.count:
+            before = selection.mask
+        return Stroke.begin(hit, model, surface, before, removes=self._removes)
+
+    def _paint(self, hit: Hit | None) -> None:
+        self._hover = hit
+        if hit is None:
+            return
+        if self._stroke is None:
+            self._stroke = self._begin_stroke(hit)
+        stroke = self._stroke
+        if stroke is not None and hit.model_id == stroke.model.id:
+            stroke.paint(hit, self.radius)
+
+    def _release(self) -> None:
+        stroke, how = self._stroke, self._stroke_how
+        self._stop_stroke()
+        if stroke is not None and stroke.count:
+            # The stroke already contains the previous selection.
+            what = ERASED if stroke.removes else PAINTED
+            then: Combine = "intersect" if how == "intersect" else "new"
+            self.take(stroke.model.id, stroke.selected, then, tr(what))
+        self._changed()
+
+    def _stop_stroke(self) -> None:
+        self._down, self._stroke, self._live, self._removes = False, None, None, False
+
+    def _measure_live(self) -> None:
+        """Fit a plane to the painted area, unless a slow fit was made just before."""
+        stroke, started = self._stroke, time.perf_counter()
+        if stroke is None or not stroke.due(started):
+            return
+        ids = stroke.ids()
+        if not len(ids):
+            self._live, stroke.measured = None, stroke.count
+            return
+        patch = self._continued or new_patch(self._context, stroke.model, stroke.surface.element)
+        self._live = self._context.measure(patch.but(**stroke.figures(ids, whole=False)))
+        stroke.note_measured(started)
+
+    def take(self, model_id: str, mask: np.ndarray, how: Combine, step: str) -> None:
+        self.growth.seed = None
+        if self._continued is not None and self._continued.model_id != model_id:
+            self._context.hint(Finding("tool.other-model"))
+            return
+        super().take(model_id, mask, how, step)
+
+    # --- start and end ------------------------------------------------------------------------
+    def continue_feature(self, feature_id: str) -> None:
+        """Change a plane of the document. Raises DocumentError."""
+        if self.open:
+            raise DocumentError(Finding("feature.open"))
+        patch = get(self._context.session.records, feature_id, Patch)
+        if patch is None:
+            raise DocumentError(Finding("tool.other-kind"))
+        surface = self._context.surface(patch.model_id)
+        if surface is None:
+            raise DocumentError(Finding("model.not-open", model=patch.model_id))
+        selection = ElementSelection(patch.model_id, surface.count)
+        ids = runs_to_ids(patch.runs)
+        mask = np.zeros(surface.count, np.bool_)
+        mask[ids[ids < surface.count]] = True
+        selection.start(mask)
+        self._continued, self._hover, self.growth.seed = patch, None, None
+        self.adopt(selection)
+
+    def undo(self) -> bool:
+        if self._down:
+            return False
+        self.growth.seed = None
+        if self._waiting:
+            self._waiting.pop()
+            self._changed()
+            return True
+        return super().undo()
+
+    def redo(self) -> bool:
+        self.growth.seed = None
+        return super().redo()
+
+    def finish(self) -> str | None:
+        """Close the unfinished shape, or else keep the plane and return its id."""
+        if self._down:
+            self._release()
+        if self._shape is not None:
+            self._close_shape()
+            return None
+        if self._waiting:
+            if self._waiting[-1] is not None:
+                self._waiting.append(None)
+                self._changed()
+            return None
+        return self._keep_plane()
+
+    def _keep_plane(self) -> str | None:
+        selection = self.selection
+        if selection is None:
+            return None
+        if selection.count > MAX_PLANE_ELEMENTS:
+            self._context.report(
+                Finding("selection.too-many", count=selection.count, maximum=MAX_PLANE_ELEMENTS)
+            )
+            return None
+        patch = self._patch(selection)
+        if patch is None:
+            self._context.report(Finding("model.not-open", model=selection.model_id))
+            return None
+        session = self._context.session
+        try:
+            session.apply(self._edit(patch), finishes_draft=session.draft is not None)
+        except VomError as error:
+            self._context.report(error)
+            return None
+        self._drop()
+        self._context.created(patch.id)
+        return patch.id
+
+    def _patch(self, selection: ElementSelection) -> Patch | None:
+        if self._continued is None:
+            return self._preview.patch(selection)
+        surface = self._context.surface(selection.model_id)
+        stored = get(self._context.session.records, self._continued.id, Patch)
+        if surface is None or surface.count != len(selection.mask):
+            return None
+        return replace(stored or self._continued, **record_figures(surface, selection.ids()))
+
+    def _edit(self, patch: Patch) -> Edit:
+        records = self._context.session.records
+        if get(records, patch.id, Patch) is not None:
+            return edits.change_feature(records, patch)
+        return edits.add_features(records, [patch])
+
+    def _set_continued(self, patch: Patch | None) -> None:
+        self._continued = patch
+
+    def cancel(self) -> None:
+        """Discard the stroke, shape or waiting clicks, or else the plane; undo restores it."""
+        if self._down:
+            self._cancel_stroke()
+        elif self._waiting:
+            self._waiting.clear()
+            self._changed()
+        elif self._shape is not None or self._continued is None:
+            super().cancel()
+        elif (selection := self.selection) is not None:
+            if selection.last_step is None:
+                self._drop()
+                self._keep_draft()
+                return
+            back = partial(self._set_continued, self._continued)
+            self._discard(selection, f"Discard the changes of {self._continued.name}", back)
+
+    def _cancel_stroke(self) -> None:
+        """Discard the unfinished stroke, which redo repeats, or undo if it was the first."""
+        stroke, existed = self._stroke, self.count > 0
+        if stroke is None or not stroke.count:
+            self._stop_stroke()
+            self._changed()
+            return
+        self._release()
+        if existed:
+            self.undo()
+        elif (selection := self.selection) is not None:
+            self._discard(selection, "Discard the stroke", lambda: None)
+
+    def release(self) -> ElementSelection | None:
+        self._waiting.clear()
+        return super().release()
+
+    def _drop(self) -> None:
+        self._stop_stroke()
+        self._continued, self.growth.seed = None, None
+        super()._drop()
+
+    def leave(self) -> None:
+        """End an unfinished stroke and discard an unfinished shape; the plane remains."""
+        if self._down:
+            self._release()
+        self._hover = None
+        if not self.open:
+            self._continued = None
+        super().leave()
+
+    def forget(self) -> None:
+        self._waiting.clear()
+        self._stop_stroke()
+        self._continued, self.growth.seed, self._hover = None, None, None
+        super().forget()
+
+    def document_changed(self) -> None:
+        super().document_changed()
+        if self._hover is not None and not self._down:
+            self._show()
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self) -> dict[str, Any]:
+        return {
+            "type_id": self._context.next_type_id,
+            "set_name": self._context.next_set,
+            "continued": "" if self._continued is None else self._continued.id,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        records = self._context.session.records
+        self._continued = get(records, str(state.get("continued", "")), Patch)
+        if not super().restore(state):
+            self._continued = None
+            return False
+        type_id = str(state.get("type_id", ""))
+        if get(records, type_id, FeatureType) is not None:
+            self._context.set_next(type_id, str(state.get("set_name", "")))
+        return True
+
+    # --- preview ------------------------------------------------------------------------------
+    def _suggest_radius(self, model: Model, surface: PaintSurface) -> None:
+        if self._radius is None:
+            radius = surface.extent * transform.scale_of(model.to_world) * DEFAULT_RADIUS_SHARE
+            self._radius = max(_round(radius), MIN_RADIUS_M)
+            self._context.tool_changed()
+
+    def _show(self) -> None:
+        brush, pending = self._brush(), self._pending_places()
+        if brush is None and not self.open:
+            self._context.show(None)
+            return
+        measurement = None if self._shape is not None else self.measurement
+        type_id = self._continued.type_id if self._continued else self._context.next_type_id
+        kind = get(self._context.session.records, type_id, FeatureType)
+        verdict = measurement.verdict if measurement else None
+        is_replaced = self._down and self._stroke_how == "new"
+        self._context.show(
+            Preview(
+                line=np.zeros((0, 3)),
+                color=rgb(kind.color if kind is not None else BLANK_COLOR),
+                reading=self._reading(measurement),
+                verdict=verdict.quality if verdict else None,
+                brush=brush,
+                area=None if is_replaced else self._preview.area(self.selection),
+                stroke=None if self._stroke is None else self._stroke.area(),
+                erases=self._removes,
+                outline=None if self._shape is None else self._shape.outline(),
+                pending=pending,
+            )
+        )
+
+    def _reading(self, measurement: Measurement | None) -> tuple[str, ...]:
+        if self._waiting:
+            return (tr("Waiting for the neighbour graph"),)
+        if measurement is None and self.count and self._shape is None and not self._down:
+            return (tr("The plane is measured at Enter"),)
+        return plane_reading(self._context, measurement, painting=self._down)
+
+    def _pending_places(self) -> np.ndarray | None:
+        hits = [seed.hit for seed in self._waiting if seed is not None]
+        return self._context.world_places(hits) if hits else None
+
+    def _brush(self) -> BrushRing | None:
+        hit = self._hover
+        model = get(self._context.session.records, hit.model_id, Model) if hit else None
+        surface = self._context.surface(hit.model_id) if hit else None
+        if hit is None or surface is None or model is None or self.mode != "pick":
+            return None
+        self._suggest_radius(model, surface)
+        radius = self.radius / transform.scale_of(model.to_world)
+        normal = surface.normal_near(hit.index, hit.position, radius)
+        return BrushRing(
+            transform.apply(model.to_world, [hit.position])[0],
+            self.radius,
+            None if normal is None else transform.rotate(model.to_world, [normal])[0],
+            self._removes,
+        )
+
+
+def _round(length: float) -> float:
+    """Round a length to the nearest 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(max(length, 1e-300)))
+    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(step - length / power)))
+
+
+def _two_digits(length: float) -> float:
+    return float(f"{length:.2g}")
+
+
+TOOL = ToolEntry(
+    PlaneTool,
+    label=to_translate("&Plane"),
+    icon="layers-search-outline",
+    key="P",
+    tip=to_translate("Click or paint one surface; its plane is fitted."),
+    order=20,
+    takes_keys=True,
+)

@@ -1,0 +1,140 @@
+"""Context menu of the rock or feature under the cursor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Protocol
+
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
+from PySide6.QtGui import QAction, QContextMenuEvent, QGuiApplication
+from PySide6.QtWidgets import QMenu
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.records import Feature, get_feature
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
+
+_END = ("finish", "undo_click", "cancel")
+_VIEW = ("home", "show_elements")
+COORDINATE_DECIMALS = 3
+
+
+class FeatureMenus(Protocol):
+    """Factory of the menus of features, the same as in the tree and the table."""
+
+    def fill_feature_menu(self, menu: QMenu, feature: Feature) -> None: ...
+
+
+class OutcropMenu(QObject):
+    """Menu that opens with a click of the right button or with the menu key.
+
+    While a feature is open, the menu ends it; otherwise it begins one at the cursor.
+    """
+
+    def __init__(
+        self,
+        studio: Studio,
+        viewport: Viewport,
+        view: OutcropView,
+        actions: Mapping[str, QAction],
+        features: FeatureMenus,
+    ) -> None:
+        super().__init__(viewport)
+        self._studio, self._viewport, self._view = studio, viewport, view
+        self._actions, self._features = actions, features
+        viewport.pointer.connect(self._open)
+        viewport.installEventFilter(self)
+        view.set_edit_callback(self._edit)
+
+    def _edit(self) -> None:
+        if self._actions["edit_feature"].isEnabled():
+            self._actions["edit_feature"].trigger()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """Open the menu at the cursor for the menu key."""
+        by_key = QContextMenuEvent.Reason.Keyboard
+        if not isinstance(event, QContextMenuEvent) or event.reason() != by_key:
+            return False
+        at = self._viewport.gestures.cursor or QPointF(self._viewport.rect().center())
+        hit = self._viewport.pick(at.x(), at.y())
+        self._open(PointerEvent(Pointer.CLICK, at.x(), at.y(), Button.RIGHT, hit=hit))
+        return True
+
+    def _open(self, event: PointerEvent) -> None:
+        if event.kind is not Pointer.CLICK or event.button is not Button.RIGHT:
+            return
+        menu = self.create_menu(event)
+        if not menu.isEmpty():
+            menu.popup(self._viewport.mapToGlobal(QPoint(round(event.x), round(event.y))))
+
+    def create_menu(self, event: PointerEvent) -> QMenu:
+        """Create the menu for a place of the viewport."""
+        menu = QMenu(self._viewport)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.setToolTipsVisible(True)
+        is_open = self._studio.open_tool is not None
+        feature_id = None if is_open else self._view.feature_at(event.x, event.y)
+        feature = get_feature(self._studio.records, feature_id)
+        if is_open:
+            menu.addActions([self._actions[name] for name in _END])
+        elif feature is not None:
+            menu.addSection(feature.name.replace("&", "&&"))
+            self._features.fill_feature_menu(menu, feature)
+        if event.hit is not None:
+            menu.addSeparator()
+            rock = menu if feature is None else menu.addMenu(tr("&Here"))
+            if not is_open:
+                self._add_tools(rock, event)
+            self._add_place(rock, event.hit)
+        if feature is None:
+            menu.addSeparator()
+            menu.addActions([a for name in _VIEW if (a := self._actions[name]).isEnabled()])
+        return menu
+
+    def _add_tools(self, menu: QMenu, event: PointerEvent) -> None:
+        """Add the commands that begin a feature at the place."""
+        for tool, text in (
+            ("plane", tr("&Grow plane")),
+            ("trace", tr("Start &trace")),
+            ("line", tr("Start &line")),
+            ("station", tr("Add &station")),
+        ):
+            icon = self._actions[tool].icon()
+            menu.addAction(icon, text, partial(self._begin, tool, event))
+        menu.addSeparator()
+
+    def _begin(self, tool: str, event: PointerEvent) -> None:
+        self._actions[f"{tool}_pick" if tool == "plane" else tool].trigger()
+        if self._studio.tool_name == tool:
+            click = replace(event, button=Button.LEFT, shift=False, ctrl=False, alt=False)
+            self._studio.pointer(replace(click, handle=None))
+
+    def _add_place(self, menu: QMenu, hit: Hit) -> None:
+        menu.addAction(
+            theme.icon("rotate-orbit"),
+            tr("Centre of &rotation"),
+            lambda: self._viewport.moves.set_pivot(self._viewport.world_of(hit)),
+        )
+        menu.addAction(
+            theme.icon("arrow-collapse-down"), tr("Look along &normal"), partial(self._look, hit)
+        )
+        menu.addAction(
+            theme.icon("content-copy"), tr("&Copy coordinates"), partial(self._copy, hit)
+        )
+
+    def _look(self, hit: Hit) -> None:
+        if (problem := self._view.look_along_normal(hit)) is not None:
+            self._studio.hint(problem)
+
+    def _copy(self, hit: Hit) -> None:
+        """Copy the World coordinates in the form that a spreadsheet splits into columns."""
+        place = self._viewport.world_of(hit)
+        text = "\t".join(f"{value:.{COORDINATE_DECIMALS}f}" for value in place)
+        QGuiApplication.clipboard().setText(text)
+        self._studio.info(Finding("place.copied", place=text.replace("\t", ", ")))
