@@ -29,6 +29,7 @@ from tests.driver import (
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.select import SelectTool
+from vomstudio.studio.tools.selection_messages import UNDO_LABELS
 from vomstudio.ui.panels.tools.select import SelectPanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -134,7 +135,7 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     # Enter came too soon: the patch goes, then what was chosen for it is there again.
     key(window, Qt.Key.Key_Z, CTRL)
     assert not tool.open
-    assert studio.undo_label == "Let go of what was chosen"
+    assert studio.undo_label == UNDO_LABELS["discard"]
     key(window, Qt.Key.Key_Z, CTRL)
     assert tool.count == more
     assert patches(window) == []

@@ -49,6 +49,23 @@ TEXTS: dict[str, Entry] = {
             " aligned, and the mesh has {faces:,} faces. {fit}"
         ),
     ),
+    "reconstruction.aligned": (
+        "info",
+        to_translate(
+            "{registered} of {photos} photos aligned with a mean reprojection error of"
+            " {error_px:.2f} px."
+        ),
+    ),
+    "reconstruction.tie-points": (
+        "info",
+        to_translate(
+            "{tie_points:,} tie points, of which {in_three:,} are in three photos or more."
+        ),
+    ),
+    "reconstruction.size": (
+        "info",
+        to_translate("{points:,} points and {faces:,} triangles in {frame}."),
+    ),
     "reconstruction.other-project": (
         "info",
         to_translate("The model belongs to another project: {file}"),

@@ -184,6 +184,13 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("A continued feature is picked point by point."),
     ),
+    "follow.searching": ("info", to_translate("Searching for the path.")),
+    "follow.finishing": ("info", to_translate("Finished when the path is found.")),
+    "follow.clicks-waiting": (
+        "info",
+        to_translate("{count} click waits for the next feature."),
+        to_translate("{count} clicks wait for the next feature."),
+    ),
     "follow.no-cost": (
         "error",
         to_translate("Choose an entry under Follow first."),

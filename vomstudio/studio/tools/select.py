@@ -31,6 +31,7 @@ from vomstudio.studio.tools.select_preview import SelectPreview
 from vomstudio.studio.tools.selection_messages import (
     HINTS,
     STEPS,
+    UNDO_LABELS,
     SelectMode,
     empty_shape_finding,
     selection_text,
@@ -338,7 +339,7 @@ class SelectTool:
             self._context.report(error)
             return None
         # Undo removes the patch, and the next undo restores the selection.
-        self._discard(selection, "Let go of what was chosen", lambda: None, after=top_before)
+        self._discard(selection, tr(UNDO_LABELS["discard"]), lambda: None, after=top_before)
         self._context.created(patch.id)
         return patch.id
 
@@ -351,7 +352,7 @@ class SelectTool:
         selection = self.selection
         if selection is None:
             return
-        self._discard(selection, "Discard what was chosen", lambda: None)
+        self._discard(selection, tr(UNDO_LABELS["discard"]), lambda: None)
 
     def hide_selected(self) -> None:
         """Hide the selection; undo shows and selects it again."""
@@ -363,7 +364,7 @@ class SelectTool:
             model_id, selection.mask if hidden_before is None else selection.mask | hidden_before
         )
         self._discard(
-            selection, "Hide what was chosen", lambda: elements.hide(model_id, hidden_before)
+            selection, tr(UNDO_LABELS["hide"]), lambda: elements.hide(model_id, hidden_before)
         )
 
     def _discard(

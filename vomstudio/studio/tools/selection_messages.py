@@ -15,6 +15,12 @@ STEPS: dict[SelectMode, str] = {
     "lasso": to_translate("Lasso"),
     "polygon": to_translate("Polygon"),
 }
+UNDO_LABELS = {
+    "discard": to_translate("Discard the selection"),
+    "hide": to_translate("Hide the selection"),
+    "show": to_translate("Show hidden elements"),
+}
+"""Labels of the steps that undo takes back, other than changes of the selection."""
 HINTS: dict[SelectMode, str] = {
     "grow": to_translate(
         "Select: a click takes the even surface around it; Ctrl+wheel: angle, Shift+wheel: "

@@ -287,9 +287,10 @@ class PropertiesPanel(QWidget):
         lines += [f"{name}: {value}" for name, value in facts]
         if model.registration is not None:
             summary = summary_of(model.registration)
-            lines += [f"{name}: {value}" for name, value in summary.facts]
-            lines += [summary.sentence] if summary.sentence else []
-            bold.append(summary.sentence)
+            lines += [f"{fact.name}: {fact.text}" for fact in summary.facts]
+            if summary.rotation is not None:
+                lines.append(summary.rotation.message)
+                bold.append(summary.rotation.message)
             lines += [f"• {warning}" for warning in summary.warnings]
         if open_model is not None:
             lines += map(str, open_model.warnings)
