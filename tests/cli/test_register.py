@@ -628,7 +628,7 @@ def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> N
         assert placed.read().points == pytest.approx(truth, abs=0.05)
         record = again._open_desk().find_model(None).registration
     assert record.method == "reference"
-    assert record.name == f"model fitted to {reference.name}"
+    assert record.name.endswith(f" {reference.name}")
     covariance = np.array(record.covariance)
     told = ran.json["rotation_error_deg"]
     assert np.degrees(np.sqrt(covariance[2, 2])) == pytest.approx(told["about_up"], rel=1e-6)

@@ -796,6 +796,24 @@ TEXTS: dict[str, Entry] = {
             "placed anew. Compare again."
         ),
     ),
+    "comparison.planes-matched": (
+        "info",
+        to_translate(
+            "{n} planes were measured on both ({named} matched by name, {near} by nearness)."
+        ),
+    ),
+    "comparison.planes-unmatched": (
+        "info",
+        to_translate("{first} of the model and {second} of the benchmark have no counterpart."),
+    ),
+    "comparison.planes-agree": (
+        "info",
+        to_translate("{share_percent:.0f} % of those with stated errors agree within them."),
+    ),
+    "comparison.no-planes-matched": (
+        "info",
+        to_translate("No plane was measured on both: none has the same name or place."),
+    ),
     "comparison.no-unit": (
         "warning",
         to_translate(

@@ -84,14 +84,10 @@ class ProposedLines:
     lines: tuple[ProposedLine, ...]
     known: int
 
-    @property
-    def provenance(self) -> str:
-        """Description of the search for the notes of accepted traces."""
-        return tr(
-            "Trace that the program proposed by {cost} (at least {length:.3g} m long)",
-            cost=self.options.used_cost,
-            length=self.result.least_length_m,
-        )
+    def provenance(self, code: str) -> str:
+        """Describe the search for the notes of a trace that was accepted or edited."""
+        length_m = self.result.least_length_m
+        return Finding(code, cost=self.options.used_cost, length_m=length_m).message
 
 
 class Tools(Protocol):
@@ -192,7 +188,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         accepted_rows = [row for row in rows if row in open_rows]
         if proposals is None or not accepted_rows:
             return []
-        note = tr("{found}, and that was accepted.", found=proposals.provenance)
+        note = proposals.provenance("trace.accepted")
         traces = {
             row: replace(
                 proposals.lines[row].trace,
@@ -227,7 +223,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             self._tools.hint(Finding("feature.open"))
             return False
         line = proposals.lines[row]
-        note = tr("{found}, and that was edited.", found=proposals.provenance)
+        note = proposals.provenance("trace.edited")
         # The trace tool cannot follow the edges of a network.
         cost: str | None = proposals.options.used_cost
         maximum = MAX_WAY_POINTS

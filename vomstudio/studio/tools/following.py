@@ -268,14 +268,8 @@ class FollowingTool(PolylineTool[F]):
     def _followed_words(self, feature: F) -> str:
         """Return the notes for a followed feature."""
         by, count = self._line.by(feature.model_id), len(feature.vertices)
-        text = tr("Followed by {cost} through {count} way-points.", cost=by, count=count)
-        if self._line.cost == AUTO:
-            text = tr(
-                "Followed by {cost}, of all costs the one that tells its plane best, through "
-                "{count} way-points.",
-                cost=by,
-                count=count,
-            )
+        code = "follow.by-best-cost" if self._line.cost == AUTO else "follow.by-cost"
+        text = Finding(code, cost=by, points=count).message
         votes = self.votes
         return text if votes is None else f"{text} {votes}"
 
