@@ -192,7 +192,7 @@ def test_facts_are_written_by_their_kind(page: Pages) -> None:
         "closed": False,
         "coloured": True,
         "nothing": None,
-        "of_each": {"one_side": 2, "other_side": 0.25},
+        "sides": {"left": 2, "right": 0.25},
         "name": "x <y>",
     }
     ((_, *rows),) = tables(page(model=model, scaled=True), "Model")
@@ -201,8 +201,8 @@ def test_facts_are_written_by_their_kind(page: Pages) -> None:
         [LABELS["faces"], "1,234,567"],
         ["closed", "no"],
         ["coloured", "yes"],
-        ["of each, one side", "2"],
-        ["of each, other side", "0.25"],
+        ["sides, left", "2"],
+        ["sides, right", "0.25"],
         ["name", "x <y>"],
     ]
 

@@ -232,6 +232,13 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("The project has no feature type {type}. Contact was used instead."),
     ),
+    "project.save-changes": ("info", to_translate("Save the changes to {project}?")),
+    "project.memory-lost": (
+        "warning",
+        to_translate(
+            "{failure} What is in memory only is lost unless you save the project elsewhere."
+        ),
+    ),
     "reading.no-pick": (
         "info",
         to_translate("No pick has the same type, so the reading is not compared."),

@@ -49,6 +49,16 @@ TEXTS: dict[str, Entry] = {
             " aligned, and the mesh has {faces:,} faces. {fit}"
         ),
     ),
+    "reconstruction.memory": (
+        "info",
+        to_translate("Depth maps and point cloud need up to {needed} of {free} of free memory."),
+    ),
+    "reconstruction.reduced-depth-maps": (
+        "warning",
+        to_translate(
+            "To fit into it, depth maps are made at {size_px} instead of {wanted_px} pixels."
+        ),
+    ),
     "reconstruction.aligned": (
         "info",
         to_translate(

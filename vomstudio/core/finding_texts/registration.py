@@ -796,6 +796,28 @@ TEXTS: dict[str, Entry] = {
             "placed anew. Compare again."
         ),
     ),
+    "fit.choose-reference": (
+        "info",
+        to_translate("Choose the reference: another model of the project, or a file."),
+    ),
+    "fit.running": ("info", to_translate("The surfaces are being fitted.")),
+    "fit.click-right": ("info", to_translate("Click the same point on the right.")),
+    "fit.click-left": ("info", to_translate("Click the same point on the left.")),
+    "fit.finished": (
+        "info",
+        to_translate("Register the model by this fit, or click more points and fit it again."),
+    ),
+    "fit.click-pairs": (
+        "info",
+        to_translate(
+            "Click {minimum} or more points on both sides, far apart and not on a line. If the"
+            " models already overlap, fewer or none suffice."
+        ),
+    ),
+    "fit.ready": (
+        "info",
+        to_translate("Fit the surfaces, or click more points. A ring shows the expected place."),
+    ),
     "comparison.planes-matched": (
         "info",
         to_translate(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IndexArray
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.folds import FoldAxis
@@ -68,7 +69,7 @@ class NetPage:
         if net.circles is None and planes > AUTO_CIRCLES:
             self.foot.append(tr("Great circles of {count:,} planes not drawn", count=planes))
         if self.contours and not self.bar:
-            self.foot.append(tr("Nowhere dense enough for a contour"))
+            self.foot.append(Finding("net.nowhere-dense").message)
         self.foot.append(tr(PROJECTION_NAMES[net.projection]))
         self.words: list[str] = []
         self.whole = True

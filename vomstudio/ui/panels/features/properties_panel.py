@@ -248,12 +248,7 @@ class PropertiesPanel(QWidget):
         count = len(self._shown_ids)
         self._count_label.setVisible(count > 1)
         self._count_label.setText(
-            tr(
-                "{count} features are selected: a change here changes all of them. The figures are "
-                "those of {name}.",
-                count=count,
-                name=current.name,
-            )
+            Finding("features.several-selected", n=count, name=current.name).message
         )
         name = self.fields["name"]
         allow(name, Finding("action.several-features") if count > 1 else None)
