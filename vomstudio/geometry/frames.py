@@ -139,5 +139,17 @@ WORLD_NORTHS = {
 
 
 def world_north(crs: str | None, *, known: bool) -> str:
-    """Return the north of a World frame as the files beside rasters state it."""
+    """Return the north of a World frame as the files beside rasters state it.
+
+    Parameters
+    ----------
+    crs : str or None
+        CRS of the World frame.
+    known : bool
+        Whether north is known.
+
+    Returns
+    -------
+    str
+    """
     return WORLD_NORTHS["unknown" if not known else "world" if crs is None else "crs"]

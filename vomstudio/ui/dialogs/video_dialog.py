@@ -181,14 +181,14 @@ class VideoDialog(QDialog):
 
 def describe_report(result: FrameReport) -> str:
     """Describe the frames, gaps, warnings and verdict of an extraction as rich text."""
-    kept = Finding(
+    headline = Finding(
         "video.frames-kept",
         count=len(result.frames),
         width=result.width,
         height=result.height,
         seconds=result.seconds,
     )
-    lines = [f"<b>{escape(kept.message)}</b>"]
+    lines = [f"<b>{escape(headline.message)}</b>"]
     lines += [
         escape(Finding("video.frames-left-out", count=number, reason=tr(reason)).message)
         for reason, number in result.skipped.items()
