@@ -50,4 +50,4 @@ def test_tests_compare_codes_and_values_and_hardly_ever_sentences() -> None:
         for path in sources("tests")
         for line in assertions_on_wording(path.read_text("utf-8"))
     ]
-    assert len(found) <= MAX_ASSERTIONS_ON_WORDING, "\n".join(places)
+    assert len(found) <= MAX_ASSERTIONS_ON_WORDING, "\n".join(found)

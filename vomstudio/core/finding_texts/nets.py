@@ -30,6 +30,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "net.nowhere-dense": ("info", to_translate("Nowhere dense enough for a contour.")),
     "net.no-girdle": ("info", to_translate("No girdle (K above 1): {sets}")),
+    "rose.several-sets": (
+        "error",
+        to_translate("Axes contain one rose, but the table has the sets {sets}. Select one."),
+    ),
     "rose.left-out": (
         "info",
         *to_translate_n(
