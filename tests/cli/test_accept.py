@@ -20,7 +20,7 @@ ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
 @pytest.fixture
 def cloud(tmp_path: Path) -> Path:
     rng = np.random.default_rng(1)
-    parts = [sheet(rng, a, (4.0 * i, 0.0, 0.0), count=1000) for i, a in enumerate(ATTITUDES)]
+    parts = [sheet(rng, a, (4.0 * i, 0.0, 0.0), count=600) for i, a in enumerate(ATTITUDES)]
     np.savetxt(tmp_path / "cloud.xyz", clouds_of(*parts)[0].points, fmt="%.5f")
     return tmp_path / "cloud.xyz"
 

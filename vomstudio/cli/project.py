@@ -81,10 +81,10 @@ def add_parser(subparsers: Subparsers) -> None:
     proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
     for name, each in PROPOSALS.items():
         text = tr("the options of vomstudio {command} apply", command=each.command)
-        found = proposals.add_parser(name, help=text, argument_default=argparse.SUPPRESS)
-        add_shared_options(found)
-        add_options(found, AcceptOptions)
-        add_options(found, each.options)
+        search = proposals.add_parser(name, help=text, argument_default=argparse.SUPPRESS)
+        add_shared_options(search)
+        add_options(search, AcceptOptions)
+        add_options(search, each.options)
     values = add("set", _set, tr("Change type, set, domain or name of features"))
     values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
     delete = add("delete", _delete, tr("Delete features"))
@@ -308,10 +308,12 @@ def _import(args: argparse.Namespace, out: Output) -> None:
 
 
 def _accept(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.studio.surfaces.headless_proposals import accept_proposals
+
     options = options_from(args, AcceptOptions)
     search = options_from(args, PROPOSALS[args.proposals].options)
     with _edited_project(args, out) as desk:
-        accepted = desk.accept(search, options)
+        accepted = accept_proposals(desk, search, options, progress_of(args))
     out.warn(accepted.warnings)
     words = tr_n(
         "{count} of {proposed} proposals was added.",

@@ -17,7 +17,6 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of, finding_of
-from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.geometry import transform
@@ -37,7 +36,6 @@ from vomstudio.io.settings import Settings, read_settings
 from vomstudio.project import edits
 from vomstudio.project.edit import change
 from vomstudio.project.folder import MODELS, ProjectFolder
-from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed, get
@@ -56,7 +54,7 @@ from vomstudio.studio.drawn_traces import (
 )
 from vomstudio.studio.jobs.drawing_tasks import collect_lines
 from vomstudio.studio.layer_export import update_layers
-from vomstudio.studio.models import name_of, new_model, placed_model
+from vomstudio.studio.models import name_of, new_model
 from vomstudio.studio.placing.registering import (
     add_reference_error,
     create_registration,
@@ -65,13 +63,11 @@ from vomstudio.studio.placing.registering import (
     rotation_deg,
     set_rotations_deg,
 )
-from vomstudio.studio.project_options import AcceptOptions, FeatureValues
+from vomstudio.studio.project_options import FeatureValues
 from vomstudio.studio.project_summary import matching_ids
 from vomstudio.studio.tools.local_surface import features_of_earlier_rules, remeasure
 
 if TYPE_CHECKING:
-    from vomstudio.extraction.facet_options import FacetOptions
-    from vomstudio.extraction.trace_options import ProposalOptions
     from vomstudio.products.ortho.back_projection import ProjectedLines, Sidecar
     from vomstudio.project.imports.feature_lists import ImportedFeatures
     from vomstudio.studio.placing.reference_fitting import ReferenceFit
@@ -116,15 +112,6 @@ class AddedPicks:
 
     traces: tuple[Trace, ...]
     skipped: tuple[tuple[str, Finding], ...]
-    warnings: tuple[Finding, ...]
-
-
-@dataclass(frozen=True)
-class AcceptedProposals:
-    """Proposals that were added, and the number of all proposals."""
-
-    features: tuple[Patch | Trace, ...]
-    proposed: int
     warnings: tuple[Finding, ...]
 
 
@@ -471,49 +458,6 @@ class HeadlessProject:
             skipped=(*reason.items(), *traces.skipped),
             warnings=traces.warnings if update else (*traces.warnings, *traces.edited_findings),
         )
-
-    def accept(
-        self, search: FacetOptions | ProposalOptions, options: AcceptOptions
-    ) -> AcceptedProposals:
-        """Search for facets or traces on a model, and add those of a quality in one edit.
-
-        Raises
-        ------
-        InputError, GeometryError
-            If the model cannot be read or has no surface.
-        UsageError
-            If the model or type is unknown, or the search proposes no features.
-        DocumentError
-            If no proposal has the quality.
-        """
-        from vomstudio.studio.surfaces.headless_proposals import propose_features
-
-        model, kind = self.find_model(options.model), self.find_type(options.type)
-        # Reports a file that is missing or has changed.
-        self.read_model(model)
-        path = self.project.find_model(model)
-        assert path is not None
-        proposals = propose_features(
-            model,
-            placed_model(model, path, self.project.cache),
-            search,
-            self.session.records,
-            self._progress,
-            quality=options.quality,
-        )
-        if not proposals.features:
-            raise DocumentError(
-                Finding("proposals.none", proposed=proposals.proposed, quality=options.quality)
-            )
-        set_name = options.set or ""
-        features = [
-            replace(each, id=new_id(each.id.partition("-")[0]), type_id=kind.id, set_name=set_name)
-            for each in proposals.features
-        ]
-        edit = edits.add_features(self.session.records, features)
-        self.session.apply(edit)
-        added = tuple(each for each in edit.after.values() if isinstance(each, Patch | Trace))
-        return AcceptedProposals(added, proposals.proposed, proposals.warnings)
 
     def import_features(self, path: Path, model: Model) -> ImportedFeatures:
         """Import the stations, contact lines and rock areas of a file in one edit.
