@@ -167,7 +167,9 @@ def test_roses_by_set_are_to_one_scale() -> None:
             "length": [1.0, 3.0, 1.0, 1.0, 1.0],
         }
     )
-    figure = vs.rose(table, by="set", weight="length", of="dip-direction")
+    ax = vs.rose(table, by="set", weight="length", of="dip-direction")
+    figure = ax.figure
+    assert ax is figure.axes[0]
     assert len(figure.axes) == 2
     assert "A (n = 2)" in [text.get_text() for text in figure.texts]
     # The mean of 90 once and 92 three times.
@@ -179,6 +181,37 @@ def test_roses_by_set_are_to_one_scale() -> None:
         vs.rose(table, bin_deg=7)
     with refused("rose.no-lines", vs.errors.GeometryError):
         vs.rose(table, of="trend")
+
+
+@pytest.mark.parametrize("of", ["strike", "dip"])
+def test_a_rose_is_drawn_on_axes_of_another_figure(of: str) -> None:
+    planes = ([90, 92, 180, 185, 182], [40, 41, 42, 50, 60])
+    figure, (left, right) = plt.subplots(1, 2)
+    before = right.get_position().bounds
+    assert vs.rose(planes, ax=right, of=of) is right
+    assert figure.axes == [left, right]
+    assert not left.has_data()
+    assert right.get_aspect() == 1.0
+    figure.draw_without_rendering()
+    assert right.get_position().width <= before[2] + 1e-9
+    assert "n = 5" in right.get_title()
+    alone = vs.rose(planes, of=of)
+    assert len(right.patches) == len(alone.patches)
+    plt.close("all")
+
+
+def test_axes_take_one_rose_and_are_rectangular() -> None:
+    import pandas
+
+    planes = pandas.DataFrame({"dipdir": [90, 180], "dip": [40, 50], "set": ["A", "B"]})
+    ax = plt.figure().add_subplot()
+    with refused("rose.several-sets", vs.errors.UsageError, field="ax", sets=("A", "B")):
+        vs.rose(planes, ax=ax, by="set")
+    assert not ax.has_data()
+    for other in (plt.figure().add_subplot(projection="polar"), "axes"):
+        with refused("argument.wrong-type", vs.errors.InputError, field="ax"):
+            vs.rose(planes, ax=other)
+    plt.close("all")
 
 
 def test_domains_and_weights_reach_scripts() -> None:

@@ -6,7 +6,10 @@ import json
 
 import pytest
 
+from tests.architecture.counts import ROOT, assertions_on_wording, sources
 from tests.architecture.wording import CEILINGS, counts, is_unidiomatic, places, unidiomatic
+
+MAX_ASSERTIONS_ON_WORDING = 60
 
 
 def test_no_package_has_more_unidiomatic_names_and_docstrings_than_before() -> None:
@@ -38,3 +41,13 @@ self.kept = found = 1
 '''
     texts = {text for _, text in unidiomatic(source)}
     assert texts == {"What a module says.", "kept", "found", "of_x", "Of a thing.", "given"}
+
+
+@pytest.mark.full
+def test_tests_compare_codes_and_values_and_hardly_ever_sentences() -> None:
+    found = [
+        f"{path.relative_to(ROOT)}:{line}"
+        for path in sources("tests")
+        for line in assertions_on_wording(path.read_text("utf-8"))
+    ]
+    assert len(found) <= MAX_ASSERTIONS_ON_WORDING, "\n".join(found)

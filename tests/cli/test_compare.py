@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.messages import codes, messages, shown_codes
+from tests.messages import codes, messages, shown_codes, shown_values
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
@@ -168,6 +168,7 @@ def test_orientations_of_both_are_held_beside_their_errors(run, write: Write) ->
     assert (second["second"], second["by"], second["error95_deg"]) == ("X", "nearness", None)
     assert told["agree_share"] == 1.0
     said = run("compare", *clouds, "--orientations", own, other).out
-    assert "matched by name" in said
+    assert shown_values(said, "comparison.planes-matched").keys() == {"n", "named", "near"}
+    assert shown_values(said, "comparison.planes-agree") == {"share_percent": "100"}
     lines = write("trend,plunge\n10,20\n", "lines.csv")
     assert run("compare", *clouds, "--orientations", own, lines).code == 2

@@ -10,6 +10,8 @@ import pyogrio
 import pytest
 import rasterio
 
+from vomstudio.geometry.frames import WORLD_NORTHS
+
 PROMISED = ("raster", "width", "height", "gsd_m", "coverage", "reference_point")
 
 
@@ -68,7 +70,7 @@ def test_everything_promised_is_said_and_written(run, table: Path, tmp_path: Pat
     assert sorted(set(heights)) == list(range(98, 110))
     facts = json.loads(Path(found["sidecar"]).read_text("utf-8"))
     assert facts["cell_to_world"] == found["cell_to_world"]
-    assert (facts["world_crs"], facts["north"]) == ("EPSG:32633", "grid north of the CRS")
+    assert (facts["world_crs"], facts["north"]) == ("EPSG:32633", WORLD_NORTHS["crs"])
     assert run("dem", table, "-o", out, "--json").code == 2
     assert run("dem", table, "-o", out, "--json", "--force").code == 0
 

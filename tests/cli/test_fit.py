@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.messages import by_code, messages
+from tests.messages import by_code, messages, shown_values
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.geology.profiles import PROFILES
@@ -247,7 +247,8 @@ def test_straight_traces_say_what_they_determine(run, tmp_path: Path) -> None:
     (crossing,) = ran.json["crossings"]
     assert crossing["dip_direction_deg"] == pytest.approx(90.0, abs=1.0)
     assert crossing["dip_deg"] == pytest.approx(np.degrees(0.7), abs=1.0)
-    assert "contains the line" in run("fit", traces, "--by", "id").out
+    said = run("fit", traces, "--by", "id").out
+    assert shown_values(said, "trace.straight")["width_deg"]
     assert run("fit", traces, "--by", "id", "--crossing", "A,C").code == 2
     assert run("fit", traces, "--crossing", "1,1").code == 2
     assert run("fit", traces, "--sets-table", traces).code == 2

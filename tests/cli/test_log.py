@@ -54,7 +54,9 @@ def test_bennisons_seam_has_the_published_attitude(run, write) -> None:
     assert "196.4/07.4 ± " in run("threepoint", write(BENNISON), "--sigma", "5").out
     exact = run("threepoint", write(BENNISON), "--json").json
     assert (exact["dip_error_deg"], exact["max_confidence95_deg"]) == (None, None)
-    assert "196/07; its error is unknown" in run("threepoint", write(BENNISON)).out
+    said = run("threepoint", write(BENNISON)).out
+    assert "196/07" in said
+    assert "±" not in said
     for wrong in ("0 0 0\n1 1 1\n2 2 2\n", "0 0 0\n1 1 1\n", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n"):
         assert run("threepoint", write(wrong)).code == 2
     assert run("threepoint", write(BENNISON), "--sigma", "-1").code == 2
@@ -209,7 +211,7 @@ def test_exports_of_a_project_carry_what_was_typed(run, project: Path, tmp_path:
     assert run("export", project, "--to", "gpkg", "-o", tmp_path / "l.gpkg").code == 0
     _, _, _, columns = pyogrio.raw.read(tmp_path / "l.gpkg", layer="dimensions")
     notes = [text for column in columns for text in column if isinstance(text, str)]
-    assert any("bed from B1: sandstone, red" in text for text in notes)
+    assert any("B1: sandstone, red" in text for text in notes)
 
 
 @pytest.mark.parametrize("empty", ["1,nan,1", "1,,1", "inf,2,2"])

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+from pyproj import Transformer
 from scipy.spatial.transform import Rotation
 
 from tests.messages import codes, messages, shown_codes
@@ -147,6 +148,70 @@ def test_the_placement_alone_is_written_as_its_json(run, write: Write, tmp_path:
 
 
 # --- lengths, azimuths, compass -------------------------------------------------------------------
+# --- the frame of the file --------------------------------------------------------------------
+@pytest.mark.parametrize("stated", [False, True])
+def test_positions_are_converted_to_another_crs(run, write: Write, stated: bool) -> None:
+    there = world(CORNERS)
+    to_other = Transformer.from_crs(32633, 32632, always_xy=True)
+    x, y = to_other.transform(there[:, 0], there[:, 1])
+    expected = write(pairs_text(CORNERS, np.column_stack([x, y, there[:, 2]]), HEADER), "32.csv")
+    comment = "# CRS: EPSG:32633\n" if stated else ""
+    table = write(comment + pairs_text(CORNERS, there, HEADER), "33.csv")
+    options = ("--to-crs", "EPSG:32632", "--json", *(() if stated else ("--crs", "EPSG:32633")))
+    told = run("register", "-", "--pairs", table, *options).json
+    same = run("register", "-", "--pairs", expected, "--crs", "EPSG:32632", "--json").json
+    assert "frame.reprojected" in codes(told)
+    np.testing.assert_allclose(matrix_of(told), matrix_of(same), rtol=0, atol=1e-4)
+
+
+def test_positions_in_degrees_are_converted(run, write: Write) -> None:
+    there = world(CORNERS)
+    degrees = Transformer.from_crs(32633, 4326, always_xy=True).transform(there[:, 0], there[:, 1])
+    rows = ["label,model_x,model_y,model_z,x,y,z"]
+    for i, (a, x, y, z) in enumerate(zip(CORNERS, *degrees, there[:, 2], strict=True)):
+        rows.append(f"P{i},{a[0]},{a[1]},{a[2]},{x:.11f},{y:.11f},{z:.4f}")
+    table = write("\n".join(rows) + "\n")
+    words = ("register", "-", "--pairs", table, "--crs", "EPSG:4326", "--json")
+    told = run(*words, "--to-crs", "EPSG:32633").json
+    assert told["scale"] == pytest.approx(SCALE, rel=1e-4)
+    assert off_deg(told) < 0.01
+    assert run(*words).code == 2
+
+
+def test_positions_without_a_crs_cannot_be_converted(run, write: Write) -> None:
+    table = write(pairs_text(CORNERS, world(CORNERS), HEADER))
+    ran = run("register", "-", "--pairs", table, "--to-crs", "EPSG:32632", "--json")
+    assert ran.json["error"]["code"] == "frame.no-crs"
+
+
+def test_the_stated_axis_and_unit_place_what_is_not_observed(run, write: Write) -> None:
+    model = write("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in CORNERS), "m.csv")
+    north = ("--bearing", "0,0,0,0,0,-9,0", "--up", "y", "--unit", "cm")
+    told = run("register", model, *north, "--json").json
+    # y of the file is up, and minus z is north.
+    y_up = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
+    np.testing.assert_allclose(matrix_of(told)[:3, :3], 0.01 * y_up, atol=1e-9)
+    assert told["known"]["scale"]
+
+
+def test_a_stated_unit_fixes_the_scale(run, write: Write) -> None:
+    model = write("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in CORNERS), "m.csv")
+    pairs = write(pairs_text(CORNERS, world(CORNERS), HEADER))
+    told = run("register", model, "--pairs", pairs, "--unit", "km", "--json").json
+    assert told["scale"] == pytest.approx(1000.0)
+    kept = run("register", model, "--pairs", pairs, "--unit", "m", "--json").json
+    same = run("register", model, "--pairs", pairs, "--keep-scale", "--json").json
+    assert matrix_of(kept) == pytest.approx(matrix_of(same))
+
+
+@pytest.mark.parametrize("option", [("--up", "y"), ("--unit", "cm")])
+def test_the_frame_of_a_file_needs_a_file(run, write: Write, option: tuple[str, str]) -> None:
+    pairs = write(pairs_text(CORNERS, world(CORNERS), HEADER))
+    error = run("register", "-", "--pairs", pairs, *option, "--json").json["error"]
+    assert (error["code"], error["option"]) == ("option.needs-model", option[0])
+
+
+# --- other observations -----------------------------------------------------------------------
 def test_one_length_and_one_azimuth_are_partial(run) -> None:
     told = run(
         "register", "-", "--scale", "0,0,0,2,0,0,5", "--bearing", "0,0,0,1,0,0,30", "--json"
@@ -628,7 +693,7 @@ def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> N
         assert placed.read().points == pytest.approx(truth, abs=0.05)
         record = again._open_desk().find_model(None).registration
     assert record.method == "reference"
-    assert record.name == f"model fitted to {reference.name}"
+    assert record.name.endswith(f" {reference.name}")
     covariance = np.array(record.covariance)
     told = ran.json["rotation_error_deg"]
     assert np.degrees(np.sqrt(covariance[2, 2])) == pytest.approx(told["about_up"], rel=1e-6)

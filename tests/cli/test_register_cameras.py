@@ -195,7 +195,7 @@ def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -
     named = {each["code"]: each for each in told["warnings"]}
     assert named["cameras.without-height"]["photos"] == ["IMG_05.jpg"]
     assert named["cameras.other-heights"]["photos"] == ["IMG_04.jpg"]
-    assert named["cameras.heights"]["reference"] == "above the sea"
+    assert named["cameras.heights"]["heights"] == "sea level"
 
 
 @pytest.mark.parametrize(

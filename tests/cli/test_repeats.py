@@ -11,7 +11,7 @@ import pandas
 import pytest
 
 import vomstudio as vs
-from tests.messages import codes, shown_values, warned
+from tests.messages import codes, shown_codes, shown_values, warned
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits, repeated_features
@@ -234,14 +234,12 @@ def test_figures_say_how_many_repeats_are_not_on_them(run, write, tmp_path) -> N
     (tmp_path / "one.csv").write_text(HEAD + "a,90,40,3,,AB\nd,90,43,3,a,AB\n")
     (tmp_path / "none.csv").write_text(HEAD + "a,90,40,3,,AB\nb,90,43,3,,AB\n")
     for words in (("stereonet",), ("rose", "--of", "strike")):
-        for source, said in (
-            (table, "4 repeated picks are left out"),
-            (tmp_path / "one.csv", "1 repeated pick is left out"),
-            (tmp_path / "none.csv", ""),
-        ):
+        for source, count in ((table, 4), (tmp_path / "one.csv", 1), (tmp_path / "none.csv", 0)):
             figure = tmp_path / "figure.svg"
             assert run(words[0], source, *words[1:], "-o", figure, "--force").code == 0
             texts = ElementTree.fromstring(figure.read_text("utf-8")).itertext()
             drawn = " ".join(" ".join(texts).split()) + " "
-            assert said in drawn
-            assert bool(said) == ("left out (see" in drawn)
+            assert ("table.repeats-left-out" in shown_codes(drawn)) == bool(count)
+            if count:
+                left_out = shown_values(drawn, "table.repeats-left-out")
+                assert left_out["count"].split()[-1] == str(count)

@@ -10,9 +10,9 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from tests.messages import by_code, error_of, shown_codes
+from tests.messages import by_code, error_of, figures, shown_codes
 from vomstudio.geology.roses import count_rose
-from vomstudio.products.net.rose import choose_rings, draw_roses
+from vomstudio.products.net.rose import TITLES, choose_rings, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
 
 TABLE = "set,dipdir,dip,length\n" + "".join(
@@ -136,8 +136,10 @@ def test_dips_are_counted_in_a_histogram(run, write, tmp_path: Path) -> None:
     assert found["shares"][12] == pytest.approx(1.0)
     assert found["mean_deg"] == pytest.approx(np.average(range(60, 65), weights=range(1, 6)))
     assert found["resultant"] is None
-    words = " ".join(ElementTree.parse(tmp_path / "r.svg").getroot().itertext())
-    assert "Dips; bins of 5°; heights: % of the sum of length" in words
+    texts = ElementTree.parse(tmp_path / "r.svg").getroot().itertext()
+    title, bins, heights = next(t for t in texts if t.startswith(TITLES["dip"])).split("; ")
+    assert (title, figures(bins)) == (TITLES["dip"], [5.0])
+    assert heights.endswith(" length")
     words = ("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "dip", "--bin", "60", "--json")
     wrong = run(*words)
     assert wrong.code == 2

@@ -172,7 +172,7 @@ def test_overturned_beds_of_a_table(run, model, tmp_path, column, yes, no) -> No
     table = pd.read_csv(ran.json["features_file"], comment="#")
     assert list(table["name"]) == ["Upright", "Turned"]
     assert list(table["overturned"]) == [False, True]
-    assert ran.json["convention"].startswith("planes as dip direction/dip")
+    assert "('dip_direction', 'dip')" in ran.json["convention"]
 
 
 def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -134,7 +135,7 @@ def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     assert seen.code == 0, seen.said
     assert seen.json["cost"] == "onnx"
     notes = seen.json["proposals"][0]["plane"]["notes"]
-    assert notes == "proposed by onnx, not looked at"
+    assert "onnx" in re.findall(r"\w+", notes)
     network.write_bytes(b"nothing")
     out = tmp_path / "n.csv"
     option, missing = "--onnx-model", tmp_path / "none.onnx"

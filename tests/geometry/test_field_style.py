@@ -54,7 +54,7 @@ def without(key: str) -> dict[str, Any]:
 )
 def test_what_is_no_style_is_refused_so_that_a_project_still_opens(values: object) -> None:
     """Whoever reads a project catches ValueError alone."""
-    with pytest.raises(ValueError, match=r"style|palette|float|values to unpack"):
+    with pytest.raises(ValueError, match="style"):
         FieldStyle.from_dict(values)
 
 

@@ -156,7 +156,7 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
     window.actions_table.run("show_tie_points")
     wait(lambda: len(window.studio.models) == 2, "the tie points")
     points = window.studio.session.of(Model)[-1]
-    assert points.name == f"Tie points of {window.studio.records[opened].name}"
+    assert points.name.endswith(f" {window.studio.records[opened].name}")
     assert points.frame == window.studio.records[opened].frame
     wait(lambda: window.viewport.display.scale_of(points.id) is not None, "the colours")
     scale = window.viewport.display.scale_of(points.id)

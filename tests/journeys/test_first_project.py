@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 
 from tests import driver
 from tests.driver import click, drag, focus, key, look_at, pick, pixel, traces, wait
+from vomstudio.core.findings import Finding
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.trace import TraceTool
 
@@ -348,7 +349,9 @@ def test_unsaved_work_is_asked_about_and_each_answer_does_what_it_says(
     assert not traces(window)
     driver.answer(QMessageBox.StandardButton.Discard, seen)
     driver.close(window)
-    assert seen == ["Save the changes to untitled?", "Save the changes to kept?"]
+    assert seen == [
+        Finding("project.save-changes", project=name).message for name in ("untitled", "kept")
+    ]
     # What was not saved is gone from the project, and Undo brings even that back.
     window = driver.make_window([tmp_path / "kept.vom"])
     assert traces(window) == [trace]

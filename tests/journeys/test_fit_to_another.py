@@ -103,9 +103,9 @@ def test_points_in_both_then_the_surfaces(
     ]
     for i in chosen[:2]:
         click(dialog.model_view, places[i])
-        assert "right" in dialog.instruction.text()
+        assert "fit.click-right" in shown_codes(dialog.instruction.text())
         click(dialog.reference_view, there[i])
-    assert "three or more" in dialog.instruction.text()
+    assert shown_values(dialog.instruction.text(), "fit.click-pairs") == {"minimum": "3"}
     assert len(dialog.points.pairs) == 2
     # In either order, and a second click on the same side corrects the first.
     click(dialog.reference_view, there[chosen[0]])

@@ -12,6 +12,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
+from tests.messages import shown_values
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.trace import TraceTool
@@ -134,7 +135,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     assert ranks[by] == min(ranks.values())
     key(window, Qt.Key.Key_Return)
     (trace,) = driver.traces(window)
-    assert f"Followed by {by}, of all costs the one" in trace.notes
+    assert shown_values(trace.notes, "follow.by-best-cost")["cost"] == by
     assert len(trace.vertices) > 20
 
 

@@ -31,6 +31,7 @@ from vomstudio.project.journal.database import read_replay
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import FeatureType, Model
 from vomstudio.studio.tools.trace import TraceTool
+from vomstudio.ui.commands.project_files import TITLES
 
 
 def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:
@@ -202,10 +203,12 @@ def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewher
         assert notice.message.values["file"] == str(folder)
         assert notice.message.values["reason_code"] == "disk.read-only"
         assert "Save as" in [b.text() for b in window.message_bar.findChildren(QPushButton)][-1]
-        assert window.windowTitle().startswith("cliff (cannot be written) – ")
+        title = TITLES["unwritable"].format(project="cliff", unsaved="")
+        assert window.windowTitle() == title
         assert not window.studio.has_work_to_save
         assert window.studio.attempt(edits.add_type, COAL)
-        assert window.windowTitle().startswith("cliff* (in memory only) – ")
+        title = TITLES["in-memory"].format(project="cliff", unsaved="*")
+        assert window.windowTitle() == title
         assert window.studio.has_work_to_save
         assert not window.files.attempt(window.studio.save)
         assert "read-only" in window.message_bar.text

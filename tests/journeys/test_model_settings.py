@@ -84,7 +84,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert reason == Finding("control.crs-stated", file="control.csv").message
     assert "check point" in dialog.verdict.text()
     assert dialog.start_button.isEnabled()
-    assert "GB of free memory" in dialog.memory.text()
+    assert shown_values(dialog.memory.text(), "reconstruction.memory")["free"].endswith(" GB")
     driver.keep_picture(dialog, "model-settings")
     # The cameras' GPS instead.
     tick(dialog.gps_button)
@@ -149,7 +149,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     QTest.keyClicks(dialog.resources.fields["threads"], "1")
     driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
-    assert "Depth maps and point cloud need up to" in dialog.memory.text()
+    assert "reconstruction.memory" in shown_codes(dialog.memory.text())
     assert window.survey.settings.threads == 1
     dialog.close()
 
@@ -256,7 +256,7 @@ def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.Discard, seen)
     window.close()
-    assert "Save the changes to untitled?" in seen[0]
+    assert shown_values(seen[0], "project.save-changes") == {"project": "untitled"}
     assert stage.is_dir()
 
 

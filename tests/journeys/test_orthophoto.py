@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests import driver
+from tests.messages import shown_codes
 from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 
 
@@ -28,7 +29,7 @@ def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> 
     driver.wait(lambda: dialog_of(window) is not None, "the dialog")
     dialog = dialog_of(window)
     driver.wait(dialog._start_button.isEnabled, "a proposed pixel size")
-    assert "follows from no measurement" in dialog._direction_source
+    assert shown_codes(dialog._direction_source) == {"view.direction-unmeasured"}
     assert "5.0°" in dialog._error_effect.text()
     if part == "seen":
         QTest.mouseClick(dialog.visible_area, Qt.MouseButton.LeftButton)

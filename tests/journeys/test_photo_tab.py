@@ -190,7 +190,7 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     for step in (QPoint(0, 0), QPoint(80, 0), QPoint(80, 60)):
         click(page.canvas, middle + step)
     assert page.tools.corner_count == 3
-    assert undo.text() == "&Undo Last vertex"
+    assert "vertex" in undo.text()
     press(Qt.Key.Key_Z, CTRL)
     assert page.tools.corner_count == 2, "the vertex, not the step before it"
     press(Qt.Key.Key_Escape)

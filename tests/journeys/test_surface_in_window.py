@@ -157,7 +157,8 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     driver.keep_picture(shown, "extend-dialog")
     path = tmp_path / "traces.csv"
     shown.save_to(path)
-    assert path.read_text().splitlines()[3] == "bed,line,x,y,z,error95_m"
+    columns = ["bed", "line", "x", "y", "z", "error95_m"]
+    assert path.read_text().splitlines()[3].split(",") == columns
     lines = window.viewport.features
     assert {"extended plane:edges", "extended plane:traces"} <= lines.drawings.keys()
     driver.click(shown.color_box, QPoint(10, shown.color_box.height() // 2))

@@ -32,8 +32,12 @@ from vomstudio.project.journal.database import NAME, read_replay
 from vomstudio.project.journal.failures import is_lost
 from vomstudio.project.records import Mask
 from vomstudio.project.verify import verify
+from vomstudio.ui.commands.project_files import TITLES
 
 pytestmark = [pytest.mark.full, pytest.mark.usefixtures("new_window")]
+
+
+IN_MEMORY = TITLES["in-memory"].format(project="", unsaved="")
 
 
 def begun(window, outcrop: Path, folder: Path) -> None:
@@ -63,7 +67,7 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     assert window.table.model.rowCount() == 3
     assert words in window.message_bar.text
     assert window.message_bar.notice.code == "project.steps-in-memory"
-    assert "in memory only" in window.windowTitle()
+    assert window.windowTitle().endswith(IN_MEMORY)
     driver.keep_picture(window, f"ground-{picture}")
     # Saving is not said where nothing is saved.
     failure = studio.project.write_failure
@@ -75,7 +79,7 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(window, "Save as")
     assert studio.project.folder == target
-    assert "in memory only" not in window.windowTitle()
+    assert not window.windowTitle().endswith(IN_MEMORY)
     assert not studio.session.dirty
     assert beds(target) == ["first", "second", "third"]
     for _ in range(3):

@@ -46,8 +46,8 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
     said = dialog.result_label.text()
     kept = len(list((tmp_path / "pan frames").glob("*.jpg")))
     assert kept >= 15
-    assert f"<b>{kept} frames kept</b>" in said
-    assert "frames left out: blurred" in said
+    assert shown_values(said, "video.frames-kept")["count"] == str(kept)
+    assert shown_values(said, "video.frames-left-out")["reason"].startswith("blurred")
     assert shown_values(said, "video.usable")["count"] == str(kept)
     driver.keep_picture(dialog, "video")
     driver.wait(lambda: len(window.survey.rows) == kept, "the frames as photos", 60.0)
@@ -100,7 +100,7 @@ def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> N
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.No, seen)
     press(dialog.start_button)
-    assert "own contains other files" in seen[0]
+    assert shown_values(seen[0], "video.folder-not-empty") == {"folder": "own"}
     assert dialog._job is None
     assert [p.name for p in (tmp_path / "own").iterdir()] == ["thesis.txt"]
 

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from tests.geology.samples import fisher_sample
-from tests.messages import refused
+from tests.messages import figures, refused
 from tests.products.net_places import places
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.notation import format_line
@@ -101,8 +101,11 @@ def test_the_densest_place_of_a_cluster_is_near_its_mean(each: bool) -> None:
 
 def test_averages_name_number_method_and_figures() -> None:
     folded, joints = describe_sets(net().sets)
-    assert folded.startswith("folded: n = 60, girdle (G 1.00) about 040/20")
-    assert joints.startswith("joints: n = 40, Fisher mean 1")
+    assert (folded[:7], joints[:7]) == ("folded:", "joints:")
+    assert figures(folded) == [60.0, 1.0, 40.0, 20.0]
+    assert "G 1.00" in folded
+    count, mean, *_ = figures(joints)
+    assert (count, mean) == (40.0, pytest.approx(120.0, abs=5.0))
     assert "κ" in joints
     assert "α95" in joints
     written = {t.get_text() for t in draw(add_statistics(net(), {"averages"})).axes.texts}

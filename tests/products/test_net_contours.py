@@ -139,7 +139,7 @@ def test_where_nothing_is_dense_enough_there_is_no_bar_but_a_note() -> None:
     even = make_sets({"a": ("line", np.arange(0.0, 360.0, 30.0), np.full(12, 30.0))})
     net = NetContents(even, contour="schmidt", contouring=Contouring((50.0,)))
     artists = draw(net)
-    assert "Nowhere dense enough for a contour" in words(artists)
+    assert Finding("net.nowhere-dense").message in words(artists)
     assert not contours(artists, False)
     assert DENSITY_UNITS["schmidt"] not in words(artists)
     result = describe_density(net)

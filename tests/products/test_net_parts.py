@@ -31,11 +31,12 @@ from vomstudio.products.net.contents import (
     NetEllipse,
     NetLineEllipse,
     compute_means,
+    describe_means,
     make_sets,
     shows_all_circles,
 )
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
-from vomstudio.products.net.legend import legend_entries, shorten_text, text_width
+from vomstudio.products.net.legend import SYMBOLS, legend_entries, shorten_text, text_width
 from vomstudio.products.net.style import NetStyle, symbol_scale
 
 BEDS = ("plane", [130.0, 134, 132], [40.0, 42, 41])
@@ -113,8 +114,8 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     assert beta.text == f"β, joint 95 %: {errors}, n = {fold.n}"
     plane = fold.pi_plane
     assert pi.text == f"π-plane {plane.dip_direction_deg:05.1f}/{plane.dip_deg:04.1f}"
-    assert (mean.text, mean.outlined, mean.color) == ("Open symbol: Fisher mean", True, style.net)
-    assert ellipse.text == "Joint 95 % of the selected pole"
+    assert (mean.text, mean.outlined, mean.color) == (describe_means(full.means), True, style.net)
+    assert ellipse.text == SYMBOLS["pole-ellipse"]
     line = NetLineEllipse(Line(10, 20), 4, 2, Line(100, 0).vector())
     assert legend_entries(replace(full, ellipses=(line,)), style)[-1].text.endswith("line")
     terse = legend_entries(replace(full, compact=True, means=()), style)

@@ -16,9 +16,9 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
 
-from tests.messages import shown_codes
+from tests.messages import shown_codes, shown_values
 from tests.products.test_reconstruction_report import result
-from vomstudio.products.report.reconstruction import write_report
+from vomstudio.products.report.reconstruction import FRAMES, LABELS, write_report
 from vomstudio.registration import summary
 
 Row = tuple[str, list[str]]
@@ -50,6 +50,12 @@ def tables(html: str, heading: str) -> list[list[Row]]:
         ]
         for table in re.findall(r"<table>(.*?)</table>", part, re.DOTALL)
     ]
+
+
+def by_code(rows: list[Row]) -> dict[str, str]:
+    """The facts of a registration in a table, by their codes."""
+    codes = {name: code for code, name in summary.FACTS.items()}
+    return {codes[cells[0]]: cells[1] for _, cells in rows if cells[0] in codes}
 
 
 def photo(name: str, error: float | None, **more: Any) -> dict[str, Any]:
@@ -162,8 +168,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     facts, listed = tables(
         page(registration={"method": "ground control points", "points": points}), "Registration"
     )
-    by = {cells[0]: cells[1] for _, cells in facts if len(cells) == 2}
-    assert by["Registered by"] == summary.METHODS["control"]
+    assert by_code(facts) == {"method": summary.METHODS["control"]}
     assert listed == [
         ("", ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"]),
         ("", ["A", "control", "7", "0.001", "-0.003", "0.000", "0.46"]),
@@ -173,8 +178,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     ]
     report = {"method": "camera positions (GPS)", "points": []}
     (alone,) = tables(page(registration=report), "Registration")
-    by = {cells[0]: cells[1] for _, cells in alone if len(cells) == 2}
-    assert by["Registered by"] == summary.METHODS["gps"]
+    assert by_code(alone) == {"method": summary.METHODS["gps"]}
     assert {"reconstruct.local-frame", "reconstruct.register-later"} <= shown_codes(
         unescape(page())
     )
@@ -188,17 +192,17 @@ def test_facts_are_written_by_their_kind(page: Pages) -> None:
         "closed": False,
         "coloured": True,
         "nothing": None,
-        "of_each": {"one_side": 2, "other_side": 0.25},
+        "sides": {"left": 2, "right": 0.25},
         "name": "x <y>",
     }
     ((_, *rows),) = tables(page(model=model, scaled=True), "Model")
     assert [cells for _, cells in rows] == [
-        ["size of a texture pixel, m", "0.01235"],
-        ["triangles", "1,234,567"],
+        [LABELS["texel"].format(unit="m"), "0.01235"],
+        [LABELS["faces"], "1,234,567"],
         ["closed", "no"],
         ["coloured", "yes"],
-        ["of each, one side", "2"],
-        ["of each, other side", "0.25"],
+        ["sides, left", "2"],
+        ["sides, right", "0.25"],
         ["name", "x <y>"],
     ]
 
@@ -216,12 +220,22 @@ def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
 
 
 def test_the_summary_counts_and_says_in_which_frame(page: Pages) -> None:
-    text = page(registered=9, photos=12, reprojection_error_px=0.456, tie_points=12345)
-    assert "9 of 12 photos aligned with a mean reprojection error of 0.46 px. 12,345 tie" in text
-    assert "1,100 are in three photos or more. 50,000 points and 4,000 triangles" in text
-    assert "in a local frame, without scale or north.</p>" in text
-    assert "in a local frame.</p>" in page(scaled=True)
-    assert "in EPSG:32615.</p>" in page(scaled=True, frame="EPSG:32615")
+    def summary_of(html: str) -> str:
+        return html.split("<p>")[1].split("</p>")[0]
+
+    more = {"registered": 9, "photos": 12, "reprojection_error_px": 0.456, "tie_points": 12345}
+    text = summary_of(page(**more))
+    aligned = {"registered": "9", "photos": "12", "error_px": "0.46"}
+    assert shown_values(text, "reconstruction.aligned") == aligned
+    tie_points = {"tie_points": "12,345", "in_three": "1,100"}
+    assert shown_values(text, "reconstruction.tie-points") == tie_points
+    size = {"points": "50,000", "faces": "4,000"}
+    for html, frame in (
+        (text, FRAMES["arbitrary"]),
+        (summary_of(page(scaled=True)), FRAMES["scaled"]),
+        (summary_of(page(scaled=True, frame="EPSG:32615")), "EPSG:32615"),
+    ):
+        assert shown_values(html, "reconstruction.size") == size | {"frame": frame}
 
 
 def test_findings_and_advice_are_lists_where_there_are_any(page: Pages) -> None:
@@ -325,7 +339,9 @@ def test_a_page_does_not_grow_with_the_number_of_tie_points(tmp_path: Path) -> N
     assert sizes[1] < sizes[0] + 100_000
 
 
-def test_the_section_on_the_registration_says_what_it_is_worth(page: Pages) -> None:
+def test_the_section_on_the_registration_says_what_it_is_worth(
+    page: Pages, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Turned about north by 0.5 degrees (1 sigma) at most: 0.98 at 95 %."""
     covariance = np.diag([*(np.radians([0.2, 0.5, 0.1]) ** 2), 0.001**2, 0.0, 0.0, 0.0])
     points = [
@@ -351,22 +367,26 @@ def test_the_section_on_the_registration_says_what_it_is_worth(page: Pages) -> N
         "points": points,
         "warnings": ["Look at G2."],
     }
+    drawn: list[Figure] = []
+    monkeypatch.setattr(FigureCanvasSVG, "print_svg", lambda canvas, _: drawn.append(canvas.figure))
     html = page(registration=registration, frame="EPSG:32633", scaled=True)
     rows, listed = tables(html, "Registration")
     assert [cells[0] for _, cells in listed[1:]] == ["G0", "G1", "G2", "G3"]
-    report = {cells[0]: cells[1] for _, cells in rows if len(cells) == 2}
-    assert report["Registered by"] == summary.METHODS["control"]
-    assert (report["Control points"], report["Check points"]) == ("3", "1")
-    assert report["RMS of control points"] == "0.022 m"
-    assert report["RMS of check points"] == "0.031 m"
-    assert report["Turned about north, 95 %"] == "± 0.98°"
-    assert report["Weakest axis, 95 %"].endswith("/00 ± 0.98°")
-    assert report["Scale, 95 %"] == "± 0.2 %"
+    report = by_code(rows)
+    assert report["method"] == summary.METHODS["control"]
+    assert (report["control-points"], report["check-points"]) == ("3", "1")
+    assert (report["rms-control"], report["rms-check"]) == ("0.022 m", "0.031 m")
+    assert report["turned-about-north"] == "± 0.98°"
+    assert report["weakest-axis"].endswith("/00 ± 0.98°")
+    assert report["scale"] == "± 0.2 %"
     part = html.split("<h2>Registration</h2>")[1].split("<h2>")[0]
     assert "Look at G2." in part
     assert {"control.no-redundancy", "registration.weakest-axis"} <= shown_codes(part)
-    # The map of residuals; what was refused has none.
-    assert "dashed: the axis about which the model is held worst" in part
+    # The map of residuals with the weakest axis, which is north; what was refused has none.
+    assert "<figure>" in part
+    above = drawn[-1].axes[0]
+    (axis,) = [line for line in above.lines if line.get_linestyle() == "--"]
+    assert np.ptp(np.asarray(axis.get_xydata()), axis=0) == pytest.approx([0.0, 1.1 * 45.0])
     refused = page().split("<h2>Registration</h2>")[1].split("<h2>")[0]
     assert "reconstruct.register-later" in shown_codes(unescape(refused))
     assert "<figure>" not in refused

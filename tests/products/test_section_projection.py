@@ -18,6 +18,7 @@ from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.directions import ProjectionDirections
 from vomstudio.products.section.section_lines import Curtain, curtain_of_line, curtain_of_plane
 from vomstudio.products.section.writing import (
+    PERPENDICULAR,
     figures_of,
     project_items,
     section_drawing,
@@ -79,8 +80,8 @@ def test_files_say_along_what_features_were_projected(tmp_path: Path) -> None:
     assert "trend 120.0000, plunge 20.0000" in written(tmp_path, EAST, along, "a.csv")
     assert f"at {angle:.1f} deg" in (tmp_path / "a_features.csv").read_text("utf-8")
     assert "along 120.0/20.0" in written(tmp_path, EAST, along, "a.svg")
-    assert "at right angles" in written(tmp_path, EAST, None, "b.csv")
-    assert "at right angles" in written(tmp_path, EAST, None, "b.svg")
+    assert PERPENDICULAR in written(tmp_path, EAST, None, "b.csv")
+    assert PERPENDICULAR in written(tmp_path, EAST, None, "b.svg")
     cut = cut_model(GROUND, EAST, None, 0.0)
     figures = figures_of(cut, EAST, (), 0, None)
     assert figures.projection_angle_deg is None

@@ -119,10 +119,11 @@ def test_a_trace_keeps_its_words_while_it_is_continued() -> None:
 
 def test_exports_say_of_which_boundary_they_speak() -> None:
     records = described()
-    said = bed_lines(records["line"], records)
-    assert "bed from point 1: sandstone, red" in said
-    assert f"bed from {TRACE.name}: cross-bedded" in said
+    line = records["line"]
+    beds = {what: place for place, what in (s.split(": ") for s in bed_lines(line, records))}
+    assert beds["sandstone, red"].endswith(" 1")
+    assert beds["cross-bedded"].endswith(f" {TRACE.name}")
     # A trace that was deleted bounds nothing; what was said comes back with it.
     del records[TRACE.id]
-    assert len(bed_lines(records["line"], records)) == 2
+    assert len(bed_lines(line, records)) == 2
     assert bed_lines(MODEL, records) == []

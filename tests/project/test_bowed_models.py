@@ -63,19 +63,19 @@ def test_flat_and_declared_models_have_none() -> None:
 
 def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_it() -> None:
     told = summary_of(registration(-0.001))
-    facts = dict(told.facts)
+    facts = {fact.code: fact for fact in told.facts}
+    assert facts["control-points"].values == {"count": 10}
+    assert facts["check-points"].values == {"count": 4}
     # 95 % of each turn: 1.96 times 0.3, 0.2 and 0.1 degrees.
-    assert facts.items() >= {
-        ("Control points", "10"),
-        ("Check points", "4"),
-        ("Turned about east, 95 %", "± 0.59°"),
-        ("Turned about north, 95 %", "± 0.39°"),
-        ("Turned about up, 95 %", "± 0.2°"),
-        ("Weakest axis, 95 %", "090/00 ± 0.59°"),
-        ("Scale, 95 %", "± 0.39 %"),
-    }
-    assert "Bowing by residuals, 95 %" in facts
-    assert "0.59° (95 %)" in told.sentence
+    for axis, error_deg in (("east", 0.588), ("north", 0.392), ("up", 0.196)):
+        error = facts[f"turned-about-{axis}"].values["error95_deg"]
+        assert error == pytest.approx(error_deg, abs=1e-3)
+    assert facts["weakest-axis"].text == "090/00 ± 0.59°"
+    assert facts["scale"].values["error95_percent"] == pytest.approx(0.392, abs=1e-3)
+    assert facts["bowing"].values["significant"]
+    assert told.rotation is not None
+    assert told.rotation.code == "registration.weakest-axis"
+    assert told.rotation.values["error95_deg"] == pytest.approx(0.588, abs=1e-3)
     (bowed,) = with_code(told.warnings, "registration.bowed")
     assert (bowed.values["source"], bowed.values["n"]) == ("residuals", 14)
     assert not with_code(summary_of(registration(0.0)).warnings, "registration.bowed")
@@ -90,8 +90,8 @@ def test_few_points_and_none_that_judge_are_said() -> None:
 
 def test_of_a_registration_without_errors_nothing_is_made_up() -> None:
     told = summary_of(Registration("r1", "r", "local", Frame("scaled")))
-    assert told.sentence == ""
-    assert [name for name, _ in told.facts] == ["Registered by"]
+    assert told.rotation is None
+    assert [fact.code for fact in told.facts] == ["method"]
     assert told.warnings == ()
 
 

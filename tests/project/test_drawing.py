@@ -11,6 +11,7 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 import pytest
 
+from tests.messages import figures, shown_values
 from tests.project.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed
 from vomstudio.core.findings import Finding
@@ -35,7 +36,7 @@ from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.project.kinds.reading import Reading, comparison_text
+from vomstudio.project.kinds.reading import Reading, comparison_finding
 from vomstudio.project.measurement import Measurement, NearestPick
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import DEFAULT_TYPES, Feature, Group, Record
@@ -591,7 +592,7 @@ def test_a_thickness_is_told_with_its_error():
     )
     kind = kind_of(ONE_OF_EACH["dimension"])
     assert kind.headline(found) == "4.00 m ± 12 cm"
-    assert kind.words(found)[0] == "Thickness 4.00 m, 95 % error ± 12 cm"
+    assert figures(kind.words(found)[0]) == [4.0, 95.0, 12.0]
 
 
 def test_every_figure_of_a_dimension_is_in_its_own_column():
@@ -612,13 +613,15 @@ def test_every_figure_of_a_dimension_is_in_its_own_column():
 def test_planes_that_meet_tell_their_angle() -> None:
     flat = wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0))
     steep = wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0))
-    assert words(meeting(flat, steep)) == ["Angle between the planes 20°"]
+    (line,) = words(meeting(flat, steep))
+    assert figures(line) == [20.0]
 
 
 def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
     reading = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
     rake, slip = words(seen(striation(20.0, "normal"), reading))
-    assert (rake, slip) == ("Rake 20°, 0.00° off its plane", "Slip of the hanging wall: rake -20°")
+    assert figures(rake) == [20.0, 0.0]
+    assert slip.endswith(" -20°")
     assert words(seen(striation(20.0, ""), reading)) == [rake]
     assert words(seen(striation(20.0, ""))) == []
 
@@ -634,28 +637,25 @@ def test_a_reading_tells_where_it_comes_from():
     reading = ONE_OF_EACH["reading"]
     kind = kind_of(reading)
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
-    assert [comparison_text(nearest) for nearest in (None, near, alike)] == [
-        "No pick of the same type to compare with",
-        "12° from B01, 3.46 m away",
-        "2.3° from B01, the most similar pick",
-    ]
+    assert comparison_finding(None) == Finding("reading.no-pick")
+    compared = {"angle": "12°", "angle_deg": 12.34, "pick": "B01"}
+    away = {"distance": "3.46 m", "distance_m": 3.456}
+    assert comparison_finding(near) == Finding("reading.nearest-pick", **compared, **away)
+    compared = {"angle": "2.3°", "angle_deg": 2.34, "pick": "B01"}
+    assert comparison_finding(alike) == Finding("reading.similar-pick", **compared)
     plain = seen(reading)
-    assert (kind.remarks(plain), kind.about(plain)) == (
-        [],
-        ["Compass reading; there is no pick of the same type to compare it with"],
-    )
+    assert (kind.remarks(plain), kind.about(plain)) == ([], [comparison_finding(None).message])
     turned = seen(replace(reading, turned_deg=-1.5, source="a.csv"), nearest=lambda: near)
-    assert (kind.remarks(turned), kind.about(turned)) == (
-        ["azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away"],
-        [
-            f"Compass reading, {comparison_text(near)}",
-            "Azimuth as read -1.50° (to grid north)",
-            "From a.csv",
-        ],
-    )
+    angle, nearest = kind.remarks(turned)
+    assert angle.endswith(" -1.50 deg")
+    assert figures(nearest) == [12.3, 3.46]
+    compared, angle, source = kind.about(turned)
+    assert compared == comparison_finding(near).message
+    assert shown_values(angle, "reading.turned") == {"turned_deg": "-1.50"}
+    assert source.endswith(" a.csv")
     similar = seen(reading, nearest=lambda: alike)
-    assert kind.remarks(similar) == ["2.3 deg from B01"]
-    assert kind.about(similar) == [f"Compass reading, {comparison_text(alike)}"]
+    assert figures(kind.remarks(similar)[0]) == [2.3]
+    assert kind.about(similar) == [comparison_finding(alike).message]
 
 
 def test_kinds_that_have_nothing_to_say_say_nothing():

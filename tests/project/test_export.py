@@ -18,6 +18,7 @@ from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Model
+from vomstudio.project.tables.project_table import NORTH_UNKNOWN
 
 UTM = Frame("crs", "EPSG:32633")
 
@@ -91,8 +92,8 @@ def test_a_local_model_has_no_crs_and_an_undeclared_one_says_so(project, tmp_pat
     session.apply(edits.declare_frame(session.records, "m1", Frame()))
     export_project(project.folder, "csv", tmp_path / "undeclared.csv")
     text = (tmp_path / "undeclared.csv").read_text()
-    assert "unknown: the model is not registered" in text
-    assert "local frame: not registered" in text
+    assert NORTH_UNKNOWN in text
+    assert Frame().name() in text
 
 
 def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(project, tmp_path):

@@ -21,6 +21,7 @@ from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.project import catalogue as of
 from vomstudio.project import slip_figures as slip
+from vomstudio.project.catalogue import IN_WORLD
 from vomstudio.project.figures import Figure, Form, Subject, Unit, degrees, number
 from vomstudio.project.kinds import FIGURES, KINDS
 from vomstudio.project.kinds.intersection import Intersection
@@ -291,7 +292,7 @@ def test_every_column_of_a_line_says_what_its_line_says():
         "total95_deg": pytest.approx(fit.confidence95_deg),
         "method": "line",
         "model": "cliff",
-        "frame": "local, north known",
+        "frame": Frame("local").name(),
         "quality": found["quality"],
         "quality_reason": found["quality_reason"],
         "reason_codes": found["reason_codes"],
@@ -362,7 +363,7 @@ def test_every_column_of_a_reading_says_what_the_compass_said():
         "normal_x": normal[0],
         "normal_y": normal[1],
         "normal_z": normal[2],
-        "frame": "grid north, as entered",
+        "frame": IN_WORLD,
     }
     nowhere = values(seen(replace(reading, position=None, geometry="line")))
     assert (nowhere["element"], nowhere["trend_deg"], nowhere["plunge_deg"]) == (

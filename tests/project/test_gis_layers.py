@@ -3,6 +3,7 @@ files of others are left alone."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from tests.project.test_gis_files import CRS, UTM, features
 from vomstudio.core.errors import InputError, TargetError, UsageError
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.units import WORLD
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layers import Layer
 from vomstudio.project.exports.export import export_project, export_records, thresholds_of
@@ -109,7 +111,9 @@ def test_without_a_crs_no_file_claims_one(tmp_path: Path, records: dict[str, Any
         assert table.crs is None
     assert not list(tmp_path.glob("*.prj"))
     assert pyogrio.read_info(tmp_path / "o.shp")["crs"] is None
-    assert "coordinates of a local frame, metres" in (tmp_path / "o.dxf").read_text("ascii")
+    (comment,) = re.findall("VOM Studio, .*", (tmp_path / "o.dxf").read_text("ascii"))
+    assert comment.endswith(f", {WORLD.unit}")
+    assert "EPSG" not in comment
 
 
 def test_a_prj_that_says_the_same_stays_and_another_is_not_replaced_unasked(

@@ -34,6 +34,7 @@ from vomstudio.project.folder import (
 from vomstudio.project.journal.database import SqliteJournal, read_replay
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model
+from vomstudio.project.session import DISCARD_LABEL
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 OF_ANOTHER_DAY = b"of another day"
@@ -351,7 +352,7 @@ def test_unsaved_work_goes_to_the_new_name_and_can_be_brought_back_under_the_old
     assert "t1" in read_replay(tmp_path / "b.vom").records
     left = read_replay(tmp_path / "a.vom")
     assert "t1" not in left.records
-    assert left.done[-1][1].label == "Discard unsaved changes"
+    assert left.done[-1][1].label == DISCARD_LABEL
     assert left.top == left.saved_top
 
 

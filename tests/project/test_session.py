@@ -19,7 +19,7 @@ from vomstudio.project.journal.replay import replay
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import DEFAULT_TYPES, FeatureType, Model
-from vomstudio.project.session import Session
+from vomstudio.project.session import DISCARD_LABEL, RESTORE_TYPES_LABEL, Session
 
 
 def test_an_edit_is_in_the_journal_before_anyone_hears_of_it(session, journal):
@@ -254,7 +254,7 @@ def test_types_that_were_lost_are_restored_and_stay(session, journal):
     session.save()
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
     again = Session(journal)
-    assert again.undo_label == "Restore the feature types"
+    assert again.undo_label == RESTORE_TYPES_LABEL
     assert again.of(FeatureType) == list(DEFAULT_TYPES)
     assert len(again.problems) == 1
     assert again.records["t1"] == session.records["t1"]
@@ -270,7 +270,7 @@ def test_a_damaged_project_in_which_nothing_is_left_is_no_new_one(session, journ
     session.apply(edits.remove_model(session.records, "m1"))
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
     again = Session(journal)
-    assert again.undo_label == "Restore the feature types"
+    assert again.undo_label == RESTORE_TYPES_LABEL
     assert again.dirty
     again.undo()
     again.undo()
@@ -352,7 +352,7 @@ def test_every_step_is_told_once_with_what_it_changes(session):
     session.discard_unsaved()
     edit, history = heard.since()
     assert history == "history"
-    assert edit.label == session.undo_label == "Discard unsaved changes"
+    assert edit.label == session.undo_label == DISCARD_LABEL
     assert set(edit.after) == {"t1"}
     session.undo()
     session.undo()

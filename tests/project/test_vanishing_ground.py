@@ -138,7 +138,8 @@ def goes_on_and_can_be_saved(project: ProjectFolder, told: Told, code: str, targ
     assert names(target) == ["a", "b", "c", "d", "e", "f"]
     for _ in range(6):
         project.session.undo()
-    assert project.session.undo_label == "Open model cliff"
+    assert project.session.features() == []
+    assert project.session.records[MODEL.id] == MODEL
     project.close()
     assert verify(target).sound
 

@@ -15,7 +15,7 @@ from tests.messages import refused, with_code
 from tests.registration.rock_faces import Case, ledges, once, sampled, smooth
 from vomstudio.core.errors import Cancelled, GeometryError, InputError
 from vomstudio.core.progress import CancelToken, Silent
-from vomstudio.registration.by_model.reference import fit_to_reference
+from vomstudio.registration.by_model.reference import FREE, fit_to_reference
 from vomstudio.registration.by_model.refining import Refinement, determined_directions
 from vomstudio.registration.by_model.stable import find_inside_polygons, near_cloud
 from vomstudio.registration.by_model.subsets import cut_into_blocks, jackknife_error
@@ -70,7 +70,7 @@ def test_a_flat_wall_leaves_free_what_it_cannot_hold() -> None:
     assert not found.placed.known.vertical
     assert found.placed.known.north
     assert not found.placed.known.position
-    assert found.fitted.free == ("sliding along the surface", "a turn")
+    assert found.fitted.free == (FREE["slide"], FREE["turn"])
     assert with_code(found.fitted.warnings, "reference.little-relief")
     weakest = found.placed.rotation_error_95_deg.weakest
     assert weakest.error_deg is None

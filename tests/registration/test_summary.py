@@ -35,12 +35,16 @@ def registration(method: str, **more: object) -> Registration:
 @pytest.mark.parametrize("method", METHODS)
 def test_every_way_of_registering_is_told(method: str) -> None:
     told = summary_of(registration(method))
-    facts = dict(told.facts)
-    assert facts["Registered by"]
+    facts = {fact.code: fact for fact in told.facts}
+    assert facts["method"].values == {"method": method}
+    assert all(fact.name and fact.text for fact in told.facts)
     # 1.96 times two degrees about east, which is the weakest axis.
-    assert facts["Turned about east, 95 %"] == "± 3.9°"
-    assert facts["Weakest axis, 95 %"].endswith("± 3.9°")
-    assert "3.9" in told.sentence
+    assert facts["turned-about-east"].values["error95_deg"] == pytest.approx(3.92, abs=1e-3)
+    assert facts["weakest-axis"].values["error95_deg"] == pytest.approx(3.92, abs=1e-3)
+    assert facts["turned-about-east"].text == "± 3.9°"
+    assert told.rotation is not None
+    assert told.rotation.values["error95_deg"] == pytest.approx(3.92, abs=1e-3)
+    assert "3.9" in told.rotation.message
 
 
 def test_points_beside_a_fit_to_another_model_are_judged_by_its_surfaces() -> None:

@@ -168,7 +168,7 @@ def test_a_view_goes_through_json_unchanged() -> None:
 def test_a_damaged_view_is_refused_and_changes_nothing(damage: dict[str, object]) -> None:
     camera = looking(12.0, 3.0)
     before = camera.to_dict()
-    with pytest.raises(ValueError, match="camera state"):
+    with pytest.raises(ValueError, match="camera"):
         camera.restore({**before, **damage})
     assert camera.to_dict() == before
 

@@ -64,10 +64,3 @@ def test_a_handle_follows_the_ray_along_its_axis() -> None:
         found = along_axis(eye, direction / np.linalg.norm(direction), through, 0)
         assert found == pytest.approx(x)
     assert along_axis(np.array([-9.0, 2, 3]), np.array([1.0, 0, 0]), through, 0) is None
-
-
-def test_a_box_comes_back_from_what_is_kept_of_it() -> None:
-    assert ClipBox.from_dict(BOX.to_dict()) == BOX
-    for bad in (None, {"low": [0, 0, 0]}, {"low": [0, 0, 0], "high": [1, 1, 0]}):
-        with pytest.raises(ValueError, match="clipping box"):
-            ClipBox.from_dict(bad)

@@ -138,11 +138,3 @@ def test_only_numeric_fields_of_the_right_length_are_offered() -> None:
         },
     )
     assert scalars.field_names(points) == (ELEVATION, "good")
-
-
-def test_a_style_comes_back_from_what_is_kept_of_it() -> None:
-    style = FieldStyle("intensity", 3.0, None, (1.0, 99.0), "cividis")
-    assert FieldStyle.from_dict(style.to_dict()) == style
-    for bad in ({}, {**style.to_dict(), "palette": "nonsense"}, {**style.to_dict(), "low": "x"}):
-        with pytest.raises(ValueError, match=r"style|palette|could not convert"):
-            FieldStyle.from_dict(bad)

@@ -431,12 +431,13 @@ def test_the_summary_of_a_registration_tells_the_north_of_its_readings() -> None
     records = project()
     found, _ = placed(records, readings(records, RIGHT))
     north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
-    facts = dict(
-        summary_of(create_registration(found, NO_PAIRS, BARE, None, read_north=north)).facts
-    )
-    assert facts["Azimuths were read from"] == "magnetic north, +3.20° added"
-    assert facts["Declination"] == "+3.40° (IGRF-14, 2024-05-12)"
-    assert facts["North may be off by"] == "± 0.5° for all alike (1σ)"
+    record = create_registration(found, NO_PAIRS, BARE, None, read_north=north)
+    facts = {fact.code: fact for fact in summary_of(record).facts}
+    assert facts["azimuths-read-from"].values == {"north": "magnetic", "turned_deg": 3.2}
+    declination = {"angle_deg": 3.4, "stated": False, "day": "2024-05-12"}
+    assert facts["declination"].values == declination
+    assert facts["declination"].text.startswith("+3.40°")
+    assert facts["north-error"].values == {"sigma_deg": 0.5}
 
 
 def test_one_plane_or_parallel_ones_place_as_far_as_they_tell() -> None:

@@ -189,7 +189,8 @@ def test_a_field_that_is_no_longer_there_is_named(window, studio):
     studio.display.show_field("m1", style)
     panel.refresh()
     assert panel.field.currentData() == style.name
-    assert panel.field.currentText() == f"{style.name}: not there, calculate it again"
+    missing = Finding("field.not-calculated", field=style.name)
+    assert panel.field.currentText() == missing.message
     assert panel.low.text() == "-0.0523502"
     assert panel.high.text() == "1234567.891"
     assert panel.low.cursorPosition() == 0

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tests import driver
-from tests.messages import shown_codes
+from tests.messages import figures, shown_codes
 from tests.studio.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.geometry.frames import Frame
@@ -281,7 +281,9 @@ def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
     assert dialog.first.currentText() == "Bedding (2 planes)"
     assert dialog.second.currentText() == "Fault (1 plane)"
     groups = [dialog.first.itemText(i) for i in range(dialog.first.count())]
-    assert groups == ["Bedding (2 planes)", "Bedding, upper (1 plane)", "Fault (1 plane)"]
+    names = ["Bedding", "Bedding, upper", "Fault"]
+    assert [text.partition(" (")[0] for text in groups] == names
+    assert [figures(text) for text in groups] == [[2.0], [1.0], [1.0]]
     assert "Intersection: " in dialog.result_text.text()
     dialog.second.setCurrentIndex(0)
     assert not dialog.keep_button.isEnabled()

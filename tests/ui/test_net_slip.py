@@ -10,6 +10,7 @@ from matplotlib.collections import PolyCollection
 
 from tests import driver
 from tests.ui.conftest import add_cliff
+from vomstudio.products.net.legend import SYMBOLS
 from vomstudio.project import edits
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.reading import Reading
@@ -69,7 +70,7 @@ def test_the_arrow_points_where_the_hanging_wall_moves(
     ((head, tail),) = arrows(net)
     step = (head - tail) / np.linalg.norm(head - tail)
     assert step == pytest.approx(toward, abs=1e-6)
-    assert "Slip of the hanging wall" in legend(net)
+    assert SYMBOLS["slip"] in legend(net)
 
 
 def test_without_poles_there_are_no_arrows(net, studio) -> None:

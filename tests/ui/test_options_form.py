@@ -28,7 +28,7 @@ def type_seeds(fields: OptionFields[SetOptions], text: str) -> str | None:
 
 
 def test_text_keeps_inner_spaces(fields: OptionFields[SetOptions]) -> None:
-    assert type_seeds(fields, "  a path/with spaces ") == "a path/with spaces"
+    assert type_seeds(fields, "  a path/b c ") == "a path/b c"
 
 
 @pytest.mark.parametrize("text", ["", "  "])

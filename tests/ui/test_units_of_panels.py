@@ -7,6 +7,7 @@ import re
 import pytest
 from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QTableWidget
 
+from tests.messages import shown_values
 from tests.samples import ZIGZAG
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
@@ -66,7 +67,7 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
     panel.add.click()
     panel.show_now()
     assert panel.result is not None, panel.message.text()
-    assert "units, with 95 % errors" in panel.message.text()
+    assert shown_values(panel.message.text(), "displacement.separation")["unit"] == "units"
     assert " m " not in panel.message.text()
 
 

@@ -228,6 +228,7 @@ def _size_text(size: Any) -> str:
 def rose(
     table: Any,
     *,
+    ax: Any = None,
     of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = None,
     by: str | None = None,
     bin_deg: float = 10.0,
@@ -241,6 +242,9 @@ def rose(
     ----------
     table, azimuth : DataFrame, path, or (dip direction, dip)
         See `stats`.
+    ax : Axes, optional
+        Rectangular axes of matplotlib for the rose of a single set; by default, new axes for
+        each set in a new pyplot figure.
     of : {"strike", "dip-direction", "trend", "dip", "plunge"}, optional
         Angle that is plotted; by default the strike, or the trend if the table contains only
         lines. Strikes are plotted in both directions.
@@ -255,16 +259,18 @@ def rose(
 
     Returns
     -------
-    The pyplot figure, which ``savefig`` writes. All roses have the same scale.
+    Axes
+        Axes of the first rose. ``ax.figure`` contains the roses of all sets, to the same scale.
 
     Raises
     ------
     vs.errors.UsageError
-        If the bins do not divide 180 evenly, or a column is missing or contains no numbers.
+        If the bins do not divide 180 evenly, a column is missing or contains no numbers, or
+        several sets are to be drawn on ``ax``.
     vs.errors.GeometryError
         If no row has such an azimuth.
     vs.errors.InputError
-        Under the conditions of `stats`.
+        Under the conditions of `stats`, or if ``ax`` is not rectangular axes of matplotlib.
 
     Notes
     -----
@@ -274,13 +280,13 @@ def rose(
     Examples
     --------
     >>> import vomstudio as vs
-    >>> figure = vs.rose(([90, 100, 95, 270], [40, 42, 38, 60]), bin_deg=30)
-    >>> [text.get_text() for text in figure.texts][1]
+    >>> ax = vs.rose(([90, 100, 95, 270], [40, 42, 38, 60]), bin_deg=30)
+    >>> [text.get_text() for text in ax.figure.texts][1]
     'mean 004-184, R̄ 0.99'
     """
     import matplotlib.pyplot as plt
 
-    from vomstudio.products.net.rose import draw_roses, figure_size
+    from vomstudio.products.net.rose import draw_roses, draw_single_rose, figure_size
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     options = options_from_arguments(
@@ -291,6 +297,8 @@ def rose(
         weight=column_name(weight, "weight"),
         scale=scale,
     )
+    if ax is not None and getattr(ax, "name", None) != "rectilinear":
+        raise wrong_type(ax, "matplotlib.axes.Axes", "ax")
     rows = to_orientation_table(table, azimuth)
     with arguments_named(RoseOptions):
         roses = roses_of_table(
@@ -302,6 +310,10 @@ def rose(
             is_area_scaled=options.scale == "area",
         )
     check_roses(roses, None)
-    figure = plt.figure(figsize=figure_size(roses))
-    draw_roses(figure, roses)
-    return figure
+    if ax is None:
+        figure = plt.figure(figsize=figure_size(roses))
+        return next(iter(draw_roses(figure, roses).axes.values()))
+    if len(roses.roses) > 1:
+        raise UsageError(Finding("rose.several-sets", sets=list(roses.roses)), field="ax")
+    draw_single_rose(ax, roses)
+    return ax

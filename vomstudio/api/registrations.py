@@ -65,6 +65,9 @@ def register(
     declination_deg: float | None = None,
     north_sigma_deg: float | None = None,
     crs: str | None = None,
+    to_crs: str | None = None,
+    up: Literal["y", "z"] | None = None,
+    unit: str | None = None,
     without: Sequence[str] | str = (),
     progress: Reported = None,
     cancel: CancelToken | None = None,
@@ -120,6 +123,10 @@ def register(
         One-sigma error common to all compass readings, degrees.
     crs : str, optional
         Projected CRS of the registered model, "EPSG:n".
+    to_crs : str, optional
+        Projected CRS to which the observed positions are converted; ``crs`` is then their own.
+    up, unit : str, optional
+        Axis of the model's file that points up, and its unit, which fixes the scale.
     without : sequence of str or str, optional
         Labels of excluded points, readings, photos or lines.
     progress : callable or Progress, optional
@@ -195,6 +202,9 @@ def register(
         north_sigma_deg=north_sigma_deg,
         click_sigma_m=click_sigma_m,
         crs=optional_text(crs, "crs"),
+        to_crs=optional_text(to_crs, "to_crs"),
+        up=up,
+        unit=unit,
         without=tuple(str(optional_text(each, "without")) for each in to_list(without, "without")),
         robust=robust,
         keep_scale=keep_scale,

@@ -154,26 +154,15 @@ def _agreement_text(comparison: Agreement) -> str:
         ]
         for one in comparison.matched
     ]
-    summary = tr(
-        "{n} planes were measured on both ({named} matched by name, {near} by nearness); {first} "
-        "of the model and {second} of the benchmark have no counterpart.",
-        n=comparison.n,
-        named=comparison.by_name,
-        near=comparison.by_nearness,
-        first=comparison.unmatched[0],
-        second=comparison.unmatched[1],
-    )
-    if not rows:
-        return summary
-    header = [tr("plane"), tr("other"), tr("by"), tr("angle"), "95 %"]
-    lines = [text_tables.table(header, ["", "", "", "deg", "deg"], rows), summary]
-    if comparison.agree_share is not None:
-        lines.append(
-            tr(
-                "{share:.0f} % of those with stated errors agree within them.",
-                share=100.0 * comparison.agree_share,
-            )
-        )
+    first, second = comparison.unmatched
+    findings = [
+        *comparison.findings,
+        Finding("comparison.planes-unmatched", first=first, second=second),
+    ]
+    lines = [each.message for each in findings]
+    if rows:
+        header = [tr("plane"), tr("other"), tr("by"), tr("angle"), "95 %"]
+        lines.insert(0, text_tables.table(header, ["", "", "", "deg", "deg"], rows))
     return "\n".join(lines)
 
 

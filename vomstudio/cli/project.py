@@ -24,6 +24,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.studio.project_options import (
     ACTION_OPTIONS,
+    PROPOSALS,
+    AcceptOptions,
     CompactOptions,
     FeatureValues,
     ModelChoice,
@@ -32,7 +34,6 @@ from vomstudio.studio.project_options import (
 )
 
 if TYPE_CHECKING:
-    from vomstudio.core.findings import Finding
     from vomstudio.project.records import Feature
     from vomstudio.studio.headless_project import HeadlessProject
     from vomstudio.studio.project_summary import ProjectSummary
@@ -76,6 +77,14 @@ def add_parser(subparsers: Subparsers) -> None:
     import_parser.add_argument(
         "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
     )
+    accept = add("accept", _accept, tr("Find facets or traces of a model, and add them"))
+    proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
+    for name, each in PROPOSALS.items():
+        text = tr("the options of vomstudio {command} apply", command=each.command)
+        search = proposals.add_parser(name, help=text, argument_default=argparse.SUPPRESS)
+        add_shared_options(search)
+        add_options(search, AcceptOptions)
+        add_options(search, each.options)
     values = add("set", _set, tr("Change type, set, domain or name of features"))
     values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
     delete = add("delete", _delete, tr("Delete features"))
@@ -99,7 +108,8 @@ def add_parser(subparsers: Subparsers) -> None:
     add("repair", _repair, tr("Replace a journal that has damaged rows, and keep the damaged one"))
     add("compact", _compact, tr("Remove journal rows and files that nothing refers to any more"))
     for action, options in ACTION_OPTIONS.items():
-        add_options(actions.choices[action], options)
+        if action != "accept":
+            add_options(actions.choices[action], options)
 
 
 def _run(args: argparse.Namespace, out: Output) -> None:
@@ -295,6 +305,28 @@ def _import(args: argparse.Namespace, out: Output) -> None:
         model=model.name,
     )
     _report_added(args, out, added.features, added.skipped, added.warnings, words)
+
+
+def _accept(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.studio.surfaces.headless_proposals import accept_proposals
+
+    options = options_from(args, AcceptOptions)
+    search = options_from(args, PROPOSALS[args.proposals].options)
+    with _edited_project(args, out) as desk:
+        accepted = accept_proposals(desk, search, options, progress_of(args))
+    out.warn(accepted.warnings)
+    words = tr_n(
+        "{count} of {proposed} proposals was added.",
+        "{count} of {proposed} proposals were added.",
+        len(accepted.features),
+        proposed=accepted.proposed,
+    )
+    result = {
+        "added": _named(accepted.features),
+        "proposed": accepted.proposed,
+        "warnings": list(accepted.warnings),
+    }
+    _report(args, out, result, words)
 
 
 def _profile(args: argparse.Namespace, out: Output) -> None:

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.words import tr
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, compare_sets
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
@@ -157,8 +156,8 @@ def table_priors(table: OrientationRows) -> list[SetPrior]:
     return priors
 
 
-def band_lines(band: BandFigures, line: str, plane: str | None) -> list[str]:
-    """Describe the band of a straight trace, with one sentence per line.
+def band_findings(band: BandFigures, line: str, plane: str | None) -> list[Finding]:
+    """Describe the band of a straight trace.
 
     Parameters
     ----------
@@ -167,34 +166,27 @@ def band_lines(band: BandFigures, line: str, plane: str | None) -> list[str]:
         Trend and plunge of the trace as text.
     plane : str or None
         Plane according to the most probable set, as text; None if no set is compatible.
+
+    Returns
+    -------
+    list of Finding
     """
-    lines = [
-        tr(
-            "The trace is straight: its plane contains the line {line}, within {width:.1f}°, "
-            "and dips between {low:.0f} and {high:.0f}°.",
+    findings = [
+        Finding(
+            "trace.straight",
             line=line,
-            width=band.half_width95_deg,
-            low=band.lowest_dip_deg,
-            high=band.highest_dip_deg,
+            width_deg=band.half_width95_deg,
+            low_deg=band.lowest_dip_deg,
+            high_deg=band.highest_dip_deg,
         )
     ]
     compatible = [prior for prior in band.sets if prior.compatible]
-    if band.sets and not compatible:
-        lines.append(tr("No set is compatible with it."))
-    elif compatible:
-        lines.append(
-            tr(
-                "Compatible sets: {sets}.",
-                sets=", ".join(f"{s.name} ({100.0 * s.probability:.0f} %)" for s in compatible),
-            )
-        )
+    if compatible:
+        sets = [f"{s.name} ({100.0 * s.probability:.0f} %)" for s in compatible]
+        findings.append(Finding("trace.compatible-sets", sets=sets))
+    elif band.sets:
+        findings.append(Finding("trace.no-compatible-set"))
     likely = band.likely
     if likely is not None and plane is not None:
-        lines.append(
-            tr(
-                "As a plane of {name} it is {plane} (95 %).",
-                name=likely.name,
-                plane=plane,
-            )
-        )
-    return lines
+        findings.append(Finding("trace.plane-of-set", set=likely.name, plane=plane))
+    return findings

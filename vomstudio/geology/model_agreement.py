@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
 
 
@@ -91,6 +92,24 @@ class Agreement(Result):
     rms_angle_deg: float | None
     agree_share: float | None
     matched: tuple[MatchedPlane, ...]
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Number of planes that were measured on both models, and the share that agrees."""
+        if not self.n:
+            return [Finding("comparison.no-planes-matched")]
+        findings = [
+            Finding(
+                "comparison.planes-matched",
+                n=self.n,
+                named=self.by_name,
+                near=self.by_nearness,
+            )
+        ]
+        if self.agree_share is not None:
+            share_percent = 100.0 * self.agree_share
+            findings.append(Finding("comparison.planes-agree", share_percent=share_percent))
+        return findings
 
 
 def compare_orientations(

@@ -39,7 +39,7 @@ class ClipBox(Result):
         """Read a box. Raises ValueError if it is invalid."""
         try:
             low, high = np.array(values["low"], float), np.array(values["high"], float)
-        except (KeyError, TypeError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"not a clipping box: {values!r}") from error
         if low.shape != (3,) or high.shape != (3,) or not (low < high).all():
             raise ValueError(f"not a clipping box: {values!r}")

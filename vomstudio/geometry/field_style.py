@@ -53,7 +53,7 @@ class FieldStyle(Result):
             if palette is not None and palette not in sum(PALETTES.values(), ()):
                 raise ValueError(f"palette {palette!r}")
             return cls(str(values["name"]), ends[0], ends[1], (first, last), palette)
-        except (KeyError, TypeError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"not the style of a field: {values!r}") from error
 
 

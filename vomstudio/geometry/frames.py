@@ -129,3 +129,27 @@ def crs_label(crs: str) -> str:
 
 
 UNDECLARED = Frame()
+
+WORLD_NORTHS = {
+    "crs": "grid north of the CRS",
+    "world": "y of World",
+    "unknown": "not known: angles are of the model's own frame",
+}
+"""North of the World frame in the files beside rasters, in English."""
+
+
+def world_north(crs: str | None, *, known: bool) -> str:
+    """Return the north of a World frame as the files beside rasters state it.
+
+    Parameters
+    ----------
+    crs : str or None
+        CRS of the World frame.
+    known : bool
+        Whether north is known.
+
+    Returns
+    -------
+    str
+    """
+    return WORLD_NORTHS["unknown" if not known else "world" if crs is None else "crs"]

@@ -18,6 +18,8 @@ from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import DEFAULT_TYPES, Feature, FeatureType, Record
 
 T = TypeVar("T")
+RESTORE_TYPES_LABEL = "Restore the feature types"
+DISCARD_LABEL = "Discard unsaved changes"
 
 
 class Session:
@@ -46,7 +48,7 @@ class Session:
         elif not self.of(FeatureType):
             # The first row of the journal is damaged. Without feature types nothing can be picked.
             types: dict[str, Record | None] = {kind.id: kind for kind in DEFAULT_TYPES}
-            self._write(change(self._records, "Restore the feature types", types), "do")
+            self._write(change(self._records, RESTORE_TYPES_LABEL, types), "do")
 
     def _begin(self) -> None:
         first = change({}, "New project", {kind.id: kind for kind in DEFAULT_TYPES})
@@ -197,9 +199,7 @@ class Session:
         if not any(isinstance(record, FeatureType) for record in self._saved.values()):
             # Types that were restored after damage are not work that could be discarded.
             ids = {id_ for id_ in ids if not isinstance(self._records.get(id_), FeatureType)}
-        edit = change(
-            self._records, "Discard unsaved changes", {id_: self._saved.get(id_) for id_ in ids}
-        )
+        edit = change(self._records, DISCARD_LABEL, {id_: self._saved.get(id_) for id_ in ids})
         self._write(edit, "discard")
         self._journal.append("save")
         self._saved, self._saved_top = dict(self._records), self.top

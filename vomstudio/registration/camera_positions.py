@@ -248,6 +248,7 @@ def _heights_finding(positions: Positions, longitude: float, latitude: float) ->
     return Finding(
         "cameras.heights",
         reference=_reference_name(reference),
+        heights=reference or None,
         geoid=tr("up to 100 m") if geoid_m is None else tr("{height:+.1f} m", height=geoid_m),
         geoid_m=geoid_m,
     )

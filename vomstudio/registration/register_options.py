@@ -9,6 +9,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import MAX_LENGTH_M, Options, check_requires, option
 from vomstudio.core.words import to_translate
+from vomstudio.geometry.units import METRES
 
 BESIDE = "beside the model"
 """Value that selects the photos next to the model instead of a file of cameras or attitudes."""
@@ -163,6 +164,23 @@ class RegisterOptions(Options):
         None,
         metavar="EPSG",
         help=to_translate("projected coordinate reference system of the registered model"),
+    )
+    to_crs: str | None = option(
+        None,
+        metavar="EPSG",
+        help=to_translate("convert the observed positions to this projected CRS in metres"),
+    )
+    up: Literal["y", "z"] | None = option(
+        None,
+        choices=("y", "z"),
+        help=to_translate("axis of the model's file that points up"),
+        automatic=to_translate("as its format states"),
+    )
+    unit: str | None = option(
+        None,
+        choices=tuple(METRES),
+        help=to_translate("unit of the model's file, which fixes the scale"),
+        automatic=to_translate("the observations determine the scale"),
     )
     without: tuple[str, ...] = option(
         (),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
+from vomstudio.geology.bowing import Bowing
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
@@ -62,6 +65,53 @@ _NORTHS = {
     "magnetic": to_translate("magnetic north"),
 }
 
+FACTS = {
+    "method": to_translate("Registered by"),
+    "observations": to_translate("Observations"),
+    "gps-positions": to_translate("GPS positions"),
+    "control-points": to_translate("Control points"),
+    "check-points": to_translate("Check points"),
+    "rms-gps": to_translate("RMS of GPS positions"),
+    "rms-control": to_translate("RMS of control points"),
+    "rms-check": to_translate("RMS of check points"),
+    "turned-about-up": to_translate("Turned about up, 95 %"),
+    "turned-about-north": to_translate("Turned about north, 95 %"),
+    "turned-about-east": to_translate("Turned about east, 95 %"),
+    "weakest-axis": to_translate("Weakest axis, 95 %"),
+    "scale": to_translate("Scale, 95 %"),
+    "azimuths-read-from": to_translate("Azimuths were read from"),
+    "declination": to_translate("Declination"),
+    "north-error": to_translate("North may be off by"),
+    "bowing": to_translate("Bowing by residuals, 95 %"),
+    "lens-bowing": to_translate("Bowing by the lenses' errors, 95 %"),
+    "lens-stretch": to_translate("Depths stretched by the lenses' errors, 95 %"),
+}
+"""Names of the facts of a registration by their codes."""
+
+
+@dataclass(frozen=True)
+class Fact:
+    """Figure of a registration.
+
+    Parameters
+    ----------
+    code : str
+        Key in `FACTS`.
+    text : str
+        The figure as text.
+    values : dict
+        The numbers and words from which the text was made, by name.
+    """
+
+    code: str
+    text: str
+    values: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        """Name of the fact, in the user's language."""
+        return tr(FACTS[self.code])
+
 
 @dataclass(frozen=True)
 class Summary:
@@ -69,14 +119,14 @@ class Summary:
 
     Attributes
     ----------
-    sentence : str
-        Description of the possible rotation error; "" if unknown.
-    facts : tuple of (str, str)
-        Names and values as text.
+    rotation : Finding or None
+        The possible rotation error about the weakest axis; None if unknown.
+    facts : tuple of Fact
+    warnings : tuple of Finding
     """
 
-    sentence: str
-    facts: tuple[tuple[str, str], ...]
+    rotation: Finding | None
+    facts: tuple[Fact, ...]
     warnings: tuple[Finding, ...]
 
 
@@ -91,51 +141,38 @@ def summary_of(registration: Registration) -> Summary:
     -------
     Summary
     """
-    facts = [(tr("Registered by"), tr(METHODS[registration.method])), *_points(registration)]
+    method = registration.method
+    facts = [_fact("method", tr(METHODS[method]), method=method), *_points(registration)]
     if registration.observations:
-        facts.append((tr("Observations"), _observations(registration)))
-    sentence = ""
+        counts = {group.kind: group.count for group in registration.observations}
+        facts.append(_fact("observations", _observations(registration), **counts))
+    weakest = None
     rotation = registration.rotation_covariance()
     if rotation is not None:
         east, north, up = _Z95 * np.degrees(np.sqrt(np.maximum(np.diag(rotation), 0.0)))
-        for name, error in (
-            (tr("Turned about up, 95 %"), up),
-            (tr("Turned about north, 95 %"), north),
-            (tr("Turned about east, 95 %"), east),
-        ):
-            facts.append((name, f"± {error:.2g}°"))
+        facts += [
+            _fact(code, f"± {error:.2g}°", error95_deg=float(error))
+            for code, error in (
+                ("turned-about-up", up),
+                ("turned-about-north", north),
+                ("turned-about-east", east),
+            )
+        ]
         axes = np.linalg.eigh(rotation)[1]
         worst = worst_turn95_deg(rotation) or 0.0
         axis = Line.from_vector(axes[:, -1])
         where = f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
-        facts.append((tr("Weakest axis, 95 %"), f"{where} ± {worst:.2g}°"))
-        sentence = weakest_axis_finding(worst, axis.trend_deg, axis.plunge_deg).message
+        weakest = weakest_axis_finding(worst, axis.trend_deg, axis.plunge_deg)
+        facts.append(_fact("weakest-axis", f"{where} ± {worst:.2g}°", **weakest.values))
     if registration.scale_error is not None:
-        facts.append((tr("Scale, 95 %"), f"± {100.0 * _Z95 * registration.scale_error:.2g} %"))
-    facts += _north(registration.read_north)
-    bowing = bowing_of_registration(registration)
-    if bowing is not None:
-        text = (
-            tr(
-                "dips at the edge {side:.2g}° ± {error:.2g}° from the middle; edges {where}",
-                side=bowing.side_deg,
-                error=bowing.side_error95_deg,
-                where=describe_edges(bowing),
-            )
-            if bowing.significant
-            else tr("none shown, to ± {error:.2g}° at the edge", error=bowing.side_error95_deg)
-        )
-        facts.append((tr("Bowing by residuals, 95 %"), text))
-    if registration.lens_bowing95_deg is not None:
-        text = tr(
-            "dips at the edge up to {side:.2g}° from the middle",
-            side=registration.lens_bowing95_deg / 2.0,
-        )
-        facts.append((tr("Bowing by the lenses' errors, 95 %"), text))
-    if registration.lens_stretch95:
-        share = tr("up to {share:.2g} %", share=100.0 * registration.lens_stretch95)
-        facts.append((tr("Depths stretched by the lenses' errors, 95 %"), share))
-    return Summary(sentence, tuple(facts), tuple(_warnings(registration)))
+        share = 100.0 * _Z95 * registration.scale_error
+        facts.append(_fact("scale", f"± {share:.2g} %", error95_percent=share))
+    facts += [
+        *_north(registration.read_north),
+        *_bowing(bowing_of_registration(registration)),
+        *_lenses(registration),
+    ]
+    return Summary(weakest, tuple(facts), tuple(_warnings(registration)))
 
 
 def placement_facts(model: Model, resolution: float | None = None) -> list[tuple[str, str]]:
@@ -182,40 +219,79 @@ def _observations(registration: Registration) -> str:
     )
 
 
-def _north(read: ReadNorth | None) -> list[tuple[str, str]]:
+def _fact(code: str, text: str, **values: Any) -> Fact:
+    return Fact(code, text, values)
+
+
+def _bowing(bowing: Bowing | None) -> list[Fact]:
+    """Return the bowing that the residuals of the points show."""
+    if bowing is None:
+        return []
+    values = {"side_deg": bowing.side_deg, "side_error95_deg": bowing.side_error95_deg}
+    text = (
+        tr(
+            "dips at the edge {side:.2g}° ± {error:.2g}° from the middle; edges {where}",
+            side=bowing.side_deg,
+            error=bowing.side_error95_deg,
+            where=describe_edges(bowing),
+        )
+        if bowing.significant
+        else tr("none shown, to ± {error:.2g}° at the edge", error=bowing.side_error95_deg)
+    )
+    return [_fact("bowing", text, significant=bowing.significant, **values)]
+
+
+def _lenses(registration: Registration) -> list[Fact]:
+    """Return the bowing and the stretch that the errors of the lenses allow."""
+    facts = []
+    if registration.lens_bowing95_deg is not None:
+        side = registration.lens_bowing95_deg / 2.0
+        text = tr("dips at the edge up to {side:.2g}° from the middle", side=side)
+        facts.append(_fact("lens-bowing", text, side_deg=side))
+    if registration.lens_stretch95:
+        share = 100.0 * registration.lens_stretch95
+        facts.append(_fact("lens-stretch", tr("up to {share:.2g} %", share=share), percent=share))
+    return facts
+
+
+def _north(read: ReadNorth | None) -> list[Fact]:
     """Return the north reference of azimuths and their common error."""
     if read is None:
         return []
     counted = tr(_NORTHS[read.north])
     if read.north != "grid":
         counted = tr("{north}, {turned:+.2f}° added", north=counted, turned=read.turned_deg)
-    facts = [(tr("Azimuths were read from"), counted)]
+    facts = [_fact("azimuths-read-from", counted, north=read.north, turned_deg=read.turned_deg)]
     if read.declination_deg is not None:
         angle = f"{read.declination_deg:+.2f}°"
         source = tr("stated") if read.stated else tr("IGRF-14, {day}", day=read.day)
-        facts.append((tr("Declination"), f"{angle} ({source})"))
+        values = {"stated": read.stated, "day": read.day}
+        angle_deg = read.declination_deg
+        facts.append(_fact("declination", f"{angle} ({source})", angle_deg=angle_deg, **values))
     doubt = tr("± {angle:g}° for all alike (1σ)", angle=read.doubt_deg)
-    return [*facts, (tr("North may be off by"), doubt)]
+    return [*facts, _fact("north-error", doubt, sigma_deg=read.doubt_deg)]
 
 
-def _points(registration: Registration) -> list[tuple[str, str]]:
+def _points(registration: Registration) -> list[Fact]:
     control = [p for p in registration.control if not p.check]
     check = [p for p in registration.control if p.check]
     gps = registration.method == "gps"
     facts = []
     if control:
-        facts.append((tr("GPS positions") if gps else tr("Control points"), str(len(control))))
+        code = "gps-positions" if gps else "control-points"
+        facts.append(_fact(code, str(len(control)), count=len(control)))
     if registration.control and not gps:
-        facts.append((tr("Check points"), str(len(check))))
+        facts.append(_fact("check-points", str(len(check)), count=len(check)))
     rms = registration.rms_control_m
     if rms is None and control:
         rms = float(np.sqrt(np.mean([np.square(p.residual).sum() for p in control])))
-    if rms is not None:
-        name = tr("RMS of GPS positions") if gps else tr("RMS of control points")
-        facts.append((name, tr("{length:.3g} m", length=rms)))
-    if registration.rms_check_m is not None:
-        length = tr("{length:.3g} m", length=registration.rms_check_m)
-        facts.append((tr("RMS of check points"), length))
+    for code, length_m in (
+        ("rms-gps" if gps else "rms-control", rms),
+        ("rms-check", registration.rms_check_m),
+    ):
+        if length_m is not None:
+            text = tr("{length:.3g} m", length=length_m)
+            facts.append(_fact(code, text, length_m=length_m))
     return facts
 
 

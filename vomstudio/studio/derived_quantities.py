@@ -10,7 +10,6 @@ from vomstudio.geology.profiles import Thresholds
 from vomstudio.project.edit import Edit
 from vomstudio.project.figures import Subject
 from vomstudio.project.kinds import KINDS
-from vomstudio.project.kinds.reading import comparison_text
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import Measurements, depends_on
 from vomstudio.project.reading_comparison import NearestPick, nearest_picks
@@ -60,10 +59,6 @@ class DerivedQuantities:
         if self._nearest is None:
             self._nearest = nearest_picks(self._projects.records, self.measurements)
         return self._nearest.get(reading_id)
-
-    def nearest_text(self, reading_id: str) -> str:
-        """Describe the distance between a reading and its nearest pick."""
-        return comparison_text(self.nearest_pick(reading_id))
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
         """Return a feature of the project with all inputs of its figures."""

@@ -341,10 +341,13 @@ def find_placed_model(projects: Projects, model_id: str) -> PlacedModel | None:
     path = projects.project.find_model(record) if isinstance(record, Model) else None
     if path is None or not isinstance(record, Model):
         return None
+    return placed_model(record, path, projects.project.cache)
+
+
+def placed_model(record: Model, path: Path, cache: Path) -> PlacedModel:
+    """Return a model of a project, whose file is `path`, as input for jobs."""
     crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
-    return PlacedModel(
-        record.name, path, projects.project.cache, record.to_world, crs, record.registration
-    )
+    return PlacedModel(record.name, path, cache, record.to_world, crs, record.registration)
 
 
 def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:

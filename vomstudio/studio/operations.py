@@ -96,10 +96,8 @@ OPERATIONS: tuple[Operation, ...] = (
         (FacetOptions,),
         function="facets",
         window="panels.surface.facets_panel.FacetsPanel",
-        missing={
-            "project method": "`vs.facets` takes a model of a project",
-            "project command": "`facets --project` places the model; the window adds facets",
-        },
+        action="accept",
+        missing={"project method": "`vs.facets` takes a model of a project"},
     ),
     Operation(
         "dem",
@@ -284,7 +282,8 @@ OPERATIONS: tuple[Operation, ...] = (
         function="propose_traces",
         command="trace",
         window="panels.surface.traces_panel.TracesPanel",
-        missing=_OF_MODELS,
+        action="accept",
+        missing={"project method": "the function takes a model of a project"},
     ),
     Operation(
         "stereonet",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -15,6 +16,8 @@ from vomstudio.core.options import (
     option,
 )
 from vomstudio.core.words import to_translate
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.trace_options import ProposalOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +90,19 @@ class PickOptions(ModelChoice):
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class AcceptOptions(ModelChoice):
+    """Options of proposals that are added to a project."""
+
+    type: str = option(metavar="TYPE", help=to_translate("feature type, such as joint"))
+    set: str | None = option(None, metavar="SET", help=to_translate("set of the features"))
+    quality: Literal["good", "doubtful"] | None = option(
+        None,
+        choices=("good", "doubtful"),
+        help=to_translate("add only features of at least this quality"),
+    )
+
+
 @dataclass(frozen=True)
 class FeatureValues(Options):
     """New values for features; None keeps the present value.
@@ -122,10 +138,25 @@ class CompactOptions(Options):
     dry_run: bool = option(False, help=to_translate("only report what would be removed"))
 
 
+@dataclass(frozen=True)
+class ProposalSearch:
+    """Command that proposes features, and its options."""
+
+    command: str
+    options: type[FacetOptions] | type[ProposalOptions]
+
+
+PROPOSALS = {
+    "facets": ProposalSearch("facets", FacetOptions),
+    "traces": ProposalSearch("trace --propose", ProposalOptions),
+}
+"""Searches whose proposals can be added to a project."""
+
 ACTION_OPTIONS: dict[str, type] = {
     "register": PlacementOptions,
     "add-picks": PickOptions,
     "import": ModelChoice,
+    "accept": AcceptOptions,
     "set": FeatureValues,
     "compact": CompactOptions,
 }

@@ -497,7 +497,7 @@ def test_a_writer_of_another_package_writes_its_files(
     writing.find_all.cache_clear()
     try:
         findings = write_model(cloud(3), None, tmp_path / "m.count")
-        assert findings == [uncoded("Only their number is written.")]
+        assert findings == [uncoded("Numbers only.")]
         assert (tmp_path / "m.count").read_text() == "3 points"
         with refused("output.unknown-format", UsageError) as error:
             write_model(cloud(3), None, tmp_path / "m.docx")

@@ -95,8 +95,10 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
 
 def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None:
     path, _ = made
-    with pytest.raises(RuntimeError, match="no graphics"), match_database.open_existing(path):
-        raise RuntimeError("no graphics")
+    failure = RuntimeError("no graphics")
+    with pytest.raises(RuntimeError) as error, match_database.open_existing(path):
+        raise failure
+    assert error.value is failure
     with refused("alignment.matches-unreadable"), match_database.open_for_reading(path):
         raise RuntimeError("no graphics")
 

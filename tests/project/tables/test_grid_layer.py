@@ -15,6 +15,7 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.products.ortho.interpretation import items_of
 from vomstudio.project import edits, grid_edits
 from vomstudio.project.exports.export import export_records
+from vomstudio.project.grid_edits import MARKS
 from vomstudio.project.kinds.station import Station
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import FaceGrid, Model
@@ -83,16 +84,7 @@ def test_exports_have_a_ring_for_every_cell(tmp_path: Path) -> None:
     meta, _, shapes, columns = pyogrio.raw.read(tmp_path / "a.gpkg", layer=LAYER)
     rows = {name: list(c) for name, c in zip(meta["fields"], columns, strict=True)}
     assert meta["crs"] == "EPSG:32633"
-    assert rows["found"] == [
-        "done",
-        "not looked at",
-        "empty",
-        "unmeasurable",
-        "unmeasurable",
-        "done",
-        "done",
-        "not looked at",
-    ]
+    assert rows["found"] == [MARKS[mark] for mark in "d-euudd-"]
     assert rows["cell"][:4] == ["1, 1", "2, 1", "3, 1", "1, 2"]
     assert rows["model"] == ["cliff"] * 8
     assert set(rows["id"]) == {"g", "h"}

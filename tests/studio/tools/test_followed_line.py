@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.messages import shown_codes, shown_values
 from tests.project.conftest import MODEL, MemoryJournal
 from tests.studio.tools.fakes import Context, event
 from vomstudio.core.findings import Finding
@@ -15,6 +16,7 @@ from vomstudio.project.journal.replay import replay
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.session import Session
 from vomstudio.studio.tools.followed_line import FollowedPath
+from vomstudio.studio.tools.following import UNDO_LABELS
 from vomstudio.studio.tools.interaction_types import Pointer
 from vomstudio.studio.tools.trace import TraceTool
 
@@ -56,7 +58,7 @@ def clicks(tool, *points) -> None:
 def test_nothing_is_judged_before_the_way_is_there(tool, context):
     clicks(tool, A, B, C)
     assert tool.searching
-    assert context.shown[-1].reading[-1] == "Searching for the way"
+    assert shown_codes(context.shown[-1].reading[-1]) == {"follow.searching"}
     assert context.shown[-1].verdict is None
     answer_all(context)
     assert context.shown[-1].verdict is not None
@@ -329,10 +331,11 @@ def test_a_click_at_a_vertex_of_the_trace_that_is_being_finished_begins_the_next
 def test_what_waits_is_said_and_no_way_runs_on_to_the_cursor(tool, context):
     clicks(tool, A, B, C)
     tool.finish()
-    waits = context.shown[-1].reading[-1]
-    assert waits == "Kept as soon as the way is found"
+    assert shown_codes(context.shown[-1].reading[-1]) == {"follow.finishing"}
     clicks(tool, D, E)
-    assert context.shown[-1].reading[-1] == f"{waits}; 2 clicks wait for the next one"
+    *_, finishing, waiting = context.shown[-1].reading
+    assert shown_codes(finishing) == {"follow.finishing"}
+    assert shown_values(waiting, "follow.clicks-waiting") == {"count": "2"}
     tool.pointer(event(Pointer.MOVE, at=F))
     assert context.shown[-1].rubber is None
     assert context.shown[-1].ahead is None
@@ -342,9 +345,9 @@ def test_undo_takes_back_the_click_that_waits_then_the_end_then_a_vertex(tool, c
     clicks(tool, A, B, C)
     tool.finish()
     clicks(tool, D)
-    assert tool.undo_label == "Click for the next one"
+    assert tool.undo_label == UNDO_LABELS["click-next"]
     assert tool.undo()
-    assert tool.undo_label == "Finish"
+    assert tool.undo_label == UNDO_LABELS["finish"]
     assert tool.undo()
     assert tool.vertices == (A, B, C)
     assert tool.undo()

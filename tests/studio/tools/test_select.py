@@ -15,6 +15,7 @@ from vomstudio.project.session import Session
 from vomstudio.studio.tools.element_selection import ElementSelection, combine_masks
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.studio.tools.select import SelectTool
+from vomstudio.studio.tools.selection_messages import UNDO_LABELS
 
 # The model stands in World as it does in its file.
 MESH = sheet(41, y=lambda x, z: 0.02 * np.sin(9.0 * x))
@@ -126,7 +127,7 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.changes.everything()
     assert np.array_equal(tool.selection.mask, ~first)
     tool.cancel()
-    assert context.let_go[0].label == "Hide the selection"
+    assert context.let_go[0].label == UNDO_LABELS["hide"]
     assert context.let_go[0].bring_back()
     assert context.elements.hidden("m1") is None
     assert np.array_equal(tool.selection.mask, first)
@@ -137,7 +138,7 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.changes.show_all()
     assert not tool.changes.anything_hidden()
     # A key pressed by mistake: what was hidden with care is hidden again.
-    assert context.let_go[-1].label == "Show hidden parts"
+    assert context.let_go[-1].label == UNDO_LABELS["show"]
     assert context.let_go[-1].bring_back()
     assert np.array_equal(context.elements.hidden("m1"), first)
 

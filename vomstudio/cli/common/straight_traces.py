@@ -94,13 +94,14 @@ def crossing_text(crossing: Mapping[str, Any]) -> str:
 
 def band_lines(band: BandFigures) -> list[str]:
     """Describe the possible planes of a straight trace."""
-    from vomstudio.geology.band_figures import band_lines
+    from vomstudio.geology.band_figures import band_findings
 
     likely = band.likely
     plane = (
         None if likely is None else text_tables.measured_plane(vars(likely), "max_confidence95_deg")
     )
-    return band_lines(band, _angles(band.trend_deg, band.plunge_deg), plane)
+    line = _angles(band.trend_deg, band.plunge_deg)
+    return [each.message for each in band_findings(band, line, plane)]
 
 
 def _angles(azimuth: float, inclination: float) -> str:

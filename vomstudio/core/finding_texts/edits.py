@@ -6,6 +6,13 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.core.words import to_translate
 
 TEXTS: dict[str, Entry] = {
+    "proposals.none": (
+        "error",
+        to_translate(
+            "Nothing can be added: of {proposed} proposals, none has the quality {quality}. Change"
+            " the options of the search."
+        ),
+    ),
     "edit.stale": (
         "error",
         to_translate("{label}: the record {record} has changed in the meantime. Try again."),

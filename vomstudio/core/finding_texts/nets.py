@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.core.words import to_translate
+from vomstudio.core.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "net.not-three-numbers": (
@@ -27,6 +27,26 @@ TEXTS: dict[str, Entry] = {
     "net.too-many-levels": (
         "error",
         to_translate("There are {count} levels of contours. Use at most {maximum}."),
+    ),
+    "net.nowhere-dense": ("info", to_translate("Nowhere dense enough for a contour.")),
+    "net.no-girdle": ("info", to_translate("No girdle (K above 1): {sets}")),
+    "rose.several-sets": (
+        "error",
+        to_translate("Axes contain one rose, but the table has the sets {sets}. Select one."),
+    ),
+    "rose.left-out": (
+        "info",
+        *to_translate_n(
+            "{count:,} without such an angle is left out.",
+            "{count:,} without such an angle are left out.",
+        ),
+    ),
+    "rose.left-out-by-length": (
+        "info",
+        *to_translate_n(
+            "{count:,} without such an angle or a length is left out.",
+            "{count:,} without such an angle or a length are left out.",
+        ),
     ),
     "net.few-for-contours": (
         "warning",

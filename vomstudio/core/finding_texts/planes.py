@@ -48,6 +48,27 @@ TEXTS: dict[str, Entry] = {
             "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
         ),
     ),
+    "trace.straight": (
+        "info",
+        to_translate(
+            "The trace is straight: its plane contains the line {line}, within {width_deg:.1f}°,"
+            " and dips between {low_deg:.0f} and {high_deg:.0f}°."
+        ),
+    ),
+    "trace.compatible-sets": ("info", to_translate("Compatible sets: {sets}.")),
+    "trace.no-compatible-set": ("info", to_translate("No set is compatible with the trace.")),
+    "trace.plane-of-set": (
+        "info",
+        to_translate("As a plane of {set} it is {plane} (95 %)."),
+    ),
+    "trace.accepted": (
+        "info",
+        to_translate("Proposed by {cost} among lines of at least {length_m:.3g} m, and accepted."),
+    ),
+    "trace.edited": (
+        "info",
+        to_translate("Proposed by {cost} among lines of at least {length_m:.3g} m, and edited."),
+    ),
     "trace.not-straight": (
         "error",
         to_translate(

@@ -232,6 +232,29 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("The project has no feature type {type}. Contact was used instead."),
     ),
+    "project.save-changes": ("info", to_translate("Save the changes to {project}?")),
+    "project.memory-lost": (
+        "warning",
+        to_translate(
+            "{failure} What is in memory only is lost unless you save the project elsewhere."
+        ),
+    ),
+    "reading.no-pick": (
+        "info",
+        to_translate("No pick has the same type, so the reading is not compared."),
+    ),
+    "reading.nearest-pick": (
+        "info",
+        to_translate("{angle} from {pick}, {distance} away."),
+    ),
+    "reading.similar-pick": (
+        "info",
+        to_translate("{angle} from {pick}, the most similar pick."),
+    ),
+    "reading.turned": (
+        "info",
+        to_translate("The azimuth was turned by {turned_deg:+.2f}° to grid north."),
+    ),
     "reading.no-angle": (
         "error",
         to_translate("The row has no azimuth, or no dip or plunge. Enter both."),

@@ -49,6 +49,33 @@ TEXTS: dict[str, Entry] = {
             " aligned, and the mesh has {faces:,} faces. {fit}"
         ),
     ),
+    "reconstruction.memory": (
+        "info",
+        to_translate("Depth maps and point cloud need up to {needed} of {free} of free memory."),
+    ),
+    "reconstruction.reduced-depth-maps": (
+        "warning",
+        to_translate(
+            "To fit into it, depth maps are made at {size_px} instead of {wanted_px} pixels."
+        ),
+    ),
+    "reconstruction.aligned": (
+        "info",
+        to_translate(
+            "{registered} of {photos} photos aligned with a mean reprojection error of"
+            " {error_px:.2f} px."
+        ),
+    ),
+    "reconstruction.tie-points": (
+        "info",
+        to_translate(
+            "{tie_points:,} tie points, of which {in_three:,} are in three photos or more."
+        ),
+    ),
+    "reconstruction.size": (
+        "info",
+        to_translate("{points:,} points and {faces:,} triangles in {frame}."),
+    ),
     "reconstruction.other-project": (
         "info",
         to_translate("The model belongs to another project: {file}"),

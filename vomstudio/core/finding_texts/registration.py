@@ -796,6 +796,46 @@ TEXTS: dict[str, Entry] = {
             "placed anew. Compare again."
         ),
     ),
+    "fit.choose-reference": (
+        "info",
+        to_translate("Choose the reference: another model of the project, or a file."),
+    ),
+    "fit.running": ("info", to_translate("The surfaces are being fitted.")),
+    "fit.click-right": ("info", to_translate("Click the same point on the right.")),
+    "fit.click-left": ("info", to_translate("Click the same point on the left.")),
+    "fit.finished": (
+        "info",
+        to_translate("Register the model by this fit, or click more points and fit it again."),
+    ),
+    "fit.click-pairs": (
+        "info",
+        to_translate(
+            "Click {minimum} or more points on both sides, far apart and not on a line. If the"
+            " models already overlap, fewer or none suffice."
+        ),
+    ),
+    "fit.ready": (
+        "info",
+        to_translate("Fit the surfaces, or click more points. A ring shows the expected place."),
+    ),
+    "comparison.planes-matched": (
+        "info",
+        to_translate(
+            "{n} planes were measured on both ({named} matched by name, {near} by nearness)."
+        ),
+    ),
+    "comparison.planes-unmatched": (
+        "info",
+        to_translate("{first} of the model and {second} of the benchmark have no counterpart."),
+    ),
+    "comparison.planes-agree": (
+        "info",
+        to_translate("{share_percent:.0f} % of those with stated errors agree within them."),
+    ),
+    "comparison.no-planes-matched": (
+        "info",
+        to_translate("No plane was measured on both: none has the same name or place."),
+    ),
     "comparison.no-unit": (
         "warning",
         to_translate(

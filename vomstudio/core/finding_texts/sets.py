@@ -190,6 +190,13 @@ TEXTS: dict[str, Entry] = {
             "{count} planes have a set already and are left out.",
         ),
     ),
+    "sets.mixed-types": (
+        "warning",
+        to_translate(
+            "{n} types are pooled ({types}). The mean of a mixture rarely means anything, and no"
+            " fold axis is computed."
+        ),
+    ),
     "sets.type-too-small": (
         "info",
         *to_translate_n(

@@ -516,6 +516,10 @@ TEXTS: dict[str, Entry] = {
             "Wedges and direct toppling need two planes that meet. Add planes to the table."
         ),
     ),
+    "slope.no-errors": (
+        "info",
+        to_translate("{n:,} planes. None of them has a known error, so no probability is given."),
+    ),
     "slope.errors-unknown": (
         "warning",
         *to_translate_n(
@@ -554,6 +558,17 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "The traces differ by more than their noise (p = {p:.2g}): the beds are wavy, or not"
             " parallel. The error of their mean was widened."
+        ),
+    ),
+    "displacement.net-slip": (
+        "info",
+        to_translate("Net slip of the hanging wall, {unit}, with 95 % errors."),
+    ),
+    "displacement.separation": (
+        "info",
+        to_translate(
+            "Dip separation, {unit}, with 95 % errors. It is not a slip, since the direction of"
+            " movement is unknown."
         ),
     ),
     "displacement.no-pairs": (

@@ -445,6 +445,24 @@ TEXTS: dict[str, Entry] = {
             " and smoothly, without standing still."
         ),
     ),
+    "video.frames-kept": (
+        "info",
+        *to_translate_n(
+            "{count} frame kept of {width} × {height} pixels, from {seconds:.0f} s.",
+            "{count} frames kept of {width} × {height} pixels, from {seconds:.0f} s.",
+        ),
+    ),
+    "video.frames-left-out": (
+        "info",
+        *to_translate_n(
+            "{count} frame left out: {reason}",
+            "{count} frames left out: {reason}",
+        ),
+    ),
+    "video.folder-not-empty": (
+        "warning",
+        to_translate("{folder} contains other files. Write the frames into this folder?"),
+    ),
     "video.usable": (
         "info",
         *to_translate_n(

@@ -213,6 +213,23 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("A continued feature is picked point by point."),
     ),
+    "follow.by-cost": (
+        "info",
+        to_translate("Followed by {cost} through {points} way-points."),
+    ),
+    "follow.by-best-cost": (
+        "info",
+        to_translate(
+            "Followed by {cost}, the cost that gives the best plane, through {points} way-points."
+        ),
+    ),
+    "follow.searching": ("info", to_translate("Searching for the path.")),
+    "follow.finishing": ("info", to_translate("Finished when the path is found.")),
+    "follow.clicks-waiting": (
+        "info",
+        to_translate("{count} click waits for the next feature."),
+        to_translate("{count} clicks wait for the next feature."),
+    ),
     "follow.no-cost": (
         "error",
         to_translate("Choose an entry under Follow first."),

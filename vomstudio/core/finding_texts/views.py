@@ -6,6 +6,12 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.core.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
+    "view.direction-unmeasured": (
+        "info",
+        to_translate(
+            "The direction was typed or set with the mouse. It follows from no measurement."
+        ),
+    ),
     "model.no-surface": (
         "error",
         to_translate("The model has no surface. Choose one with faces or points."),

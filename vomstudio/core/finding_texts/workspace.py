@@ -225,6 +225,14 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{feature} was left out: {reason}"),
     ),
+    "features.several-selected": (
+        "info",
+        to_translate(
+            "{n} features are selected: a change here changes all of them. The figures are those"
+            " of {name}."
+        ),
+    ),
+    "field.not-calculated": ("info", to_translate("{field} is missing. Calculate it again.")),
     "features.no-orientation": (
         "info",
         to_translate("None of these features has an orientation. Choose others."),

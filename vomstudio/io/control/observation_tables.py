@@ -20,6 +20,7 @@ from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
@@ -185,7 +186,9 @@ class CompassTable:
         return np.where(self.is_plane[:, None], poles, lines)
 
 
-def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
+def read_pairs(
+    path: str | Path, crs: str | None = None, options: FrameOptions = DEFAULT_FRAME
+) -> Pairs:
     """Read pairs of points on the model and in the World frame.
 
     The columns are `label, model_x, model_y, model_z, x, y, z[, use][, sigma_x, sigma_y,
@@ -196,6 +199,8 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
     path : str or Path
     crs : str, optional
         CRS in which the model is placed; World coordinates in another CRS are converted.
+    options : FrameOptions
+        CRS of the World coordinates, and the CRS to which they are converted.
 
     Raises
     ------
@@ -213,6 +218,7 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
         world,
         file=table.path,
         comments=table.table.comments,
+        options=options,
         model=None if crs is None else ModelFrame(crs),
     )
     return Pairs(

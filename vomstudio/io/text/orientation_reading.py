@@ -18,7 +18,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError, UsageError, VomError
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import tr
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
@@ -34,6 +34,7 @@ from vomstudio.io.text.tables import TextTable, read_table
 _QUADRANT_NAMES = {"direction", "dir", "side", "sense", "dips"}
 """Column names that denote a dip quadrant if the cells are compass points."""
 _PLANE, _LINE, _NONE = 1, 2, 0
+BY_FILE_NAME = to_translate("no header: strike or dip direction by the name of the file")
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,9 +287,7 @@ class _TableReader:
             )
         self._read_azimuth(0, 1)
         if not is_given:
-            self.conventions.append(
-                tr("no header: strike or dip direction by the name of the file")
-            )
+            self.conventions.append(tr(BY_FILE_NAME))
 
     def _read_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":

@@ -17,6 +17,7 @@ from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.findings import Finding, plain
 from vomstudio.core.version import __version__
 from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geometry.frames import world_north
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.elevation.contours import contour_lines, write_contours
 from vomstudio.products.elevation.dem_options import DemFiles
@@ -203,9 +204,7 @@ def _facts(
 ) -> dict[str, Any]:
     """Collect the content of the sidecar."""
     heights = "metres along the upward normal of the plane of reference through the reference point"
-    north = "not known: angles are of the model's own frame"
-    if north_known:
-        north = "y of World" if world is None else "grid north of the CRS"
+    north = world_north(world, known=north_known)
     return {
         **result.to_dict(),
         "raster": Path(result.raster).name,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from vomstudio.core.words import tr
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import degrees, format_plane
 from vomstudio.products.net.contents import (
@@ -20,6 +20,12 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.style import NetStyle
 
 _EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
+SYMBOLS = {
+    "slip": to_translate("Slip of the hanging wall"),
+    "line-ellipse": to_translate("Joint 95 % of the selected line"),
+    "pole-ellipse": to_translate("Joint 95 % of the selected pole"),
+}
+"""Texts of symbols of the legend."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
             )
         )
     if net.poles and any(s.slips is not None for s in net.sets):
-        entries.append(NetLegendEntry(tr("Slip of the hanging wall"), style.ink, ">", "-"))
+        entries.append(NetLegendEntry(tr(SYMBOLS["slip"]), style.ink, ">", "-"))
     if net.fold is not None:
         beta, plane = fold_texts(net, net.fold)
         entries.append(NetLegendEntry(beta, style.ink, "*"))
@@ -74,9 +80,9 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         entries.append(NetLegendEntry(text, style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
         text = (
-            tr("Joint 95 % of the selected line")
+            tr(SYMBOLS["line-ellipse"])
             if isinstance(net.ellipses[0], NetLineEllipse)
-            else tr("Joint 95 % of the selected pole")
+            else tr(SYMBOLS["pole-ellipse"])
         )
         entries.append(NetLegendEntry(text, style.ink, None, "-"))
     if any(mean.total is not None for mean in net.means):

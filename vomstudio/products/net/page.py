@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.notation import format_attitude
@@ -68,7 +69,7 @@ class NetPage:
         if net.circles is None and planes > AUTO_CIRCLES and not net.brief:
             self.foot.append(tr("Great circles of {count:,} planes not drawn", count=planes))
         if self.contours and not self.bar:
-            self.foot.append(tr("Nowhere dense enough for a contour"))
+            self.foot.append(Finding("net.nowhere-dense").message)
         if self.bar and self.bar.subject and net.compact:
             self.foot.append(tr("Contours {subject}", subject=self.bar.subject))
         self.foot.append("" if net.brief else tr(PROJECTION_NAMES[net.projection]))

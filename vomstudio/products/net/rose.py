@@ -192,24 +192,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         x_left = (width - grid.columns * side) / 2 + column * side
         y_low = height - (row + 1) * (tall + _HEAD_LETTERS * font)
         ax = figure.add_axes((x_left / width, y_low / height, side / width, tall / height))
-        ax.set_xlim(-_PANEL_HALF_WIDTH, _PANEL_HALF_WIDTH)
-        ax.set_ylim(-_PANEL_BOTTOM, _PANEL_TOP)
-        ax.set_axis_off()
-        known = contents.counted.get(name)
-        usual = OKABE_ITO[i % len(OKABE_ITO)] if known is None else known.color
-        color = style.color(contents.colors.get(name, usual))
-        if isinstance(rose, AngleHistogram):
-            draw_histogram(ax, rose, rings, color, style)
-        else:
-            draw_rose(
-                ax,
-                rose,
-                rings,
-                contents.is_area_scaled,
-                color,
-                style,
-                "N" if contents.north else "y",
-            )
+        _draw_panel(ax, contents, name, rings, style)
         mean_text = mean_words(rose)
         fitting = font * min(1.0, max(0.7, 0.94 * side / text_width(mean_text, font, "normal")))
         for above, text, weight, size in (
@@ -240,6 +223,53 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             parse_math=False,
         )
     return RoseArtists(drawn, contents, rings)
+
+
+def draw_single_rose(ax: Axes, contents: RoseContents, style: NetStyle = PRINT) -> None:
+    """Draw the only rose of the contents on axes, with the title above and the caption below.
+
+    Parameters
+    ----------
+    ax : Axes
+        Rectangular axes; their scale is replaced by that of a rose.
+    contents : RoseContents
+        Contents with one rose.
+    style : NetStyle
+    """
+    ((name, rose),) = contents.roses.items()
+    _draw_panel(ax, contents, name, choose_rings(float(rose.shares.max())), style)
+    ax.set_aspect("equal")
+    font, ink = style.font_pt, style.ink
+    title = tr("{set} (n = {count:,})", set=name, count=rose.n)
+    ax.set_title(f"{title}\n{mean_words(rose)}", fontsize=font, color=ink, parse_math=False)
+    ax.text(
+        0.5,
+        -0.02,
+        "\n".join([*contents.notes, *_caption(contents).split("; ")]),
+        transform=ax.transAxes,
+        ha="center",
+        va="top",
+        fontsize=font,
+        color=style.soft,
+        parse_math=False,
+    )
+
+
+def _draw_panel(
+    ax: Axes, contents: RoseContents, name: str, rings: list[float], style: NetStyle
+) -> None:
+    ax.set_xlim(-_PANEL_HALF_WIDTH, _PANEL_HALF_WIDTH)
+    ax.set_ylim(-_PANEL_BOTTOM, _PANEL_TOP)
+    ax.set_axis_off()
+    rose, known = contents.roses[name], contents.counted.get(name)
+    place = list(contents.roses).index(name)
+    usual = OKABE_ITO[place % len(OKABE_ITO)] if known is None else known.color
+    color = style.color(contents.colors.get(name, usual))
+    if isinstance(rose, AngleHistogram):
+        draw_histogram(ax, rose, rings, color, style)
+        return
+    up = "N" if contents.north else "y"
+    draw_rose(ax, rose, rings, contents.is_area_scaled, color, style, up)
 
 
 def _caption(contents: RoseContents) -> str:

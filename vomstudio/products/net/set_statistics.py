@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import replace
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.density import find_maximum
 from vomstudio.geology.notation import format_line, format_plane
@@ -27,7 +28,7 @@ def add_statistics(net: NetContents, requested: Collection[str]) -> NetContents:
     """Add the requested statistics, "girdles", "maxima" or "averages", to a net."""
     if "girdles" in requested:
         girdles, others = fit_girdles(net.sets, net.notation, net.decimals)
-        note = tr("No girdle (K above 1): {sets}", sets=", ".join(others))
+        note = Finding("net.no-girdle", sets=others).message
         net = replace(
             net,
             circles_typed=(*net.circles_typed, *girdles),

@@ -29,6 +29,7 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.frames import world_north
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.raster import (
     Affine,
@@ -232,11 +233,7 @@ def _place_facts(plan: OrthophotoPlan, crs: str | None, facts: dict[str, Any]) -
 
     crs : CRS of the World frame, regardless of that of the picture
     """
-    north = "y of World"
-    if not plan.view.north_known:
-        north = "not known: angles are of the model's own frame"
-    elif crs is not None:
-        north = "grid north of the CRS"
+    north = world_north(crs, known=plan.view.north_known)
     return {"world_crs": crs, "north": north, "picture_id": picture_id(facts)}
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.survey.planning import SurveyPlan
 
 FORMATS = (".pdf", ".svg", ".html")
+TITLE = to_translate("Photo survey: field sheet")
 INK, FACE = "#202020", "#efe9df"
 PERPENDICULAR, OBLIQUE, CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
 """Colours of photos and control points on the sheet and in the window."""
@@ -86,7 +87,7 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
         # Printers leave a margin of about 5 mm.
         _draw(figure.add_axes((0.11, low, 0.85, tall)), plan, above=above)
     if not pictures_only:
-        _text(figure, tr("Photo survey: field sheet"), 0.965, 15.0, weight="bold")
+        _text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
             figure.text(x, y, name, fontsize=9.0, color="#606060", va="top")
@@ -323,7 +324,7 @@ def _html(plan: SurveyPlan) -> str:
         "<style>body{font:14px sans-serif;max-width:50em;margin:2em auto;color:#202020}"
         "table{border-collapse:collapse}th,td{padding:.15em .8em;text-align:left;"
         "border-bottom:1px solid #ddd}svg{width:100%;height:auto}</style></head><body>"
-        f"<h1>{html.escape(tr('Photo survey: field sheet'))}</h1><table>{rows}</table>{svg}"
+        f"<h1>{html.escape(tr(TITLE))}</h1><table>{rows}</table>{svg}"
         f"<ul>{reminders}</ul><h2>{html.escape(tr('Control points'))}</h2>{points}"
         f"<h2>{html.escape(tr('Positions'))}</h2>{places}</body></html>\n"
     )

@@ -67,23 +67,27 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
 def _summary(result: Mapping[str, Any]) -> str:
     frame = result["frame"]
     if frame == "local":
-        frame = (
-            tr("a local frame") if result["scaled"] else tr("a local frame, without scale or north")
-        )
-    text = tr(
-        "{registered} of {photos} photos aligned with a mean reprojection error of {error:.2f} px. "
-        "{tie_points:,} tie points, of which {in_three:,} are in three photos or more. {points:,} "
-        "points and {faces:,} triangles in {frame}.",
-        registered=result["registered"],
-        photos=result["photos"],
-        error=result["reprojection_error_px"],
-        tie_points=result["tie_points"],
-        in_three=result["tie_points_of_3"],
-        points=result["dense_points"],
-        faces=result["faces"],
-        frame=frame,
+        frame = tr(FRAMES["scaled" if result["scaled"] else "arbitrary"])
+    findings = (
+        Finding(
+            "reconstruction.aligned",
+            registered=result["registered"],
+            photos=result["photos"],
+            error_px=result["reprojection_error_px"],
+        ),
+        Finding(
+            "reconstruction.tie-points",
+            tie_points=result["tie_points"],
+            in_three=result["tie_points_of_3"],
+        ),
+        Finding(
+            "reconstruction.size",
+            points=result["dense_points"],
+            faces=result["faces"],
+            frame=frame,
+        ),
     )
-    return f"<p>{escape(text)}</p>"
+    return f"<p>{escape(' '.join(map(_sentence, findings)))}</p>"
 
 
 def _sentence(note: str | Finding | Mapping[str, Any]) -> str:
@@ -200,8 +204,9 @@ def _registration(result: Mapping[str, Any]) -> str:
         )
         text = "".join(f"<p>{escape(each.message)}</p>" for each in findings)
     else:
-        text = f"<p>{escape(summary.sentence)}</p>" if summary.sentence else ""
-    text += _table(["", ""], [("", fact) for fact in (*facts, *summary.facts)])
+        text = f"<p>{escape(summary.rotation.message)}</p>" if summary.rotation else ""
+    facts += [(fact.name, fact.text) for fact in summary.facts]
+    text += _table(["", ""], [("", fact) for fact in facts])
     warnings = dict.fromkeys(map(_sentence, (*registration.get("warnings", ()), *summary.warnings)))
     text += "".join(f'<p class="note">{escape(warning)}</p>' for warning in warnings)
     if decisions := registration.get("decisions"):
@@ -261,6 +266,11 @@ LABELS = {
     "texture": to_translate("texture"),
 }
 """Labels of the figures, settings and stages of a result; other keys are unchanged."""
+FRAMES = {
+    "scaled": to_translate("a local frame"),
+    "arbitrary": to_translate("a local frame, without scale or north"),
+}
+"""Names of the frames of models that were not registered in a coordinate system."""
 _VALUES = {
     "above sea level": to_translate("above sea level"),
     "above the ellipsoid": to_translate("above the ellipsoid"),

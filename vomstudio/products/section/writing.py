@@ -53,6 +53,7 @@ ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
 MAX_BENDS = 20
 RIGHT_ANGLES = ProjectionDirections()
+PERPENDICULAR = "at right angles to the section"
 FEATURE_COLUMNS = (
     "layer",
     "id",
@@ -435,7 +436,7 @@ def _head(
     if bends:
         rows.append(f"bends at {distance} {bends}")
     if figures.features:
-        direction = "at right angles to the section"
+        direction = PERPENDICULAR
         if figures.projection_trend_deg is not None:
             direction = (
                 f"along trend {plain_azimuth(figures.projection_trend_deg)}, plunge "

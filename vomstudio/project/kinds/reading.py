@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line, Plane
@@ -113,35 +114,31 @@ def remarks(subject: Subject) -> list[str]:
     return lines
 
 
-def comparison_text(nearest: NearestPick | None) -> str:
-    """Return the angle and distance to the nearest pick as text."""
+def comparison_finding(nearest: NearestPick | None) -> Finding:
+    """Return the finding about the angle and distance to the nearest pick."""
     if nearest is None:
-        return tr("No pick of the same type to compare with")
-    distance_m = nearest.distance_m
-    angle = degrees(nearest.angle_deg)
-    if distance_m is None:
-        return tr("{angle} from {pick}, the most similar pick", angle=angle, pick=nearest.name)
-    return tr(
-        "{angle} from {pick}, {distance} away",
-        angle=angle,
-        pick=nearest.name,
-        distance=length_text(distance_m),
+        return Finding("reading.no-pick")
+    values = {
+        "angle": degrees(nearest.angle_deg),
+        "angle_deg": nearest.angle_deg,
+        "pick": nearest.name,
+    }
+    if nearest.distance_m is None:
+        return Finding("reading.similar-pick", **values)
+    return Finding(
+        "reading.nearest-pick",
+        **values,
+        distance=length_text(nearest.distance_m),
+        distance_m=nearest.distance_m,
     )
 
 
 def about(subject: Subject) -> list[str]:
     """Describe a reading and the nearest plane on the model."""
     reading: Reading = subject.feature
-    nearest = subject.nearest()
-    lines = [
-        tr("Compass reading; there is no pick of the same type to compare it with")
-        if nearest is None
-        else tr("Compass reading, {compared}", compared=comparison_text(nearest))
-    ]
+    lines = [comparison_finding(subject.nearest()).message]
     if reading.turned_deg:
-        lines.append(
-            tr("Azimuth as read {turned_deg:+.2f}° (to grid north)", turned_deg=reading.turned_deg)
-        )
+        lines.append(Finding("reading.turned", turned_deg=reading.turned_deg).message)
     if reading.source:
         lines.append(tr("From {source}", source=reading.source))
     return lines

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import tr
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.frames import crs_label
 from vomstudio.geometry.units import WORLD, Axes
@@ -25,7 +25,18 @@ from vomstudio.project.repeated_features import repeat_columns
 from vomstudio.project.tables.orientation_table import Row, rows_of
 from vomstudio.project.tables.registration_comments import registrations_of
 
-__all__ = ["EXTRA_COLUMNS", "IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
+__all__ = [
+    "EXTRA_COLUMNS",
+    "IN_WORLD",
+    "NORTH_UNKNOWN",
+    "NO_MODEL",
+    "ProjectTable",
+    "feature_rows",
+    "project_table",
+]
+NORTH_UNKNOWN = to_translate(
+    "unknown: the model is not registered, azimuths are in its local frame"
+)
 
 _FIGURES = (DOMAIN, STATION)
 EXTRA_COLUMNS = (*(figure.name for figure in _FIGURES), *REPEAT_COLUMNS)
@@ -178,8 +189,7 @@ def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str 
         return None, tr("see the column frame"), 1.0
     frame = frames.pop()
     if frame is None or not frame.has_north:
-        north = tr("unknown: the model is not registered, azimuths are in its local frame")
-        return None, north, 1.0
+        return None, tr(NORTH_UNKNOWN), 1.0
     if frame.crs:
         return frame.crs, tr("grid north of {crs}", crs=crs_label(frame.crs)), frame.unit_m
     return None, tr("local frame whose y axis the user declared as north"), 1.0

@@ -11,7 +11,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.results import HIDDEN
-from vomstudio.core.words import tr
+from vomstudio.core.words import to_translate, tr
 from vomstudio.registration.by_model.matching import match
 from vomstudio.registration.by_model.planes import RADIUS, ModelPlanes, ReferencePlanes, thin_points
 from vomstudio.registration.by_model.refining import Refinement, refine
@@ -20,6 +20,12 @@ from vomstudio.registration.combined import Combined
 from vomstudio.registration.similarity import Similarity
 
 NAME = "reference"
+FREE = {
+    "slide": to_translate("sliding along the surface"),
+    "turn": to_translate("a turn"),
+    "scale": to_translate("the scale"),
+}
+"""Names of undetermined parameters."""
 _CAPTURE_SHARE = 0.05
 """Initial maximum distance of correspondences, as a share of the diagonal of the reference."""
 _MAX_MATCHED_POINTS = 300_000
@@ -171,11 +177,11 @@ def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
     components = np.linalg.norm(null, axis=0)
     words = []
     if components[3:6].max() > _MIN_COMPONENT:
-        words.append(tr("sliding along the surface"))
+        words.append(tr(FREE["slide"]))
     if components[:3].max() > _MIN_COMPONENT:
-        words.append(tr("a turn"))
+        words.append(tr(FREE["turn"]))
     if scale and components[6] > _MIN_COMPONENT:
-        words.append(tr("the scale"))
+        words.append(tr(FREE["scale"]))
     return tuple(words)
 
 

@@ -142,7 +142,29 @@ def place_by_known(
         return placed
     # If only the file were used, a model that was rotated before would return to its original
     # orientation.
-    to_world = transform.matrix(model.to_world)
+    return solve_from(evidence, extent, transform.matrix(model.to_world))
+
+
+def solve_from(evidence: Evidence, extent: FloatArray | None, to_world: FloatArray) -> Placed:
+    """Compute a placement whose undetermined parameters are those of a previous placement.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        Observations in the file frame, without photos.
+    extent : (n, 3) float64 or None
+        Sample of the model's points in the file frame.
+    to_world : (4, 4) float64
+        Previous placement, from the file frame to the World frame.
+
+    Returns
+    -------
+    Placed
+
+    Raises
+    ------
+    GeometryError
+    """
     evidence = _transform_evidence(evidence, to_world)
     placed = register(evidence, None if extent is None else transform.apply(to_world, extent))
     scale = placed.scale * transform.scale_of(to_world)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ import numpy as np
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.io.gate.frame_options import FrameOptions
+from vomstudio.io.gate.points import points_to_world
 from vomstudio.registration.evidence import Evidence
 
 
@@ -19,10 +22,13 @@ def marked_pairs(
     evidence: Evidence,
     crs: str | None,
     messages: list[Finding],
+    *,
+    to_crs: str | None = None,
 ) -> tuple[Pairs, str | None]:
     """Triangulate control points from their marks in photos, and add them to the pairs.
 
-    Returns the pairs and their CRS. Messages about unused points are appended to `messages`.
+    The points are converted to `to_crs` if it is given. Returns the pairs and their CRS. Messages
+    about unused points are appended to `messages`.
 
     Raises
     ------
@@ -43,6 +49,18 @@ def marked_pairs(
 
     points = read_control(control)
     crs = agreed_crs(control, crs)
+    if to_crs is not None:
+        world = points_to_world(
+            np.array([p.position for p in points], np.float64).reshape(-1, 3),
+            file=control,
+            options=FrameOptions(crs=crs, to_crs=to_crs),
+        )
+        crs = world.crs
+        messages += world.findings
+        places = world.points.tolist()
+        points = [
+            replace(p, position=(x, y, z)) for p, (x, y, z) in zip(points, places, strict=True)
+        ]
     path = marks_file or marks_beside(control)
     marks = read_marks(path)
     evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
@@ -55,16 +73,16 @@ def marked_pairs(
             raise
         messages += name_findings(list(positions), evidence.marks, evidence.views)
     used = [mark for mark in evidence.marks if mark[0] in positions]
-    places = marked_places(evidence, used, messages)
-    triangulated = [p for p in points if p.label in places]
+    marked = marked_places(evidence, used, messages)
+    triangulated = [p for p in points if p.label in marked]
     sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated]
     pairs = Pairs(
         tuple(p.label for p in triangulated),
-        np.array([places[p.label][0] for p in triangulated]).reshape(-1, 3),
+        np.array([marked[p.label][0] for p in triangulated]).reshape(-1, 3),
         np.array([p.position for p in triangulated], np.float64).reshape(-1, 3),
         np.array(sigma, np.float64).reshape(-1, 3),
         np.array([p.check for p in triangulated], bool),
-        covariance=np.array([places[p.label][1] for p in triangulated]).reshape(-1, 3, 3),
+        covariance=np.array([marked[p.label][1] for p in triangulated]).reshape(-1, 3, 3),
     )
     if evidence.pairs is not None:
         pairs = evidence.pairs.joined_with(pairs)

@@ -16,15 +16,16 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
 from vomstudio.geometry import transform
 from vomstudio.geometry.coordinate_limits import check_error
-from vomstudio.geometry.frames import UNDECLARED
+from vomstudio.geometry.frames import UNDECLARED, Frame
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.registration_frames import change_file_frame
 from vomstudio.geometry.registrations import ReadNorth, Registration
+from vomstudio.geometry.units import METRES
 from vomstudio.project.records import Model
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import KnownDirection
 from vomstudio.registration.register_options import BESIDE, RegisterOptions
-from vomstudio.studio.placing.known_lines import photo_up
+from vomstudio.studio.placing.known_lines import photo_up, solve_from
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray
@@ -85,27 +86,36 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     from vomstudio.io.gis.crs import metric_crs
     from vomstudio.registration.evidence import attitude_misses
 
-    crs = None if options.crs is None else metric_crs(options.crs, "--crs")
+    for flag, value in (("--up", options.up), ("--unit", options.unit)):
+        if value is not None and model == "-":
+            raise UsageError(Finding("option.needs-model", option=flag), field="MODEL")
+    crs = options.crs
+    if crs is not None and options.to_crs is None:
+        crs = metric_crs(crs, "--crs")
     loaded = None
     if model != "-":
         from vomstudio.io.models.opening import read_model
 
         loaded = read_model(Path(model), progress)
     messages, unused = list[Finding](), list[Finding]()
-    record = None if loaded is None else _model_record(loaded, messages)
+    record = None if loaded is None else _model_record(loaded, options, messages)
     evidence, crs, read_north = _evidence(options, crs, loaded, messages, unused)
-    if record is not None and evidence.scale is not None and record.registration is not None:
+    if options.unit is not None:
+        evidence.scale = METRES[options.unit]
+    elif record is not None and evidence.scale is not None and record.registration is not None:
         evidence.scale = transform.scale_of(record.registration.matrix)
         evidence.scale_error = record.registration.scale_error
-    evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
+    evidence.up, evidence.crs = None if loaded is None else _up(loaded, options), crs
     evidence.photo_up = None if loaded is None else photo_up(loaded.path)
-    fitted = _fitted(options, evidence, loaded, crs, progress)
+    base = Frame("local", None, METRES[options.unit or "m"], options.up or "z").to_world()
+    to_world = transform.matrix(base)
+    fitted = _fitted(options, evidence, loaded, crs, to_world, progress)
     if fitted is not None:
         crs = fitted.crs
         evidence.reference = fitted.fitted.observation
         messages += fitted.warnings
     try:
-        placed = _solved(evidence, loaded)
+        placed = _solved(evidence, loaded, to_world)
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
             failure.file = _pairs_file(options)
@@ -123,15 +133,16 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     return RegistrationResult(result, misses, loaded, crs, fitted, registration)
 
 
-def _model_record(loaded: LoadedModel, messages: list[Finding]) -> Model:
+def _model_record(loaded: LoadedModel, options: RegisterOptions, messages: list[Finding]) -> Model:
     """Return the record of the model before the registration.
 
     Findings about the registration file beside the model are appended to `messages`.
     """
-    from vomstudio.io.models.frames import frame_of_file, registration_beside
+    from vomstudio.io.gate.frame_options import FrameOptions
+    from vomstudio.io.models.frames import frame_of_file, stored_registration
 
     path = loaded.path
-    stored = registration_beside(path, loaded.content_hash, loaded.crs)
+    stored = stored_registration(loaded, FrameOptions(up=options.up, unit=options.unit))
     messages += stored.findings
     placement = stored.registration or frame_of_file(path, loaded.crs)
     return Model("", path.stem, str(path), loaded.kind, loaded.content_hash, placement)
@@ -212,6 +223,7 @@ def _fitted(
     evidence: Evidence,
     loaded: LoadedModel | None,
     crs: str | None,
+    to_world: FloatArray,
     progress: Progress,
 ) -> ReferenceFit | None:
     """Fit the model to the reference, starting with the placement by other observations."""
@@ -223,16 +235,22 @@ def _fitted(
         raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
     is_determined = not (evidence.empty or evidence.too_few_alone)
-    initial = _solved(evidence, loaded) if is_determined else None
+    initial = _solved(evidence, loaded, to_world) if is_determined else None
     return fit_model(
         loaded, options.reference, near=initial, crs=crs, stable=options.stable, progress=progress
     )
 
 
-def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:
+def _solved(evidence: Evidence, loaded: LoadedModel | None, to_world: FloatArray) -> Placed:
+    """Solve in the frame that the options state; `to_world` converts the file frame to it."""
     from vomstudio.registration.evidence import register
 
-    return register(evidence, None if loaded is None else _extent(loaded))
+    extent = None if loaded is None else _extent(loaded)
+    # Cameras and a reference determine the orientation, and are in the file frame.
+    is_in_file_frame = evidence.views or evidence.centres or evidence.reference is not None
+    if is_in_file_frame or np.array_equal(to_world, np.eye(4)):
+        return register(evidence, extent)
+    return solve_from(evidence, extent, to_world)
 
 
 def _extent(loaded: LoadedModel) -> FloatArray:
@@ -241,10 +259,14 @@ def _extent(loaded: LoadedModel) -> FloatArray:
     return some_points(loaded.data)
 
 
-def _up(loaded: LoadedModel) -> FloatArray | None:
-    """Return the up direction (3,) of a model, or None if its file does not define it."""
+def _up(loaded: LoadedModel, options: RegisterOptions) -> FloatArray | None:
+    """Return the up direction (3,) of a model, or None if neither file nor options define it."""
     from vomstudio.io.models.frames import frame_of_file
 
+    if options.up is not None and loaded.turned_about is not None:
+        raise UsageError(Finding("frame.up-by-format"), field="--up")
+    if options.up is not None:
+        return np.array([0.0, 1.0, 0.0] if options.up == "y" else [0.0, 0.0, 1.0])
     surveyed = loaded.path.suffix.casefold() in SURVEY_FORMATS
     has_up = surveyed or frame_of_file(loaded.path, loaded.crs).has_up
     return np.array([0.0, 0.0, 1.0]) if has_up else None
@@ -276,6 +298,8 @@ def _evidence(
     Messages are appended to `messages`; those about unused points and marks also to `unused`.
     """
     from vomstudio.io.control import observation_tables as tables
+    from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
+    from vomstudio.io.gis.crs import metric_crs
     from vomstudio.registration.camera_positions import positions_in_metres
     from vomstudio.registration.coordinate_checks import check_area
     from vomstudio.registration.north import convert_to_grid_north, default_north_sigma_deg
@@ -297,13 +321,16 @@ def _evidence(
         cameras = _own_cameras(options, loaded)
         evidence.views, evidence.centres = cameras.views, cameras.centres
         messages += cameras.warnings
+    target = None if options.to_crs is None else metric_crs(options.to_crs, "--to-crs")
     if options.pairs is not None:
-        evidence.pairs = tables.read_pairs(options.pairs, crs)
+        frame = FrameOptions(crs=options.crs, to_crs=target) if target else DEFAULT_FRAME
+        evidence.pairs = tables.read_pairs(options.pairs, None if target else crs, frame)
         crs = crs or evidence.pairs.crs
     if options.gcp is not None:
-        marks = None if options.marks is None else Path(options.marks)
-        evidence.pairs, crs = marked_pairs(Path(options.gcp), marks, evidence, crs, unused)
+        marks, gcp = None if options.marks is None else Path(options.marks), Path(options.gcp)
+        evidence.pairs, crs = marked_pairs(gcp, marks, evidence, crs, unused, to_crs=target)
         messages += unused
+    crs = target or crs
     if options.scale_bars is not None:
         evidence.bars = tables.read_scale_bars(options.scale_bars)
     if options.horizon is not None:

@@ -171,7 +171,7 @@ class FacetProposals(ProposalQueue[Proposals]):
             records, thresholds = dict(self._projects.records), self._thresholds()
             whole = sight is None
             self._read(
-                lambda: _proposals(record, options, result, whole, records, thresholds),
+                lambda: assess_facets(record, options, result, whole, records, thresholds),
                 self._show_proposals,
             )
 
@@ -335,7 +335,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         self.changed.emit()
 
 
-def _proposals(
+def assess_facets(
     model: Model,
     options: FacetOptions,
     result: FoundFacets,

@@ -6,7 +6,7 @@ project only when they are accepted.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
@@ -27,7 +27,7 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import measure_all
-from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model
+from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, Record
 from vomstudio.studio.background import Background
 from vomstudio.studio.editing import Editing
 from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesRequest
@@ -84,14 +84,10 @@ class ProposedLines:
     lines: tuple[ProposedLine, ...]
     known: int
 
-    @property
-    def provenance(self) -> str:
-        """Description of the search for the notes of accepted traces."""
-        return tr(
-            "Trace that the program proposed by {cost} (at least {length:.3g} m long)",
-            cost=self.options.used_cost,
-            length=self.result.least_length_m,
-        )
+    def provenance(self, code: str) -> str:
+        """Describe the search for the notes of a trace that was accepted or edited."""
+        length_m = self.result.least_length_m
+        return Finding(code, cost=self.options.used_cost, length_m=length_m).message
 
 
 class Tools(Protocol):
@@ -160,7 +156,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         def judge(result: FoundTraces) -> None:
             records, thresholds = dict(self._projects.records), self._thresholds()
             self._read(
-                lambda: _proposed(record, options, result, known_lines, records, thresholds),
+                lambda: assess_lines(record, options, result, known_lines, records, thresholds),
                 self._show_lines,
             )
 
@@ -174,9 +170,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
     def _known_lines(self, model_id: str) -> list[FloatArray]:
         """Return lines that need not be proposed again, in the file frame of the model."""
-        traces = [t for t in self._projects.of(Trace) if t.model_id == model_id]
-        trace_lines = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
-        return [*trace_lines, *self._never.get(model_id, ())]
+        return [*known_lines(self._projects.records, model_id), *self._never.get(model_id, ())]
 
     def _show_lines(self, proposals: ProposedLines) -> None:
         self.proposals, self._trace_ids, self._rejected = proposals, {}, set()
@@ -192,7 +186,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         accepted_rows = [row for row in rows if row in open_rows]
         if proposals is None or not accepted_rows:
             return []
-        note = tr("{found}, and that was accepted.", found=proposals.provenance)
+        note = proposals.provenance("trace.accepted")
         traces = {
             row: replace(
                 proposals.lines[row].trace,
@@ -227,7 +221,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             self._tools.hint(Finding("feature.open"))
             return False
         line = proposals.lines[row]
-        note = tr("{found}, and that was edited.", found=proposals.provenance)
+        note = proposals.provenance("trace.edited")
         # The trace tool cannot follow the edges of a network.
         cost: str | None = proposals.options.used_cost
         maximum = MAX_WAY_POINTS
@@ -287,7 +281,13 @@ def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
     return tuple(trace.vertices[row] for row in simplify_line(line, off, maximum).tolist())
 
 
-def _proposed(
+def known_lines(records: Mapping[str, Record], model_id: str) -> list[FloatArray]:
+    """Return the traces of a model in its file frame, which need not be proposed again."""
+    traces = [r for r in records.values() if isinstance(r, Trace) and r.model_id == model_id]
+    return [np.asarray(trace.vertices, np.float64).reshape(-1, 3) for trace in traces]
+
+
+def assess_lines(
     model: Model,
     options: ProposalOptions,
     result: FoundTraces,

@@ -16,6 +16,7 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.element_selection import Combine, ElementSelection
 from vomstudio.studio.tools.interaction_types import Discarded
+from vomstudio.studio.tools.selection_messages import UNDO_LABELS
 from vomstudio.studio.tools.tool_context import ToolContext
 
 if TYPE_CHECKING:
@@ -166,7 +167,7 @@ class ElementChanges:
             return True
 
         self._context.discarded(
-            Discarded(self._tool.name, "Show hidden parts", hide_again, lambda: False)
+            Discarded(self._tool.name, tr(UNDO_LABELS["show"]), hide_again, lambda: False)
         )
 
     def anything_hidden(self) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import tr, tr_n
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import IDENTITY, Point
 from vomstudio.project.records import Model, Picked
@@ -21,6 +21,12 @@ from vomstudio.studio.tools.polyline import PolylineTool, points_text
 from vomstudio.studio.tools.tool_context import ToolContext
 
 F = TypeVar("F", bound=Picked)
+UNDO_LABELS = {
+    "click-next": to_translate("Click for the next feature"),
+    "finish-next": to_translate("Finish the next feature"),
+    "finish": to_translate("Finish"),
+}
+"""Labels of pending clicks, which undo takes back."""
 
 
 class FollowingTool(PolylineTool[F]):
@@ -217,25 +223,19 @@ class FollowingTool(PolylineTool[F]):
         """Return the text beside the cursor while a piece is pending."""
         count = points_text(len(self.vertices))
         if not self._finish_when_found:
-            return (count, tr("Searching for the way"))
+            return (count, Finding("follow.searching").message)
         waiting = sum(event is not None for event in self._later)
         if not waiting:
-            return (count, tr("Kept as soon as the way is found"))
-        return (
-            count,
-            tr_n(
-                "Kept as soon as the way is found; {count} click waits for the next one",
-                "Kept as soon as the way is found; {count} clicks wait for the next one",
-                waiting,
-            ),
-        )
+            return (count, Finding("follow.finishing").message)
+        clicks = Finding("follow.clicks-waiting", count=waiting)
+        return (count, Finding("follow.finishing").message, clicks.message)
 
     # --- undo of pending clicks ---------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
         if self._later:
-            return "Finish the next one" if self._later[-1] is None else "Click for the next one"
-        return "Finish" if self._finish_when_found else super().undo_label
+            return tr(UNDO_LABELS["finish-next" if self._later[-1] is None else "click-next"])
+        return tr(UNDO_LABELS["finish"]) if self._finish_when_found else super().undo_label
 
     def undo(self) -> bool:
         """Undo the last step, starting with pending clicks."""
@@ -298,14 +298,8 @@ class FollowingTool(PolylineTool[F]):
     def _followed_words(self, feature: F) -> str:
         """Return the notes for a followed feature."""
         by, count = self._line.by(feature.model_id), len(feature.vertices)
-        text = tr("Followed by {cost} through {count} way-points.", cost=by, count=count)
-        if self._line.cost == AUTO:
-            text = tr(
-                "Followed by {cost}, of all costs the one that tells its plane best, through "
-                "{count} way-points.",
-                cost=by,
-                count=count,
-            )
+        code = "follow.by-best-cost" if self._line.cost == AUTO else "follow.by-cost"
+        text = Finding(code, cost=by, points=count).message
         votes = self.votes
         return text if votes is None else f"{text} {votes}"
 

@@ -11,7 +11,12 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.studio.tools.element_tool import ElementTool
 from vomstudio.studio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.studio.tools.screen_shape import DrawnShape
-from vomstudio.studio.tools.selection_messages import SHAPE_HINTS, ShapeMode, count_text
+from vomstudio.studio.tools.selection_messages import (
+    SHAPE_HINTS,
+    UNDO_LABELS,
+    ShapeMode,
+    count_text,
+)
 from vomstudio.studio.tools.tool_context import ToolContext
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
@@ -99,7 +104,7 @@ class SelectTool(ElementTool):
             model_id, selection.mask if hidden_before is None else selection.mask | hidden_before
         )
         self._discard(
-            selection, "Hide the selection", lambda: elements.hide(model_id, hidden_before)
+            selection, tr(UNDO_LABELS["hide"]), lambda: elements.hide(model_id, hidden_before)
         )
 
     def _show(self) -> None:

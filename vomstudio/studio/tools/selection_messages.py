@@ -15,6 +15,12 @@ MODES: dict[ElementMode, str] = {
     "lasso": to_translate("Lasso"),
     "polygon": to_translate("Polygon"),
 }
+UNDO_LABELS = {
+    "discard": to_translate("Discard the selection"),
+    "hide": to_translate("Hide the selection"),
+    "show": to_translate("Show hidden elements"),
+}
+"""Labels of the steps that undo takes back, other than changes of the selection."""
 GROWN, PAINTED, ERASED = to_translate("Grow"), to_translate("Paint"), to_translate("Erase")
 """Labels of the steps of the mode "pick"."""
 SHAPE_HINTS: dict[ShapeMode, str] = {

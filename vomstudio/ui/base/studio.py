@@ -106,7 +106,7 @@ class Studio(QObject):
 
         self.measured, self.measure = w.derived.measured, w.derived.measure
         self.affected, self.subject = w.derived.affected, w.derived.subject
-        self.nearest_pick, self.nearest_text = w.derived.nearest_pick, w.derived.nearest_text
+        self.nearest_pick = w.derived.nearest_pick
         self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
         self.turn_findings = w.derived.turn_findings
         self.crs_codes = w.derived.crs_codes

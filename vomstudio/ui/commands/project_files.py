@@ -48,6 +48,13 @@ _EXPORTS = {
     "dxf": to_translate("DXF"),
 }
 
+TITLES = {
+    "written": to_translate("{project}{unsaved} – VOM Studio"),
+    "unwritable": to_translate("{project}{unsaved} (cannot be written) – VOM Studio"),
+    "in-memory": to_translate("{project}{unsaved} (in memory only) – VOM Studio"),
+}
+"""Titles of the window, by the state of the project on the disk."""
+
 _PROGRAMS = {
     "geojson": (to_translate("GeoJSON (*.geojson)"), ".geojson"),
     "kml": (to_translate("KML for Google Earth (*.kml)"), ".kml"),
@@ -91,11 +98,8 @@ class Files(QObject):
             "unsaved": "*" if self._studio.session.dirty else "",
         }
         projects = self._studio.workspace.projects
-        if projects.is_written:
-            return tr("{project}{unsaved} – VOM Studio", **values)
-        if projects.whole_on_disk:
-            return tr("{project}{unsaved} (cannot be written) – VOM Studio", **values)
-        return tr("{project}{unsaved} (in memory only) – VOM Studio", **values)
+        state = "written" if projects.is_written else "unwritable"
+        return tr(TITLES[state if projects.whole_on_disk else "in-memory"], **values)
 
     def open_path(self, path: Path) -> None:
         """Open a model or a project; before a project is opened, offer to save the current one."""
@@ -304,18 +308,13 @@ class Files(QObject):
         if studio.has_work_to_save:
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
-            box.setText(
-                tr("Save the changes to {project}?", project=escape_markup(self.project_name()))
-            )
+            project = escape_markup(self.project_name())
+            box.setText(Finding("project.save-changes", project=project).message)
             failure = studio.project.write_failure
             box.setInformativeText(
                 tr("Discarded changes stay in the project's history and can be restored with Undo.")
                 if failure is None
-                else tr(
-                    "{failure} What is in memory only is lost unless you save the project "
-                    "elsewhere.",
-                    failure=escape_markup(failure.message),
-                )
+                else Finding("project.memory-lost", failure=escape_markup(failure.message)).message
             )
             box.setStandardButtons(
                 QMessageBox.StandardButton.Save

@@ -364,16 +364,16 @@ class ReconstructDialog(QDialog):
 
 
 def _describe_memory(memory: MemoryNeed) -> str:
-    needed, free = gigabytes(memory.needed_bytes), gigabytes(memory.free_bytes)
-    text = tr(
-        "Depth maps and point cloud need up to {needed} of {free} of free memory.",
-        needed=needed,
-        free=free,
-    )
-    if memory.size_px < memory.wanted_px:
-        text += " " + tr(
-            "To fit into it, depth maps are made at {size} instead of {wanted} pixels.",
-            size=memory.size_px,
-            wanted=memory.wanted_px,
+    findings = [
+        Finding(
+            "reconstruction.memory",
+            needed=gigabytes(memory.needed_bytes),
+            free=gigabytes(memory.free_bytes),
+            needed_bytes=memory.needed_bytes,
+            free_bytes=memory.free_bytes,
         )
-    return text
+    ]
+    if memory.size_px < memory.wanted_px:
+        code = "reconstruction.reduced-depth-maps"
+        findings.append(Finding(code, size_px=memory.size_px, wanted_px=memory.wanted_px))
+    return " ".join(each.message for each in findings)

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import tr, tr_n
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, is_ours, verdict_of
 from vomstudio.studio.jobs.events import Failed
@@ -133,10 +133,7 @@ class VideoDialog(QDialog):
             answer = QMessageBox.question(
                 self,
                 tr("Folder is not empty"),
-                tr(
-                    "{folder} contains other files. Write the frames into this folder?",
-                    folder=escape_markup(folder.name),
-                ),
+                Finding("video.folder-not-empty", folder=escape_markup(folder.name)).message,
             )
             if answer != QMessageBox.StandardButton.Yes:
                 return
@@ -184,23 +181,16 @@ class VideoDialog(QDialog):
 
 def describe_report(result: FrameReport) -> str:
     """Describe the frames, gaps, warnings and verdict of an extraction as rich text."""
-    lines = [
-        tr_n(
-            "<b>{count} frame kept</b> of {width} × {height} pixels, from {seconds:.0f} s",
-            "<b>{count} frames kept</b> of {width} × {height} pixels, from {seconds:.0f} s",
-            len(result.frames),
-            width=result.width,
-            height=result.height,
-            seconds=result.seconds,
-        )
-    ]
+    headline = Finding(
+        "video.frames-kept",
+        count=len(result.frames),
+        width=result.width,
+        height=result.height,
+        seconds=result.seconds,
+    )
+    lines = [f"<b>{escape(headline.message)}</b>"]
     lines += [
-        tr_n(
-            "{count} frame left out: {reason}",
-            "{count} frames left out: {reason}",
-            number,
-            reason=tr(reason),
-        )
+        escape(Finding("video.frames-left-out", count=number, reason=tr(reason)).message)
         for reason, number in result.skipped.items()
     ]
     if gaps := result.gaps_s:

@@ -292,13 +292,9 @@ class DisplacementPanel(LazyPanel):
         unit = length_unit(project_axes(self._studio))
         is_slip_known = result.rake_deg is not None
         lines = [
-            tr("Net slip of the hanging wall, {unit}, with 95 % errors.", unit=unit)
-            if is_slip_known
-            else tr(
-                "Dip separation, {unit}, with 95 % errors; the slip is unknown, so this is no "
-                "slip.",
-                unit=unit,
-            ),
+            Finding(
+                "displacement.net-slip" if is_slip_known else "displacement.separation", unit=unit
+            ).message,
             tr(
                 "Fault {fault}, bed {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
                 fault=format_attitude(result.fault, result.options.fault_error_deg, notation),

@@ -393,7 +393,7 @@ class DisplayPanel(QWidget):
             # A project stores the display style of a field, but not always its values.
             with QSignalBlocker(self.field):
                 self.field.addItem(
-                    tr("{field}: not there, calculate it again", field=field_title(style.name)),
+                    Finding("field.not-calculated", field=field_title(style.name)).message,
                     style.name,
                 )
         self.field.setCurrentIndex(self.field.findData(style.name))

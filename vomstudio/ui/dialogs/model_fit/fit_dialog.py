@@ -45,6 +45,8 @@ from vomstudio.ui.dialogs.model_fit.point_pairs import PointPairs
 from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
 from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, project_model
 
+MIN_PAIRS = 3
+"""Minimum number of point pairs that place a model."""
 _MAX_IMMEDIATE_POINTS = 20
 """Maximum number of points that are solved without a thread, whose start would take longer."""
 
@@ -359,36 +361,28 @@ class FitDialog(QDialog):
         self.copy_button.refresh(pending)
         for part in (self.other, self.stable):
             allow(part, pending)
-        self.instruction.setText(self._next_step())
+        self.instruction.setText(self._next_step().message)
 
-    def _next_step(self) -> str:
+    def _next_step(self) -> Finding:
         if self.reference is None:
-            return tr(
-                "Choose what the model is fitted to: another model of the project, or a file."
-            )
+            return Finding("fit.choose-reference")
         if self._job is not None:
-            return tr("The surfaces are being fitted.")
+            return Finding("fit.running")
         if self.points.model_point is not None:
-            return tr("Click the same point on the right.")
+            return Finding("fit.click-right")
         if self.points.reference_point is not None:
-            return tr("Click the same point on the left.")
+            return Finding("fit.click-left")
         if self.fit_result is not None:
-            return tr("Register the model by this fit, or click more points and fit it again.")
-        if len(self.points.pairs) < 3:
-            return tr(
-                "Click a point on the left and the same one on the right; three or more, far "
-                "apart and not on a line. Where the model lies on the other one already, fewer "
-                "will do, or none."
-            )
-        return tr(
-            "Fit the surfaces, or click more points; where the counterpart should be is ringed."
-        )
+            return Finding("fit.finished")
+        if len(self.points.pairs) < MIN_PAIRS:
+            return Finding("fit.click-pairs", minimum=MIN_PAIRS)
+        return Finding("fit.ready")
 
     def _why_no_fit(self) -> Finding | None:
         if self.reference is None:
             return Finding("action.no-other-model")
         count = len(self.points.pairs)
-        if count >= 3 and self.placement is None:
+        if count >= MIN_PAIRS and self.placement is None:
             return self._problem or Finding("action.busy")
         return self.stable.why_not(self.points.pairs)
 

@@ -97,20 +97,12 @@ class AgreementTable(QWidget):
 
 
 def _summary_text(agreement: Agreement) -> str:
-    if not agreement.n:
-        return tr("No plane was measured on both: none has the same name or lies near another one.")
-    text = tr(
-        "Planes measured on both: {n} ({named} matched by name, {near} by nearness). Angle: median "
-        "{median}, RMS {rms}.",
-        n=agreement.n,
-        named=agreement.by_name,
-        near=agreement.by_nearness,
-        median=degrees(agreement.median_angle_deg),
-        rms=degrees(agreement.rms_angle_deg),
-    )
-    if agreement.agree_share is None:
-        return text
-    return f"{text} " + tr(
-        "{share:.0f} % agree within their stated 95 % errors.",
-        share=100.0 * agreement.agree_share,
-    )
+    lines = [each.message for each in agreement.findings]
+    if agreement.n:
+        angles = tr(
+            "Angle: median {median}, RMS {rms}.",
+            median=degrees(agreement.median_angle_deg),
+            rms=degrees(agreement.rms_angle_deg),
+        )
+        lines.insert(1, angles)
+    return " ".join(lines)

@@ -291,12 +291,7 @@ class PropertiesPanel(QWidget):
         count = len(self._shown_ids)
         self._count_label.setVisible(count > 1)
         self._count_label.setText(
-            tr(
-                "{count} features are selected: a change here changes all of them. The figures are "
-                "those of {name}.",
-                count=count,
-                name=current.name,
-            )
+            Finding("features.several-selected", n=count, name=current.name).message
         )
         name = self.fields["name"]
         allow(name, Finding("action.several-features") if count > 1 else None)
@@ -330,9 +325,10 @@ class PropertiesPanel(QWidget):
         lines += [f"{name}: {value}" for name, value in facts]
         if model.registration is not None:
             summary = summary_of(model.registration)
-            lines += [f"{name}: {value}" for name, value in summary.facts]
-            lines += [summary.sentence] if summary.sentence else []
-            bold.append(summary.sentence)
+            lines += [f"{fact.name}: {fact.text}" for fact in summary.facts]
+            if summary.rotation is not None:
+                lines.append(summary.rotation.message)
+                bold.append(summary.rotation.message)
             lines += [f"• {warning}" for warning in summary.warnings]
         if open_model is not None:
             lines += map(str, open_model.warnings)

@@ -17,7 +17,7 @@ def describe_trace_band(studio: Studio, feature_id: str, measurement: Measuremen
     band = band_of_measured(measurement)
     if band is None:
         return []
-    from vomstudio.geology.band_figures import band_lines, describe_band
+    from vomstudio.geology.band_figures import band_findings, describe_band
 
     features = studio.session.features()
     priors = priors_among(
@@ -34,9 +34,8 @@ def describe_trace_band(studio: Studio, feature_id: str, measurement: Measuremen
         plane_text = format_attitude(
             likely_plane, likely.max_confidence95_deg, studio.settings.notation
         )
-    return band_lines(
-        description, format_line(Line(description.trend_deg, description.plunge_deg)), plane_text
-    )
+    line = format_line(Line(description.trend_deg, description.plunge_deg))
+    return [each.message for each in band_findings(description, line, plane_text)]
 
 
 def describe_crossing(studio: Studio) -> list[str]:

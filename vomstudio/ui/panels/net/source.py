@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
 from vomstudio.geology.roses import LINE_ANGLES
@@ -248,12 +249,8 @@ class NetSource:
         notes = self.repeat_notes()
         if not skipped_count:
             return replace(contents, notes=notes)
-        note = (
-            tr("{count:,} without such an angle or a length are left out", count=skipped_count)
-            if view_settings.is_length_weighted
-            else tr("{count:,} without such an angle are left out", count=skipped_count)
-        )
-        return replace(contents, notes=(*notes, note))
+        code = "rose.left-out-by-length" if view_settings.is_length_weighted else "rose.left-out"
+        return replace(contents, notes=(*notes, Finding(code, count=skipped_count).message))
 
     # --- errors ------------------------------------------------------------------------------
     def error_ellipses(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:

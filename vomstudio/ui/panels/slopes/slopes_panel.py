@@ -383,7 +383,7 @@ def _count_text(result: SlopeAnswer) -> str:
     """Return the number of planes, and the reason if probabilities are missing."""
     analysis = result.analysis
     if not analysis.with_error:
-        return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=analysis.n)
+        return Finding("slope.no-errors", n=analysis.n).message
     return tr_n("{count:,} plane.", "{count:,} planes.", analysis.n)
 
 

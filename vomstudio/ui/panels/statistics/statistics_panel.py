@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayou
 
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import tr
+from vomstudio.core.words import to_translate, tr
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import FeatureType, Typed
 from vomstudio.project.registration_errors import models_of, turns_of
@@ -159,13 +159,14 @@ class StatisticsPanel(LazyPanel):
         if len(kinds) < 2:
             return []
         names = [k.name for k in self._studio.session.of(FeatureType) if k.id in kinds]
-        text = tr(
-            "{count} types are pooled ({types}): the mean of a mixture rarely means anything, and "
-            "no fold axis is sought",
-            count=len(kinds),
-            types=", ".join(names),
-        )
-        return [(tr("Mind"), text)]
+        return [(tr("Mind"), Finding("sets.mixed-types", n=len(kinds), types=names).message)]
+
+
+DOMAIN_TITLES = {
+    "domain": to_translate("Its domains"),
+    "set_name": to_translate("Its sets as domains"),
+}
+"""Titles of the fold axes of domains, by the attribute that defines the domains."""
 
 
 def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
@@ -195,7 +196,7 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[s
         name: (planes.azimuth_deg[rows], planes.dip_deg[rows])
         for name, rows in sorted(members.items(), key=lambda item: natural_sort_key(item[0]))
     }
-    title = tr("Its domains") if has_domains else tr("Its sets as domains")
+    title = tr(DOMAIN_TITLES["domain" if has_domains else "set_name"])
     figures, one_axis = domain_axes(beds, axis)
     axis = apply_domain_verdict(axis, one_axis) if has_domains else axis
     return axis, [(title, domain_rows(figures, one_axis))]

@@ -284,8 +284,7 @@ class ViewPanel(QWidget):
                 else:
                     text = tr("Perpendicular to {feature}, {attitude} (95 %).", **values)
                 return text, measured.total95_deg
-        text = tr("The direction was typed or set with the mouse. It follows from no measurement.")
-        return text, None
+        return Finding("view.direction-unmeasured").message, None
 
     def why_no_line(self) -> Finding | None:
         """Return a finding if no line is selected, otherwise None."""
