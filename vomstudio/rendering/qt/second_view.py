@@ -21,12 +21,12 @@ from vomstudio.rendering.qt.feature_picking import feature_at
 from vomstudio.rendering.qt.gestures import Gestures
 from vomstudio.rendering.qt.overlays import Overlays
 from vomstudio.rendering.qt.plotter_picture import PlotterPicture
-from vomstudio.rendering.qt.preview_painting import Area, PreviewPainter
+from vomstudio.rendering.qt.preview_painting import PreviewPainter
 from vomstudio.rendering.qt.viewport import BACKGROUND, Viewport
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.readout_position import ReadingPosition
-from vomstudio.studio.tools.interaction_types import Hit, Preview
+from vomstudio.studio.tools.interaction_types import Area, Hit, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.plotter_view import PlotterView

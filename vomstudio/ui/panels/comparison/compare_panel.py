@@ -167,7 +167,9 @@ class ComparePanel(QWidget):
 
     def _follow_edit(self, *_: object) -> None:
         if self.comparison is not None and self._compared_id not in self._studio.records:
-            self._reset()
+            self.comparison, self._searched_model = None, None
+            self.message.setText("")
+            self._show()
         self.agreement.invalidate()
         self.refresh()
 
