@@ -17,7 +17,7 @@ COUNT = 12
 @pytest.fixture
 def stored(window, tmp_path, monkeypatch):
     """A saved project with more features than are prepared at once; another one is open."""
-    monkeypatch.setattr(scene_presenter, "_PORTION", 5)
+    monkeypatch.setattr(scene_presenter, "_STEP_FEATURES", 5)
     return save_beds(window.studio, tmp_path / "many.vom", COUNT)
 
 

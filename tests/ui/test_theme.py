@@ -75,7 +75,7 @@ def buttons(window, *names: str) -> list[QToolButton]:
 @pytest.mark.full
 def test_what_is_switched_on_is_plain_and_its_words_are_read(window, studio, shown):
     on = buttons(window, "navigate", "workspace_interpret")
-    off = buttons(window, "trace", "workspace_results")
+    off = buttons(window, "workspace_model", "workspace_results")
     assert len(on) == len(off) == 2
     for pressed, plain in zip(on, off, strict=True):
         lit, unlit = colors(pressed), colors(plain)
