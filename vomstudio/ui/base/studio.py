@@ -47,6 +47,8 @@ class Studio(QObject):
     proposals_picked = Signal(object, bool)
     """Emits the ids of proposals that were picked on the net, and whether they are added to the
     selection."""
+    page_requested = Signal(str)
+    """Emitted with the name of a page that is to be shown."""
     surface_page_requested = Signal(str)
     """Emitted to request a page of the surface dock: "fields", "facets" or "traces"."""
     extension_shown = Signal(object)

@@ -181,6 +181,7 @@ class ThreePointsPanel(LazyPanel):
             if picked:
                 self._is_picking = False
                 self._take(picked[-1])
+                self._studio.page_requested.emit("three_points")
         if self.trace_id and self.trace_id in edit.after:
             self._take(get_feature(self._studio.records, self.trace_id))
         super()._edited(edit)

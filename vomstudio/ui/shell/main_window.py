@@ -342,6 +342,7 @@ class MainWindow(QMainWindow):
         # First, so that nothing of the previous project remains while the next one is shown.
         studio.project_opened.connect(self.docks.renew_pages)
         studio.project_opened.connect(self._dialogs.close_of_project)
+        studio.page_requested.connect(self.docks.bring_forward)
         # Earlier, because the next project may already report something while it is opened.
         studio.workspace.projects.leaving.connect(self._notices.end_project)
         studio.notice.connect(self._notices.show)
