@@ -27,8 +27,8 @@ def plainly(
     sheet: Sheet, mark: np.ndarray, text: str, crowd: np.ndarray, marks: list[np.ndarray]
 ) -> tuple[float, float] | None:
     """Twelve places about the mark, the words' near end toward it, at 1.1 letters, 1.7, 2.6 and 4
-    times as far. To cover a mark is as bad as 30 poles, to lie across the rim or on its ticks as 15,
-    to lie outside as 3, and one step further away as 1.5."""
+    times as far. To cover a mark is as bad as 30 poles, to lie across the rim or on its ticks
+    as 15, to lie outside as 3, and one step further away as 1.5."""
     wide, high = text_width(text, FONT), 1.24 * FONT
     own = Point(mark)
     poles = MultiPoint(crowd)
