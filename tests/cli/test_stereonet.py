@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
@@ -56,6 +57,24 @@ def test_contours_are_as_asked_and_their_figures_are_told(run, write, tmp_path: 
     assert plain.json["density"] is None
 
 
+def test_one_set_alone_is_contoured_and_named_in_the_legend(run, write, tmp_path: Path) -> None:
+    table = TABLE + "".join(f"joint,{200 + i},{70 + i}\n" for i in range(12))
+    words = ["stereonet", write(table), "-o", tmp_path / "n.svg", "--contour", "kamb", "--force"]
+
+    def legend() -> str:
+        return " ".join(ElementTree.parse(tmp_path / "n.svg").getroot().itertext())
+
+    ran = run(*words, "--contour-set", "joint", "--json")
+    (part,) = ran.json["density"]["parts"]
+    assert (part["set"], part["n"]) == ("joint", 12)
+    assert "of joint, n = 12" in legend()
+    (part,) = run(*words, "--json").json["density"]["parts"]
+    assert (part["set"], part["n"]) == (None, 20)
+    assert "of all sets together, n = 20" in legend()
+    error = error_of(run(*words, "--contour-set", "fault", "--json"))
+    assert (error["code"], error["field"]) == ("option.not-a-choice", "--contour-set")
+
+
 def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_path: Path) -> None:
     words = ["--contour", "kamb", "--levels", "900"]
     ran = run("stereonet", write(TABLE), "-o", tmp_path / "n.svg", *words, "--json")
@@ -68,6 +87,11 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
     ("words", "code", "values"),
     [
         (["-o", "net.svg", "--levels", "2,4"], "option.requires", {"field": "--levels"}),
+        (
+            ["-o", "net.svg", "--contour-set", "bedding"],
+            "option.requires",
+            {"field": "--contour-set"},
+        ),
         (
             ["-o", "net.svg", "--contour", "kamb", "--levels", "2;4"],
             "net.not-levels",

@@ -107,6 +107,50 @@ def test_lines_or_filled_of_all_or_of_each_set_in_its_colour(
     assert ("standard deviations" if wide else "σ") in words(artists)
 
 
+@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize("compact", [False, True])
+def test_the_legend_states_what_is_counted_together(wide: bool, compact: bool) -> None:
+    def subject(**more: Any) -> list[str]:
+        net = replace(NET, compact=compact, contouring=Contouring(**more))
+        text = " ".join(words(draw(net, wide=wide)))
+        stated = ("of all sets together, n = 100", "of Joints, n = 40")
+        return [each for each in stated if each in text]
+
+    assert subject() == ["of all sets together, n = 100"]
+    assert subject(only="Joints") == ["of Joints, n = 40"]
+    assert subject(each_set=True) == []
+    alone = replace(NET, sets=SETS[:1])
+    assert "together" not in " ".join(words(draw(alone, wide=wide)))
+
+
+def test_only_the_named_group_of_sets_is_counted() -> None:
+    """Two sets of joints and the beds: what is far from all joints has no density."""
+    far = make_sets({"J2": cluster(20, 80, 30, 5)})[0]
+    sets = (SETS[0], replace(SETS[1], group="Joint"), replace(far, group="Joint"))
+    net = NetContents(sets, contour="schmidt", contouring=Contouring(only="Joint"))
+    result = describe_density(net)
+    assert result is not None
+    (part,) = result["parts"]
+    assert (part["set"], part["n"]) == ("Joint", 70)
+    (filled,) = contours(draw(net), True)
+    at = np.vstack([path.vertices for path in filled.get_paths()])
+    from_beds = from_longitude_latitude(at) @ SETS[0].vectors().mean(axis=0)
+    assert from_beds.max() < 0.9
+    assert describe_density(replace(net, contouring=Contouring(only="Fault"))) is None
+
+
+@pytest.mark.parametrize("filled", [False, True])
+@pytest.mark.parametrize("dark", [False, True])
+def test_contours_hide_neither_poles_nor_what_is_under_them(filled: bool, dark: bool) -> None:
+    look = Contouring(filled=filled)
+    style = NetStyle.dark() if dark else NetStyle()
+    artists = draw(replace(NET, contouring=look), style)
+    for drawn in (*contours(artists, True), *contours(artists, False)):
+        assert drawn.get_zorder() < min(line.get_zorder() for line in artists.poles)
+    for drawn in contours(artists, True):
+        assert np.asarray(drawn.get_facecolor())[:, 3].max() < 0.8
+
+
 def test_sets_of_one_type_and_colour_are_told_apart_by_their_dashes() -> None:
     pair = (SETS[0], replace(SETS[1], color=SETS[0].color, variant=1))
     artists = draw(NetContents(pair, contour="linear_kamb", contouring=Contouring(each_set=True)))

@@ -26,11 +26,9 @@ class Sheet:
 def plainly(
     sheet: Sheet, mark: np.ndarray, text: str, crowd: np.ndarray, marks: list[np.ndarray]
 ) -> tuple[float, float] | None:
-    """Return the best of twelve places about the mark.
-
-    The near end of the text is 1.1 letters away, or 1.7, 2.6 and 4 times as far. A covered mark
-    costs as much as 30 poles, a crossed rim or tick 15, a place outside 3, a step away 1.5.
-    """
+    """Twelve places about the mark, the words' near end toward it, at 1.1 letters, 1.7, 2.6 and 4
+    times as far. To cover a mark is as bad as 30 poles, to lie across the rim or on its ticks
+    as 15, to lie outside as 3, and one step further away as 1.5."""
     wide, high = text_width(text, FONT), 1.24 * FONT
     own = Point(mark)
     poles = MultiPoint(crowd)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -513,3 +514,31 @@ def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
         for width in widths:
             assert low * unit < width < high * unit
     assert 2.0 < star.get_markersize() / STYLE.marker_pt < 3.0
+
+
+@pytest.mark.parametrize("side", [200, 280, 340])
+@pytest.mark.parametrize("count", [1, 8])
+def test_a_brief_net_fills_its_square_and_leaves_a_row_below(side: int, count: int) -> None:
+    sets = make_sets({f"Joints J{k}": planes(8, k) for k in range(count)})
+    net = NetContents(sets, fold=folded(), averages=("some", "words"), compact=True)
+    full, brief = draw(net, side, side), draw(replace(net, brief=True), side, side)
+    assert brief.radius_px > 1.1 * full.radius_px
+    assert 2 * brief.radius_px > (0.6 if count == 1 else 0.7) * side
+    row = 1.45 * STYLE.font_pt * 100 / 72
+    assert min(box[1] for box in brief.text_boxes) >= row
+    words = [text.get_text() for text in brief.axes.texts]
+    # Its sets are named all or not at all.
+    named = [word for word in words if word.startswith("Joints")]
+    assert len(named) == (1 if count == 1 else 0)
+    assert any(word.startswith("β") for word in words)
+
+
+def test_no_label_lies_where_the_screen_names_the_selection() -> None:
+    """In the top left corner of a net with a legend."""
+    for azimuth in range(90, 180, 10):
+        sets = make_sets({"a": ("plane", [azimuth - 1.0, azimuth, azimuth + 1.0], [80.0] * 3)})
+        net = NetContents(sets, means=compute_means(sets), compact=True)
+        for width, height in ((300, 420), (360, 360)):
+            corner = (0.0, height - 2 * 1.45 * STYLE.font_pt * 100 / 72, 0.4 * width, height)
+            for x0, _, _, y1 in draw(net, width, height).text_boxes:
+                assert x0 >= corner[2] or y1 <= corner[1]

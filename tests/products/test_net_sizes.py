@@ -209,7 +209,7 @@ def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
             room = 226.0 - 2 * pad - (len(result.foot) + 1) * row
             if result.bar is not None:
                 bar = min(1.5 * font * len(result.bar.levels), 0.4 * 226.0)
-                room -= bar + 3.0 * row
+                room -= bar + (len(result.bar_words) + 1) * row
             room -= 1.9 * row if title else 0.0
             n = len(result.rows)
             assert n * 1.15 * row <= room < (n + 1) * 1.15 * row
@@ -218,25 +218,39 @@ def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
     assert len(set(counts)) == 4
 
 
-@pytest.mark.parametrize(("width", "height"), [(400, 300), (260, 520), (200, 330), (206, 330)])
-def test_long_names_are_cut_and_never_the_paper(width: float, height: float) -> None:
-    names = ["Joints of the upper and of the lower unit " * k for k in (1, 2)] + ["J", "K"]
+@pytest.mark.parametrize("compact", [False, True])
+@pytest.mark.parametrize(("width", "height"), [(400, 300), (260, 520), (200, 430), (206, 430)])
+def test_long_names_are_wrapped_in_print_and_shortened_on_the_screen(
+    width: float, height: float, compact: bool
+) -> None:
+    long = "Joints of the upper and of the lower unit"
+    names = [long, ", ".join(3 * [long]), "J", "K"]
     net = NetContents(
-        make_sets({name: cluster(4, k) for k, name in enumerate(names)}),
-        title="Limb of the Big Elk, measured twice " * 2,
+        make_sets({name: cluster(4, k) for k, name in enumerate(names)}), compact=compact
     )
     figure = Figure(figsize=(width / 72, height / 72), dpi=72)
     canvas = FigureCanvasAgg(figure)
     artists = draw_stereonet(figure, net, ONE)
-    cut = 0
     for text in artists.axes.texts:
         box = text.get_window_extent(canvas.get_renderer())
         assert box.x0 >= 0
         assert box.x1 <= width
-        cut += text.get_text().endswith("…")
-    assert cut >= 1
     # As they were measured they end at the margin.
     assert max(box[2] for box in artists.text_boxes) <= width - 0.8 * ONE.font_pt + 1e-6
+    words = [text.get_text() for text in artists.axes.texts]
+    if compact:
+        assert any(word.endswith("…") for word in words)
+        return
+    assert not any(word.endswith("…") for word in words)
+    whole = " ".join(" ".join(words).split())
+    assert all(f"{name}, poles (n = 4)" in whole for name in names), words
+
+
+def test_a_long_title_is_shortened_and_never_cut_by_the_paper() -> None:
+    net = NetContents(title="Limb of the Big Elk, measured twice " * 4)
+    artists = draw(net, ONE, 260, 300)
+    assert any(text.get_text().endswith("…") for text in artists.axes.texts)
+    assert max(box[2] for box in artists.text_boxes) <= 260 - 0.8 * ONE.font_pt + 1e-6
 
 
 def test_every_symbol_of_the_legend_stands_before_its_words() -> None:
@@ -397,8 +411,10 @@ def test_the_bar_of_contours_stands_beside_the_net_under_its_name(
     if width > height:
         assert high - low == pytest.approx(min(1.5 * font * n, 0.4 * height))
         unit, name = words["standard deviations"], words["Density after Kamb, 3 σ"]
+        subject = words["of all sets together, n = 29"]
         assert unit[1] - high == pytest.approx(0.8 * 1.45 * font)
-        assert name[1] - unit[1] == pytest.approx(1.45 * font)
+        assert subject[1] - unit[1] == pytest.approx(1.45 * font)
+        assert name[1] - subject[1] == pytest.approx(1.45 * font)
         notes = [at[1] for text, at in words.items() if text in ("north known",)]
         assert low > max(notes)
     else:

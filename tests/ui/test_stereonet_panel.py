@@ -373,6 +373,29 @@ def test_the_smoothness_of_contours_is_chosen_and_remembered(net, window, studio
     assert not net.contours.smoothness.isEnabled()
 
 
+def test_the_overlay_names_the_selection_where_no_label_of_the_net_is(net, window, studio):
+    for i, dip in enumerate((0.5, 1.0, -0.7, -1.5)):
+        add_bed(studio, f"b{i}", dip=dip)
+    window.docks.bring_forward("stereonet")
+    for side, is_below in ((280, True), (420, False)):
+        net.set_overlay(True)
+        net.canvas.setFixedSize(side, side)
+        drawn(window)
+        studio.selection.set(["b1"])
+        driver.pause(60)
+        assert net.artists.contents.brief == is_below
+        label = net._corner_label
+        assert ("\n" in label.text()) != is_below
+        at = label.geometry()
+        assert (at.top() > side / 2) == is_below
+        ratio = net.canvas.devicePixelRatioF()
+        wide = label.fontMetrics().horizontalAdvance(max(label.text().split("\n"), key=len))
+        for x0, y0, x1, y1 in net.artists.text_boxes:
+            apart = x0 / ratio > at.left() + wide or x1 / ratio < at.left()
+            top, bottom = side - y1 / ratio, side - y0 / ratio
+            assert apart or top >= at.bottom() or bottom <= at.top()
+
+
 def test_the_space_bar_opens_the_menu_of_contours(net, window):
     opened: list[bool] = []
     menu = net.contours.menu()

@@ -132,8 +132,8 @@ class NetPage:
         rows, low_words, low = self._under_net(low_foot, head + tick, room)
         below_diameter = min(self.height - head - tick - low - self.heading, room)
 
-        self.is_beside = is_beside >= below_diameter
-        self.radius = max(is_beside, below_diameter, 20.0) / 2.0
+        self.is_beside = is_beside >= below_diameter and not self.net.brief
+        self.radius = max(is_beside if self.is_beside else below_diameter, 20.0) / 2.0
         if self.is_beside:
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2
