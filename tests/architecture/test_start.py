@@ -24,7 +24,7 @@ def packages_after(*modules: str) -> set[str]:
     names = ", ".join(modules)
     code = f"import sys, {names}; print(*{{name.partition('.')[0] for name in sys.modules}})"
     words = [sys.executable, "-c", code]
-    done = subprocess.run(words, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(words, capture_output=True, text=True, check=True, timeout=120)
     return set(done.stdout.split())
 
 
