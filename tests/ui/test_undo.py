@@ -252,7 +252,7 @@ def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
     painted = tool.count
     run(window, "cancel")
     assert not tool.open
-    assert run(window, "undo") == ("edit.undone", "Discard the selection")
+    assert run(window, "undo") == ("edit.undone", "Discard the plane")
     assert tool.count == painted
     dab(cliff, 1000, shift=True)
     assert tool.count > painted, "the next stroke goes on with it"

@@ -200,7 +200,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "action.nothing-to-continue": (
         "info",
-        to_translate("Select a trace, line, rock area, station or measurement first."),
+        to_translate("Select a trace, plane, line, rock area, station or measurement first."),
     ),
     "action.one-group": (
         "info",

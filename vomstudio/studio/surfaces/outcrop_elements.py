@@ -49,7 +49,7 @@ class ModelElements:
         self._background, self._cutting = background, cutting
         self._hidden: dict[str, BoolArray] = {}
         self._neighbours: tuple[OpenModel, Neighbours | Finding] | None = None
-        self._pending: tuple[OpenModel, Callable[[], None]] | None = None
+        self._pending: tuple[OpenModel, list[Callable[[], None]]] | None = None
 
     def looking(self) -> ViewSnapshot | None:
         return self.look()
@@ -76,8 +76,11 @@ class ModelElements:
             return Finding("model.not-open", model=model_id)
         if self._neighbours is not None and self._neighbours[0] is opened:
             return self._neighbours[1]
-        pending, self._pending = self._pending, (opened, then)
-        if pending is None or pending[0] is not opened:
+        if self._pending is not None and self._pending[0] is opened:
+            if then not in self._pending[1]:
+                self._pending[1].append(then)
+        else:
+            self._pending = (opened, [then])
             self._background.run(
                 lambda: build_neighbours(opened.data, opened.resolution or 0.0),
                 partial(self._store, opened),
@@ -90,8 +93,8 @@ class ModelElements:
         pending, self._pending = self._pending, None
         if any(each is opened for each in self._models.open.values()):
             self._neighbours = (opened, result)
-            if pending is not None:
-                pending[1]()
+            for callback in () if pending is None else pending[1]:
+                callback()
 
     # --- hidden elements ----------------------------------------------------------------------
     def hidden(self, model_id: str) -> BoolArray | None:

@@ -36,6 +36,8 @@ class ElementTool:
 
     Attributes
     ----------
+    noun : str
+        Name of the chosen elements in undo labels.
     changes : ElementChanges
         Changes of the entire selection.
     mode : ElementMode
@@ -47,6 +49,7 @@ class ElementTool:
     """
 
     name: ClassVar[str]
+    noun: ClassVar[str] = "selection"
     paints: ClassVar[bool] = True
 
     def __init__(self, context: ToolContext) -> None:
@@ -260,7 +263,7 @@ class ElementTool:
             self._shape = None
             self._changed()
         elif (selection := self.selection) is not None:
-            self._discard(selection, "Discard the selection", lambda: None)
+            self._discard(selection, f"Discard the {self.noun}", lambda: None)
 
     def _discard(
         self,
@@ -317,14 +320,15 @@ class ElementTool:
 
     # --- drafts ------------------------------------------------------------------------------
     def _keep_draft(self) -> None:
-        selection = self.selection
-        state = None if selection is None else selection.to_dict()
+        session, selection = self._context.session, self.selection
+        chosen = None if selection is None else selection.to_dict()
+        state = None
+        if chosen is not None:
+            state = {"tool": self.name, "chosen": chosen, **self._more_state()}
+        if session.draft is not None and session.draft.state == state:
+            return
         try:
-            self._context.session.set_draft(
-                None
-                if state is None
-                else {"tool": self.name, "chosen": state, **self._more_state()}
-            )
+            session.set_draft(state)
         except VomError as error:
             self._context.report(error)
 

@@ -38,7 +38,9 @@ class FollowingTool(PolylineTool[F]):
         self._finish_when_found = False
         # Pending clicks for the next feature; None marks its end.
         self._later: list[PointerEvent | None] = []
+        # Type and set of pending clicks after the tool was left.
         self._type_of_later: tuple[str, str] | None = None
+        self._is_going_on = False
 
     @property
     def cost(self) -> str | None:
@@ -121,6 +123,7 @@ class FollowingTool(PolylineTool[F]):
                 self.finish()
                 return
             if event.kind is Pointer.CLICK and event.hit is not None:
+                self._type_of_later = None
                 self._later.append(replace(event, handle=None, ctrl=False))
                 self._show_waiting()
                 return
@@ -168,8 +171,7 @@ class FollowingTool(PolylineTool[F]):
         while self._later and self._later[-1] is not None:
             self._later.pop()
             dropped += 1
-        if self._later:
-            self._type_of_later = (self._context.next_type_id, self._context.next_set)
+        self._type_of_later = (self._context.next_type_id, self._context.next_set)
         if dropped:
             self._context.hint(Finding("tool.clicks-dropped", count=dropped))
             self._show_waiting()
@@ -178,7 +180,9 @@ class FollowingTool(PolylineTool[F]):
     @property
     def _next_type(self) -> tuple[str, str]:
         """Type and set of the next feature; waiting clicks keep those of their time."""
-        return self._type_of_later or (self._context.next_type_id, self._context.next_set)
+        if self._is_going_on and self._type_of_later is not None:
+            return self._type_of_later
+        return self._context.next_type_id, self._context.next_set
 
     def _pending_places(self) -> FloatArray | None:
         hits = [event.hit for event in self._later if event is not None and event.hit is not None]
@@ -203,17 +207,17 @@ class FollowingTool(PolylineTool[F]):
             # The feature could not be finished and has shown the reason; the clicks do not
             # belong to it.
             return
+        self._is_going_on = True
         while later and not self._finish_when_found:
             event, *later = later
             if event is None:
                 self.finish()
             else:
                 self.pointer(event)
+        self._is_going_on = False
         self._later = later
         if later:
             self._show_waiting()
-        else:
-            self._type_of_later = None
 
     def _show_waiting(self) -> None:
         self._show()

@@ -73,7 +73,7 @@ class PlaneTool(ElementTool):
         Growth from a click, with its tolerances.
     """
 
-    name = "plane"
+    name = noun = "plane"
     record = Patch
 
     def __init__(self, context: ToolContext) -> None:
@@ -188,6 +188,8 @@ class PlaneTool(ElementTool):
     def set_type(self, type_id: str, set_name: str) -> None:
         """Show the plane in the colour of the next type."""
         self._preview.forget_measurement()
+        if self.count:
+            self._keep_draft()
         if self.open or self._hover is not None:
             self._show()
 
@@ -492,6 +494,10 @@ class PlaneTool(ElementTool):
 
     def document_changed(self) -> None:
         super().document_changed()
+        records = self._context.session.records
+        if any(seed is not None and seed.hit.model_id not in records for seed in self._waiting):
+            self._waiting.clear()
+            self._changed()
         if self._hover is not None and not self._down:
             self._show()
 
