@@ -37,6 +37,27 @@ _CHOICES = {
     "color_by": ("type", "set", "quality", "dip_direction"),
 }
 """Settings with a fixed list of values."""
+DETAIL_COLUMNS = (
+    "Fit max",
+    "Fit min",
+    "± dip",
+    "± dip dir.",
+    "M",
+    "K",
+    "Coplan.",
+    "Collin.",
+    "n",
+    "RMS",
+    "Ext./res.",
+    "Scale",
+    "Bend",
+    "Profile",
+    "Rake",
+    "Slip rake",
+    "To pick",
+)
+"""Columns of the table that are hidden until the user asks for them: the inspector shows these
+figures of the selected feature."""
 
 
 @dataclass
@@ -67,7 +88,7 @@ class Settings:
     planes_as : str
         Display of planes in 3-D: "discs", "symbols" or "neither".
     hidden_columns : list of str
-        Hidden columns of the table, by title.
+        Hidden columns of the table, by title; by default those of `DETAIL_COLUMNS`.
     unclosed : list of str
         Projects that are open, or were open when the program last ended.
     recent : list of str
@@ -107,7 +128,7 @@ class Settings:
     figure_style: dict[str, Any] = field(default_factory=dict)
     turntable: bool = True
     planes_as: str = "discs"
-    hidden_columns: list[str] = field(default_factory=list)
+    hidden_columns: list[str] = field(default_factory=lambda: list(DETAIL_COLUMNS))
     unclosed: list[str] = field(default_factory=list)
     recent: list[str] = field(default_factory=list)
     results_folder: str = ""

@@ -13,13 +13,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
+from vomstudio.geology.orientation import Line
+from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.rotation_errors import (
+    CHI2_TWO,
     Z95,
     component_error_95,
     horizontal_error_95,
     scale_error_95,
 )
+from vomstudio.project.measurement import ToWorld
 from vomstudio.project.records import Model
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -61,6 +65,55 @@ def registration_errors(
         errors["horizontal_m"] = horizontal_error_95(shape, step)
         errors["vertical_m"] = component_error_95(shape, step, _UP)
     return {_error_name(name, "registration95"): value for name, value in errors.items()}
+
+
+def direction_of(step: FloatArray, model: Model | None) -> dict[str, float]:
+    """Return the trend and plunge of a distance, and the error of the registration.
+
+    Parameters
+    ----------
+    step : (3,) float64
+        Vector from the first to the last point in the World frame.
+    model : Model or None
+        Model on which the distance was measured.
+
+    Returns
+    -------
+    dict of str to float
+        Degrees; empty if the points coincide.
+    """
+    if not float(np.linalg.norm(step)) > 0.0:
+        return {}
+    line = Line.from_vector(step)
+    figures = {"trend_deg": line.trend_deg, "plunge_deg": line.plunge_deg}
+    tilt = ToWorld.from_model(model).tilt_deg(line.vector())
+    return figures if tilt is None else figures | {"direction_registration95_deg": tilt}
+
+
+def point_errors(figures: Mapping[str, float], resolution_m: float | None) -> dict[str, float]:
+    """Return the 95 % errors of a distance and its direction due to the resolution of the model.
+
+    Each coordinate of both points has an error of `POINT_OVER_RESOLUTION` times the resolution. The
+    error of the registration is included if it is known.
+
+    Parameters
+    ----------
+    figures : mapping
+        Figures of the dimension by name.
+    resolution_m : float or None
+        Effective resolution of the model around the points, or None if unknown.
+    """
+    distance = figures.get("distance_m", 0.0)
+    if not resolution_m or not distance > 0.0:
+        return {}
+    sigma = float(np.sqrt(2.0)) * POINT_OVER_RESOLUTION * resolution_m
+    across = float(np.sqrt(CHI2_TWO)) * sigma
+    return {
+        "distance_error95_m": float(
+            np.hypot(Z95 * sigma, figures.get("distance_registration95_m", 0.0))
+        ),
+        "direction_points95_deg": float(np.degrees(np.arctan2(across, distance))),
+    }
 
 
 def thickness_error(

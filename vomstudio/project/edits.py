@@ -243,7 +243,7 @@ def set_line(
     *,
     resolution: float | None = None,
 ) -> Edit:
-    """Replace the vertices of a lineation or dimension; only a lineation has a resolution."""
+    """Replace the vertices of a lineation or dimension, and the resolution around them."""
     feature = _get(records, feature_id, Picked)
     if kind_of(feature).plane is not None:
         raise DocumentError(Finding("feature.has-plane", feature=feature.name))

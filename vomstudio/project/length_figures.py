@@ -7,14 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from math import floor, hypot, log10
 from typing import Any
 
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
+from vomstudio.geology.notation import format_attitude
+from vomstudio.geology.orientation import Line
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.project import catalogue as of
 from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.measurement import Measurement
+
+MAX_LENGTH_DIGITS = 6
+"""Maximum number of significant digits of a length."""
 
 
 def _registration_error_name(figure: str) -> str:
@@ -26,6 +32,33 @@ def _thickness_error(figures: Mapping[str, float]) -> float | None:
     """Return the error including that of the registration, if known."""
     error = figures.get("thickness_total95_m")
     return figures.get("thickness_error95_m") if error is None else error
+
+
+def _error_of(name: str, figures: Mapping[str, float]) -> float | None:
+    """Return the 95 % error of a figure with all known parts, or None if it is unknown."""
+    if name == "thickness_m":
+        return _thickness_error(figures)
+    total = figures.get("distance_error95_m") if name == "distance_m" else None
+    return figures.get(_registration_error_name(name)) if total is None else total
+
+
+def _with_error(value: float, error: float | None, *, metric: bool) -> str:
+    """Format a length with its error, to the place of the last digit of the error."""
+    if not error:
+        return length_text(value, metric=metric)
+    digits = 3
+    if value > 0.0:
+        digits = floor(log10(value)) - floor(log10(error)) + 2
+    text = length_text(value, min(max(digits, 3), MAX_LENGTH_DIGITS), metric=metric)
+    return f"{text} ± {length_text(error, 2, metric=metric)}"
+
+
+def _direction(figures: Mapping[str, float]) -> str:
+    """Format the direction of a distance with its 95 % error if it is known."""
+    parts = ("direction_points95_deg", "direction_registration95_deg")
+    errors = [figures[name] for name in parts if name in figures]
+    line = Line(figures["trend_deg"], figures["plunge_deg"])
+    return format_attitude(line, hypot(*errors) if errors else None)
 
 
 def _area(figures: Mapping[str, float], *, metric: bool) -> str:
@@ -47,11 +80,7 @@ def headline(measured: Measurement) -> str | None:
         if name in figures:
             if name == "area_m2":
                 return _area(figures, metric=metric)
-            error = figures.get(_registration_error_name(name))
-            if name == "thickness_m":
-                error = _thickness_error(figures)
-            text = length_text(figures[name], metric=metric)
-            return text if error is None else f"{text} ± {length_text(error, 2, metric=metric)}"
+            return _with_error(figures[name], _error_of(name, figures), metric=metric)
     return "–"
 
 
@@ -63,9 +92,8 @@ def words(measured: Measurement) -> list[str]:
         return length_text(value, digits, metric=measured.metric)
 
     def length_with_error(name: str) -> str:
-        error = figures.get(_registration_error_name(name))
-        text = length(abs(figures[name]))
-        return text if error is None else f"{text} ± {length(error, 2)}"
+        error = _error_of(name, figures)
+        return _with_error(abs(figures[name]), error, metric=measured.metric)
 
     lines = []
     if (value := figures.get("thickness_m")) is not None:
@@ -105,8 +133,10 @@ def words(measured: Measurement) -> list[str]:
                 vertical=length_with_error("vertical_m"),
             )
         )
+    if "trend_deg" in figures:
+        lines.append(tr("Trend/plunge {direction}", direction=_direction(figures)))
     if any(_registration_error_name(name) in figures for name in ("area_m2", "distance_m")):
-        lines.append(tr("± is the 95 % error of the registration, in scale and attitude."))
+        lines.append(tr("± includes the 95 % error of the registration."))
     return lines
 
 

@@ -193,12 +193,12 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         y_low = height - (row + 1) * (tall + _HEAD_LETTERS * font)
         ax = figure.add_axes((x_left / width, y_low / height, side / width, tall / height))
         _draw_panel(ax, contents, name, rings, style)
-        mean_text = mean_words(rose)
-        fitting = font * min(1.0, max(0.7, 0.94 * side / text_width(mean_text, font, "normal")))
-        for above, text, weight, size in (
-            (1.95, tr("{set} (n = {count:,})", set=name, count=rose.n), "bold", font),
-            (0.53, mean_text, "normal", fitting),
+        title_text = tr("{set} (n = {count:,})", set=name, count=rose.n)
+        for above, text, weight in (
+            (1.95, title_text, "bold"),
+            (0.53, mean_words(rose), "normal"),
         ):
+            size = font * min(1.0, max(0.7, 0.94 * side / text_width(text, font, weight)))
             figure.text(
                 (x_left + side / 2) / width,
                 (y_low + tall + above * font) / height,

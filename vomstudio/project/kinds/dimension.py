@@ -17,7 +17,12 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.bed_descriptions import notes_with_beds
-from vomstudio.project.dimension_errors import registration_errors, thickness_error
+from vomstudio.project.dimension_errors import (
+    direction_of,
+    point_errors,
+    registration_errors,
+    thickness_error,
+)
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import (
     Attribute,
@@ -39,11 +44,19 @@ from vomstudio.project.length_figures import (
     LENGTH_REGISTRATION,
     PERIMETER,
     PERIMETER_REGISTRATION,
+    figure_of,
     headline,
     length_figure,
     words,
 )
-from vomstudio.project.measurement import Measurement, MeasurementContext, is_metric, world_points
+from vomstudio.project.measurement import (
+    Measurement,
+    MeasurementContext,
+    is_metric,
+    length_in_metres,
+    rows_of,
+    world_points,
+)
 from vomstudio.project.records import Logged, get_feature
 from vomstudio.project.registration_errors import model_of
 
@@ -60,7 +73,10 @@ GROUP = KindGroup("dimensions", _("Measurements"), "ruler")
 
 @dataclass(frozen=True)
 class Dimension(Logged):
-    """Measured dimension. A thickness is perpendicular to the plane of feature `plane_id`."""
+    """Measured dimension. A thickness is perpendicular to the plane of feature `plane_id`.
+
+    `resolution` is that of the model around the points in file units, or None if unknown.
+    """
 
     id: str
     name: str
@@ -71,6 +87,7 @@ class Dimension(Logged):
     plane_id: str = ""
     notes: str = ""
     beds: tuple[tuple[str, str, str], ...] = ()
+    resolution: float | None = None
 
 
 def measure(at: MeasurementContext, dimensions: Sequence[Dimension]) -> list[Measurement]:
@@ -107,6 +124,9 @@ def _measure(at: MeasurementContext, feature: Dimension) -> Measurement:
             thickness, problem = _thickness(at, feature, step)
             figures |= thickness
     figures |= registration_errors(figures, model, step)
+    if feature.kind == "distance" and step is not None:
+        resolution_m = length_in_metres(feature.resolution, rows_of(model))
+        figures |= direction_of(step, model) | point_errors(figures, resolution_m)
     return Measurement(
         points,
         None,
@@ -184,6 +204,14 @@ FIGURES = (
         _("95 % error of the distance by the scale of the registration"),
         short="reg_distan",
     ),
+    length_figure(
+        "distance_error95_m",
+        _("± distance"),
+        _("95 % error of the distance by the model's resolution and registration"),
+        short="dist_error",
+    ),
+    replace(of.TREND, value=figure_of("trend_deg")),
+    replace(of.PLUNGE, value=figure_of("plunge_deg")),
     length_figure("horizontal_m", _("Horizontal"), _("Horizontal component of the distance")),
     length_figure(
         "horizontal_registration95_m",

@@ -143,7 +143,7 @@ class MeasureTool(PolylineTool[Dimension]):
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])
-        return edits.set_line(records, feature.id, feature.vertices)
+        return edits.set_line(records, feature.id, feature.vertices, resolution=feature.resolution)
 
     # --- drafts ------------------------------------------------------------------------------
     def _more_state(self, feature: Dimension) -> dict[str, Any]:
@@ -170,6 +170,14 @@ class MeasureTool(PolylineTool[Dimension]):
         )
 
     # --- preview ------------------------------------------------------------------------------
+    def _look(self) -> None:
+        assert self._feature is not None
+        surface = self._context.surface(self._feature.model_id)
+        if surface is not None and self.vertices:
+            resolution = surface.resolution_near(np.asarray(self.vertices, dtype=np.float64))
+            self._feature = replace(self._feature, resolution=resolution)
+        super()._look()
+
     def _color(self) -> str:
         return KIND.color
 

@@ -332,6 +332,11 @@ def fold_button(name: str, text: str = "") -> QToolButton:
     button.setText(text)
     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     button.setArrowType(Qt.ArrowType.RightArrow)
+    # Without a style sheet an unfolded part would have a sunken button.
+    button.setStyleSheet(
+        "QToolButton { border: 1px solid transparent; }"
+        "QToolButton:focus { border-color: palette(highlight); }"
+    )
     button.toggled.connect(
         lambda on: button.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
     )

@@ -23,6 +23,7 @@ __all__ = [
     "extent_points",
     "gigabytes",
     "length",
+    "marked_attitude",
     "natural_sort_key",
     "number",
     "orientation_text",
@@ -36,6 +37,16 @@ def orientation_text(measured: Measurement, notation: str) -> str:
         return measured.attitude(notation)
     kind = kind_named(measured.kind)
     return (kind.headline(measured) if kind is not None else None) or "–"
+
+
+MARKS = {"good": "●", "doubtful": "▲", "poor": "■"}
+"""Marks of verdicts in plain text, with the shapes of the coloured marks."""
+
+
+def marked_attitude(measured: Measurement, notation: str) -> str:
+    """Return the attitude with its error and the mark of its verdict, for plain text."""
+    text = orientation_text(measured, notation)
+    return text if measured.verdict is None else f"{text} {MARKS[measured.verdict.quality]}"
 
 
 def slip_names() -> dict[str, str]:

@@ -294,11 +294,12 @@ class FitView(QWidget):
     def _show_details(self, measured: Measurement | None) -> None:
         fit = measured.fit if measured else None
         texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
-        for value, title, text in zip(self._values, self._titles, texts, strict=True):
+        for line, value, title, text in zip(_LINES, self._values, self._titles, texts, strict=True):
             value.setText(text)
             # An unfinished trace keeps all rows, so that the layout does not jump.
+            has_row = line is not _AREA and (measured is None or fit is not None)
             for widget in (value, title):
-                widget.setVisible(measured is None or fit is not None or text != "–")
+                widget.setVisible(has_row or text != "–")
         notes = measured.verdict.notes if measured and measured.verdict else ()
         self._notes.setText("\n".join(f"◦ {note.message}" for note in notes))
         self._notes.setVisible(bool(notes))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtGui import QIcon
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
@@ -13,6 +14,7 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import has_plane
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import FeatureType
+from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, escape_markup
 from vomstudio.ui.base.number_formatting import (
     extent_points,
@@ -114,12 +116,17 @@ class PlaneBox(ComboBox):
             last = self._text(self._last) if self._last else tr("none yet")
             self.addItem(tr("selected: {plane}", plane=last), SELECTED)
             for id_ in ids:
-                self.addItem(self._text(id_), id_)
+                self.addItem(self._mark(id_), self._text(id_), id_)
             if self._follows and (not self._plane_id or self._plane_id == self._last):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
                 self.setCurrentIndex(self.findData(self._plane_id))
         self.setToolTip(escape_markup(self.currentText()))
+
+    def _mark(self, id_: str) -> QIcon:
+        measured = self._studio.measured([id_]).get(id_)
+        verdict = None if measured is None else measured.verdict
+        return theme.verdict_icon(verdict.quality if verdict else None)
 
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)

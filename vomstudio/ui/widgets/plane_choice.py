@@ -10,7 +10,7 @@ from vomstudio.core.words import tr
 from vomstudio.project.kinds import has_plane
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel, allow
-from vomstudio.ui.base.number_formatting import orientation_text
+from vomstudio.ui.base.number_formatting import marked_attitude
 from vomstudio.ui.base.studio import Studio
 
 
@@ -84,7 +84,7 @@ class PlaneChoice(QWidget):
             self.label.setText(self._empty_text)
         else:
             measured = self._studio.measured([self.id])[self.id]
-            orientation = orientation_text(measured, self._studio.settings.notation)
+            orientation = marked_attitude(measured, self._studio.settings.notation)
             self.label.setText(f"{record.name or self.id}  {orientation}")
         allow(self.take_button, None if self._selected() else Finding("selection.no-plane"))
         self.clear_button.setVisible(record is not None)

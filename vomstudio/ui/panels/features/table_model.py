@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import count
 from typing import Any
@@ -128,6 +128,17 @@ COLUMNS: tuple[FeatureColumn, ...] = (
 )
 _TO_PICK_COLUMN = COLUMNS.index(TO_PICK)
 _TYPE_COLUMN = COLUMNS.index(TYPE)
+SPARSE_FIGURES = (
+    catalogue.STATION,
+    NUMBER,
+    PHOTO,
+    LENGTH,
+    catalogue.AREA,
+    LITHOLOGY,
+    *slip_figures.SLIP,
+)
+SPARSE_COLUMNS = tuple(i for i, c in enumerate(COLUMNS) if c.figure in SPARSE_FIGURES)
+"""Columns that only some kinds of features have; they are hidden while no row has a value."""
 
 
 _READING_RECORDS = tuple(
@@ -231,6 +242,18 @@ class OrientationModel(QAbstractTableModel):
             self.dataChanged.emit(
                 self.index(0, _TO_PICK_COLUMN), self.index(len(self._rows) - 1, _TO_PICK_COLUMN)
             )
+
+    def used_columns(self, ids: Iterable[str] | None = None) -> set[int]:
+        """Return the sparse columns in which any of the rows has a value; by default all rows."""
+        rows = self._rows
+        if ids is not None:
+            rows = [self._rows[i] for id_ in ids if (i := self._source_rows.get(id_)) is not None]
+        figures = {i: figure for i in SPARSE_COLUMNS if (figure := COLUMNS[i].figure) is not None}
+        return {
+            i
+            for i, figure in figures.items()
+            if any(row.value(figure) not in (None, "") for row in rows)
+        }
 
     def update_colors(self) -> None:
         """Repaint the colours of all rows."""

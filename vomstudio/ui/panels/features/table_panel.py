@@ -35,7 +35,11 @@ from vomstudio.ui.panels.features.copied_rows import format_rows
 from vomstudio.ui.panels.features.filter_line import FilterLine
 from vomstudio.ui.panels.features.record_menus import RecordMenus
 from vomstudio.ui.panels.features.sorted_rows import SortedRows
-from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel
+from vomstudio.ui.panels.features.table_model import (
+    COLUMNS,
+    SPARSE_COLUMNS,
+    OrientationModel,
+)
 
 # Column widths are measured on a sample of rows; measuring a thousand would block the window.
 WIDTH_SAMPLE_ROWS, MAX_WIDENING_ROWS = 50, 15
@@ -64,6 +68,7 @@ class TablePanel(QWidget):
         self._is_updating = False
         self._portions = IncrementalWork(self)
         self._applied_settings: tuple[str, list[str]] = ("", [])
+        self._used_columns: set[int] = set()
         self.model = OrientationModel(studio)
         self._sorted = SortedRows(self.model)
         self.view = QTableView()
@@ -248,6 +253,9 @@ class TablePanel(QWidget):
         self._show_count()
         if was_empty:
             self._fit_columns()
+        elif new_columns := self.model.used_columns(ids) - self._used_columns:
+            self._used_columns |= new_columns
+            self._hide_unused()
         self._widen(ids)
         self._show_selection(self._studio.selection.ids)
 
@@ -269,9 +277,16 @@ class TablePanel(QWidget):
             if min(420, width) > self.view.columnWidth(i):
                 self.view.setColumnWidth(i, min(420, width))
 
-    def _fit_columns(self) -> None:
+    def _hide_unused(self) -> None:
+        """Hide the columns that the user has hidden, and those without any value."""
         for i, column in enumerate(COLUMNS):
-            self.view.setColumnHidden(i, column.title in self._studio.settings.hidden_columns)
+            is_unused = i in SPARSE_COLUMNS and i not in self._used_columns
+            is_hidden = column.title in self._studio.settings.hidden_columns
+            self.view.setColumnHidden(i, is_unused or is_hidden)
+
+    def _fit_columns(self) -> None:
+        self._used_columns = self.model.used_columns()
+        self._hide_unused()
         self.view.resizeColumnsToContents()
         for i, column in enumerate(COLUMNS):
             if column.title in ("Name", "Set", "Notes", "Quality"):

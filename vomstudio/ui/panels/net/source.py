@@ -28,6 +28,7 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.net_options import MAX_PLANES, Turning
 from vomstudio.products.net.rose_contents import RoseContents, roses_of_sets
 from vomstudio.project.fold_planes import FoldPlanes
+from vomstudio.project.kinds import kind_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import FeatureType, Typed, get_feature
 from vomstudio.project.registration_errors import models_of, turns_of
@@ -61,6 +62,8 @@ _MARKERS = {
     "star": "*",
 }
 MIN_FOLD_PLANES = 3
+MAX_ROSES = 3
+"""Maximum number of roses by set; otherwise there is one for each type."""
 MAX_ERROR_ELLIPSES = 500
 """Maximum number of error ellipses; a larger number would overlap too much to be legible."""
 
@@ -230,6 +233,10 @@ class NetSource:
     def roses(self, sets: Sequence[NetSet]) -> RoseContents:
         """Return the roses or histograms of the sets according to the view settings."""
         view_settings, weights = self._view_settings, None
+        kind = "line" if view_settings.view in LINE_ANGLES else "plane"
+        sets = [s for s in sets if s.kind == kind]
+        pooled = len(sets) > MAX_ROSES and self.groups is None
+        sets = self._pool_by_type(sets) if pooled else sets
         if view_settings.is_length_weighted:
             ids = [id_ for s in sets for id_ in s.ids]
             measured = self._studio.measured(ids)
@@ -242,15 +249,39 @@ class NetSource:
             weight=tr("length") if weights is not None else None,
             is_area_scaled=view_settings.is_area_scaled,
         )
-        kind = "line" if view_settings.view in LINE_ANGLES else "plane"
-        skipped_count = sum(len(s) for s in sets if s.kind == kind) - sum(
-            rose.n for rose in contents.roses.values()
-        )
+        skipped_count = sum(map(len, sets)) - sum(rose.n for rose in contents.roses.values())
         notes = self.repeat_notes()
+        if pooled:
+            notes = (*notes, tr("the sets of each type are counted together"))
         if not skipped_count:
             return replace(contents, notes=notes)
         code = "rose.left-out-by-length" if view_settings.is_length_weighted else "rose.left-out"
         return replace(contents, notes=(*notes, Finding(code, count=skipped_count).message))
+
+    def _pool_by_type(self, sets: Sequence[NetSet]) -> list[NetSet]:
+        """Join the sets of each type and appearance, because many small roses show nothing."""
+        records = self._studio.records
+        groups: dict[str, list[NetSet]] = {}
+        for s in sets:
+            feature = get_feature(records, s.ids[0])
+            if feature is None:
+                continue
+            kind = records.get(getattr(feature, "type_id", ""))
+            appearance = kind_of(feature).net
+            suffix = "" if appearance is None else appearance.suffix
+            groups.setdefault(f"{kind.name if kind else s.name}{suffix}", []).append(s)
+        return [
+            replace(
+                members[0],
+                name=name,
+                azimuth_deg=np.concatenate([s.azimuth_deg for s in members]),
+                angle_deg=np.concatenate([s.angle_deg for s in members]),
+                ids=tuple(id_ for s in members for id_ in s.ids),
+                turns=None,
+                slips=None,
+            )
+            for name, members in groups.items()
+        ]
 
     # --- errors ------------------------------------------------------------------------------
     def error_ellipses(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:

@@ -36,7 +36,7 @@ from vomstudio.studio.tools.interaction_types import is_click
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import orientation_text
+from vomstudio.ui.base.number_formatting import marked_attitude
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.canvas import (
@@ -574,7 +574,7 @@ class StereonetPanel(QWidget):
             text = tr("{count:,} selected", count=len(selected_ids))
         elif isinstance(record, Typed):
             measurement = self._studio.measured([record.id])[record.id]
-            attitude = orientation_text(measurement, self._studio.settings.notation)
+            attitude = marked_attitude(measurement, self._studio.settings.notation)
             text = ("{}  {}" if self._is_brief else "{}\n{}").format(record.name, attitude)
         else:
             text = ""

@@ -427,6 +427,10 @@ class ViewPanel(QWidget):
     def _show_cost(self) -> None:
         """Show the origin of the current direction and the cost of its error."""
         origin, error = self.origin_of(self._direction)
+        axis = self._bedding.axis_or_reason()
+        if not isinstance(axis, Finding) and origin == _axis_text(axis):
+            # The axis itself is stated below, with its planes.
+            origin = tr("Along the fold axis.")
         self._cost.setText(f"{origin} {self._cost_of(self._direction, error)}".strip())
 
 

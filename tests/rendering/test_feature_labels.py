@@ -1,0 +1,115 @@
+"""Outlines of poor planes, labels with marks, the hovered feature, and the legend of colours."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter
+
+from vomstudio.rendering.qt.annotations import Annotations
+from vomstudio.rendering.qt.legend_painting import ColorLegend, LegendEntry
+from vomstudio.rendering.qt.painting import VERDICT_COLORS, LabelCache
+from vomstudio.rendering.scene.feature_runs import FeatureRuns
+from vomstudio.rendering.view.drawing import FeatureDrawing
+
+RING = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+LINE = np.array([[0.0, 0, 0], [2, 0, 0]])
+ROOM = QRectF(0.0, 0.0, 300.0, 120.0)
+
+
+def drawing(**more) -> FeatureDrawing:
+    return FeatureDrawing("f", LINE, RING, (0.0, 0.4, 0.7), "B01  318/39 ± 2.4°", LINE[0], **more)
+
+
+@pytest.fixture
+def image(qapp) -> QImage:
+    made = QImage(300, 120, QImage.Format.Format_RGB32)
+    made.fill(Qt.GlobalColor.gray)
+    return made
+
+
+def has_color(image: QImage, color: str) -> bool:
+    wanted = QColor(color).rgb()
+    pixels = ((x, y) for x in range(image.width()) for y in range(image.height()))
+    return any(image.pixel(x, y) == wanted for x, y in pixels)
+
+
+# --- poor planes --------------------------------------------------------------------------------
+@pytest.mark.parametrize("outlined", [False, True])
+def test_an_outlined_disc_is_a_closed_line(outlined: bool) -> None:
+    runs = FeatureRuns()
+    runs.change({"f": drawing(outlined=outlined)})
+    assert runs.discs().sizes.tolist() == ([] if outlined else [4])
+    assert runs.lines().sizes.tolist() == ([2, 5] if outlined else [2])
+    if outlined:
+        np.testing.assert_array_equal(runs.lines().points[2], runs.lines().points[-1])
+
+
+# --- labels -------------------------------------------------------------------------------------
+def test_a_label_with_a_verdict_has_its_mark(qapp) -> None:
+    labels = LabelCache()
+    plain, marked = labels.size("B01"), labels.size("B01", "poor")
+    assert marked[0] > plain[0]
+    assert marked[1] == plain[1]
+    picture = labels.picture("B01", (0.0, 0.0, 1.0), False, 1.0, "poor").toImage()
+    assert picture.width() == marked[0]
+    assert has_color(picture, VERDICT_COLORS["poor"])
+    assert not has_color(labels.picture("B01", (0.0, 0.0, 1.0), False, 1.0).toImage(), "#e0402a")
+
+
+@pytest.mark.parametrize(
+    ("mode", "labelled", "is_painted"),
+    [
+        ("auto", False, True),
+        ("selected", False, True),
+        ("none", False, False),
+        ("all", True, False),
+    ],
+)
+def test_the_hovered_feature_is_labelled_once(image, mode, labelled, is_painted) -> None:
+    annotations = Annotations()
+    annotations.label_mode = mode
+    annotations.label_boxes = [("f", ROOM)] if labelled else []
+    before = image.copy()
+    painter = QPainter(image)
+    annotations.paint_hovered(painter, drawing(verdict="good"), 10.0, 60.0, ROOM)
+    painter.end()
+    assert (image != before) == is_painted
+    assert has_color(image, VERDICT_COLORS["good"]) == is_painted
+
+
+def test_the_label_of_a_hovered_feature_stays_inside(image) -> None:
+    corners = Annotations()
+    painter = QPainter(image)
+    for x, y in ((0.0, 0.0), (299.0, 119.0)):
+        corners.paint_hovered(painter, drawing(verdict="poor"), x, y, ROOM)
+    painter.end()
+    left = image.copy(0, 0, 150, 60)
+    right = image.copy(150, 60, 150, 60)
+    assert has_color(right, VERDICT_COLORS["poor"])
+    assert any(
+        left.pixel(x, y) != QColor(Qt.GlobalColor.gray).rgb() for x in range(150) for y in range(60)
+    )
+
+
+# --- legend -------------------------------------------------------------------------------------
+def test_a_legend_without_entries_takes_no_room(image) -> None:
+    before = image.copy()
+    legend = ColorLegend("Type")
+    assert legend.box().isEmpty()
+    painter = QPainter(image)
+    legend.paint(painter)
+    painter.end()
+    assert image == before
+
+
+def test_a_legend_shows_its_colours_and_marks(image) -> None:
+    entries = [LegendEntry("#123456", "A"), LegendEntry(VERDICT_COLORS["poor"], "poor", "poor")]
+    legend = ColorLegend("Set", entries)
+    painter = QPainter(image)
+    legend.paint(painter)
+    painter.end()
+    assert has_color(image, "#123456")
+    assert has_color(image, VERDICT_COLORS["poor"])
+    assert QRectF(image.rect()).contains(legend.box())
