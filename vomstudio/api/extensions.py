@@ -98,7 +98,10 @@ def extend(
 
 
 def _belief(of: Any, options: ExtendOptions) -> PlaneEstimate:
-    """Return the plane with its error. Raises UsageError, InputError, GeometryError."""
+    """Return the plane with the errors of its position and attitude.
+
+    Raises UsageError, InputError, GeometryError.
+    """
     if of is not None:
         array = points(of, "of")
         with errors_named("of"):

@@ -169,7 +169,7 @@ def _draw(mapped: MappedNetwork, plot: Path, force: bool) -> None:
 
 
 def _ranges(value: Any) -> str | None:
-    """Return ranges of strikes as the command takes them, None without ranges."""
+    """Format ranges of strike for the options of the command; None without ranges."""
     pairs = [parse_angles(pair, "strikes", 2) for pair in to_list(value, "strikes")]
     return ",".join(join_numbers(pair, "-") for pair in pairs) or None
 
@@ -188,7 +188,7 @@ def _layer(value: Any, traces: Any) -> str | None:
 
 
 def _file(value: Any, name: str) -> str | None:
-    """Return the path of a file as a text, None for anything else."""
+    """Return the path of a file as text, or None for other values."""
     return str(to_path(value, name)) if is_path(value) else None
 
 

@@ -203,17 +203,17 @@ def stereonet(
 
 
 def _texts(values: Any, name: str, count: int) -> tuple[str, ...]:
-    """Format angles as options of the command. Raises InputError if they are invalid."""
+    """Format angles for the options of the command. Raises InputError if they are invalid."""
     return tuple(join_angles(each, name, count) for each in to_list(values, name))
 
 
 def _levels_text(levels: Any) -> str:
-    """Format levels as an option of the command. Raises InputError if they are invalid."""
+    """Format levels for the options of the command. Raises InputError if they are invalid."""
     return join_numbers([required_number(each, "levels") for each in to_list(levels, "levels")])
 
 
 def _size_text(size: Any) -> str:
-    """Format a size as an option of the command. Raises InputError if it is invalid."""
+    """Format a size for the options of the command. Raises InputError if it is invalid."""
     try:
         width, height = size
     except (TypeError, ValueError):

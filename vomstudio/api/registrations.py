@@ -241,7 +241,7 @@ def _path_or_beside(value: Any, name: str) -> str | None:
 
 
 def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
-    """Format rows of numbers as options of the command. Raises InputError if invalid."""
+    """Format rows of numbers for the options of the command. Raises InputError if invalid."""
     if value is None or (isinstance(value, Sized) and len(value) == 0):
         return ()
     array = numbers(value, name) if _is_flat(value) else None

@@ -1,4 +1,4 @@
-"""Progress and cancellation of long-running tasks."""
+"""Progress display and cancellation of long-running tasks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Reported = Callable[[str, int, int | None], Any] | Progress | None
 
 
 class _CallbackProgress:
-    """Progress that calls a function."""
+    """Progress that calls a function given by the caller."""
 
     def __init__(self, call: Callable[[str, int, int | None], Any]) -> None:
         self._call = call

@@ -101,7 +101,7 @@ def surface(
 
 
 def _around_text(value: Any) -> str:
-    """Return ((x, y, z), radius) as the option takes it. Raises UsageError."""
+    """Format ((x, y, z), radius) for the option of the command. Raises UsageError."""
     try:
         place, radius = value
         return ",".join(map(repr, [*np.asarray(place, float).tolist(), float(radius)]))

@@ -103,7 +103,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _belief(
     options: ExtendOptions, points: str | None, model: WorldModel
 ) -> tuple[PlaneEstimate, tuple[Finding, ...]]:
-    """Return the plane with its error in the World frame."""
+    """Return the plane with the errors of its position and attitude in the World frame."""
     from vomstudio.geology.beds.extended import (
         plane_estimate_from_attitude,
         plane_estimate_from_fit,

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the error due to the registration, if known."""
+    """Return the text rows about the registration error of a fold axis, if it is known."""
     if beta["registration_error_deg"] is None:
         return []
     text = tr("{error:.1f} deg (95 %)", error=beta["registration_error_deg"])

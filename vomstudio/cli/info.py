@@ -87,7 +87,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _described(path: Path, progress: Progress) -> dict[str, Any]:
-    """Return the contents of a file or folder. Raises InputError."""
+    """Describe the contents of a file or folder. Raises InputError."""
     if path.is_dir():
         return _folder(path, progress)
     ending = path.suffix.lower()

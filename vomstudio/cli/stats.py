@@ -1,4 +1,4 @@
-"""`vomstudio stats`: statistics of sets of orientations."""
+"""Statistics of sets of orientations."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ class Executor(Protocol):
 
 
 class ResumedProgress:
-    """Progress of a stage of which an earlier run has already completed some steps."""
+    """Progress of a stage that an earlier run has completed in part."""
 
     def __init__(self, progress: Progress, done: int) -> None:
         self._progress, self._done = progress, done

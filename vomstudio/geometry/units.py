@@ -162,7 +162,7 @@ def round_length(longest: float) -> float:
 
 
 def bar_text(length_m: float, *, metric: bool = True) -> str:
-    """Format the round length of a scale bar without additional digits.
+    """Format the round length of a scale bar with as few digits as possible.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
-    """Return the result of `--curved`. Raises GeometryError."""
+    """Fit one curved bed to all traces for the option `--curved`. Raises GeometryError."""
     from vomstudio.geology.beds.curved import curved_bed
 
     with numbers_of(path, "--curved"):

@@ -21,7 +21,7 @@ def add_frame(parser: Parser) -> None:
 
 
 def add_project(parser: Parser) -> None:
-    """Add --project, which places a model in the same way as in a project."""
+    """Add `--project`, which gives the model its placement in a project."""
     parser.add_argument(
         "--project",
         metavar="PROJECT",

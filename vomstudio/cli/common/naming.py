@@ -1,4 +1,4 @@
-"""Addition of the file or option to errors raised by computations."""
+"""Completion of errors from computations with the file or option."""
 
 from __future__ import annotations
 

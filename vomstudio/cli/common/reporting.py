@@ -74,7 +74,7 @@ class Painter(Protocol):
         """Show the current state."""
 
     def close(self) -> None:
-        """Prepare the stream for other text."""
+        """Finish the display before other text is written to the stream."""
 
 
 class PlainLines:

@@ -9,7 +9,7 @@ from vomstudio.core.findings import Finding
 
 
 def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:
-    """Return the colours by the names of the sets in a figure.
+    """Return the colours of the sets that occur in a figure, keyed by name.
 
     The planes and the lines of a set have the same colour.
 

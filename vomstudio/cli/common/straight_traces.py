@@ -80,7 +80,7 @@ def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
 
 
 def crossing_text(crossing: Mapping[str, Any]) -> str:
-    """Describe the plane through two crossing traces."""
+    """Describe the plane that contains two crossing traces."""
     return tr(
         "{first} and {second} cross at {angle:.0f} deg. If they are of one plane, it is {plane} "
         "(dip direction/dip, 95 %; {smallest:.2f} deg at least).",

@@ -121,6 +121,6 @@ def write_error(path: str | Path, error: BaseException) -> TargetError:
 
 
 def folder_write_error(folder: str | Path, error: BaseException) -> TargetError:
-    """Return the error for a results folder to which a library could not write."""
+    """Return the error for a results folder that a library could not write to."""
     shown = Path(folder)
     return TargetError(Finding("disk.failed", reason=failure_reason(shown, error)), file=shown)

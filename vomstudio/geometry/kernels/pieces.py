@@ -1,4 +1,4 @@
-"""Kernels over many elements on all processors, each over a piece of them."""
+"""Parallel execution of kernels, each on a part of the elements."""
 
 from __future__ import annotations
 

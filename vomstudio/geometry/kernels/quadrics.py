@@ -44,7 +44,7 @@ def _solved(rows):  # type: ignore[no-untyped-def]
 
 @part
 def _across(x, y, z):  # type: ignore[no-untyped-def]
-    """Return two directions across a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
+    """Return two directions perpendicular to a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
     side = math.copysign(1.0, z)
     a = -1.0 / (side + z)
     b = x * y * a

@@ -401,7 +401,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
 
 
 def is_ours(folder: Path) -> bool:
-    """Return whether a folder contains only the results of an earlier call."""
+    """Return whether a folder contains only the results of an earlier extraction."""
     try:
         record = read_json(folder / _RECORD_FILE)
         names = {frame["name"] for frame in record["frames"]} | {_RECORD_FILE}

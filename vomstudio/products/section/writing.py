@@ -197,7 +197,7 @@ def project_items(
 
 
 def _count(flats: Iterable[ProjectedItem]) -> int:
-    """Count features, each of them once even if it has several parts."""
+    """Count features once each, even if they have several parts."""
     return count_features({id(flat.item): flat.item for flat in flats}.values())
 
 

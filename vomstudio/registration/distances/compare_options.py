@@ -1,4 +1,4 @@
-"""Options of the comparison of two models, declared once for every door."""
+"""Options of the comparison of two models, declared once for all interfaces."""
 
 from __future__ import annotations
 
