@@ -99,9 +99,9 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         from vomstudio.rendering.scene.graphics import main as say
 
         return say()
-    from vomstudio.cli import is_for_window
+    from vomstudio.cli import opens_window
 
-    if not is_for_window(words):
+    if not opens_window(words):
         from vomstudio.cli import main as command_line
         from vomstudio.core.failures import log
 

@@ -14,7 +14,7 @@ from vomstudio.api.checking import (
     to_list,
     wrong_type,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.tables import Azimuth, to_orientation_table
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -177,9 +177,9 @@ def stereonet(
         line_width_pt=line_width_pt,
         grey=grey,
     )
-    with arguments_named(StereonetFigure):
+    with name_arguments_in_errors(StereonetFigure):
         style = FigureStyle.from_options(figure)
-    with arguments_named(StereonetOptions):
+    with name_arguments_in_errors(StereonetOptions):
         contents = read_wishes(options)
     if ax is not None and not stereonet_axes.is_stereonet_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
@@ -193,7 +193,7 @@ def stereonet(
         contour=options.contour,
         contouring=contouring_of(options),
     )
-    with arguments_named(StereonetOptions):
+    with name_arguments_in_errors(StereonetOptions):
         net = contents.net(net, rows)
     if ax is None:
         size = None if size_mm is None else style.size_mm
@@ -288,7 +288,7 @@ def rose(
         scale=scale,
     )
     rows = to_orientation_table(table, azimuth)
-    with arguments_named(RoseOptions):
+    with name_arguments_in_errors(RoseOptions):
         roses = roses_of_table(
             rows,
             options.of or ("strike" if rows.is_plane.any() else "trend"),

@@ -87,7 +87,7 @@ def crossing_text(crossing: Mapping[str, Any]) -> str:
         first=crossing["first"],
         second=crossing["second"],
         angle=crossing["crossing_deg"],
-        plane=text_tables.measured_plane(crossing, "max_confidence95_deg"),
+        plane=text_tables.plane_with_error(crossing, "max_confidence95_deg"),
         smallest=crossing["min_confidence95_deg"],
     )
 
@@ -98,7 +98,9 @@ def band_lines(band: BandFigures) -> list[str]:
 
     likely = band.likely
     plane = (
-        None if likely is None else text_tables.measured_plane(vars(likely), "max_confidence95_deg")
+        None
+        if likely is None
+        else text_tables.plane_with_error(vars(likely), "max_confidence95_deg")
     )
     return band_lines(band, _angles(band.trend_deg, band.plunge_deg), plane)
 

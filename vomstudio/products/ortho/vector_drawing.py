@@ -24,7 +24,7 @@ from vomstudio.io.gis.svg_lines import PROGRAM_CLASS
 from vomstudio.products.ortho.interpretation import ProjectedItem
 from vomstudio.products.ortho.legend_entries import LegendEntry, entries_of, explain_symbols
 
-Box = tuple[float, float, float, float]
+LabelBox = tuple[float, float, float, float]
 """Bounding box: left, bottom, right, top."""
 
 INK = "#141414"
@@ -327,7 +327,7 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     dots = np.concatenate([np.empty((0, 2)), *places])
     bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
     lines = np.concatenate([np.empty((0, 2)), *(_along(bar, 0.5 * tall) for bar in bars)])
-    occupied: list[Box] = []
+    occupied: list[LabelBox] = []
     labels = []
     for shape in drawing.shapes:
         if not shape.label:
@@ -354,13 +354,13 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     return labels
 
 
-def _is_free(box: Box, bounds: FloatArray, occupied: list[Box]) -> bool:
+def _is_free(box: LabelBox, bounds: FloatArray, occupied: list[LabelBox]) -> bool:
     (x_min, y_min), (x_max, y_max) = bounds.tolist()
     within = box[0] >= x_min and box[2] <= x_max and box[1] >= y_min and box[3] <= y_max
     return within and not any(_meet(box, other) for other in occupied)
 
 
-def _covers(box: Box, dots: FloatArray) -> int:
+def _covers(box: LabelBox, dots: FloatArray) -> int:
     """Count the dots in a box."""
     x, y = dots[:, 0], dots[:, 1]
     return int(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).sum())
@@ -376,7 +376,7 @@ def _along(line: FloatArray, step: float) -> FloatArray:
     )
 
 
-def _meet(a: Box, b: Box) -> bool:
+def _meet(a: LabelBox, b: LabelBox) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
