@@ -1,4 +1,4 @@
-"""Where the program begins, as a command and as `python -m vomstudio`."""
+"""Entry point of the program, for its command and for `python -m vomstudio`."""
 
 from vomstudio.core.early_stop import handle_signals
 

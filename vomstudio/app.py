@@ -1,4 +1,4 @@
-"""The one place where objects are made and joined."""
+"""Creation and connection of the objects of the program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _STOPPING = [
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`vomstudio` opens the window, `vomstudio COMMAND ...` works without one."""
+    """Run a command of `vomstudio`, or open the window if no command is given."""
     words = list(sys.argv[1:] if argv is None else argv)
     before = _hear_stop_signals()
     try:
@@ -99,9 +99,9 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         from vomstudio.rendering.scene.graphics import main as say
 
         return say()
-    from vomstudio.cli import is_for_window
+    from vomstudio.cli import opens_window
 
-    if not is_for_window(words):
+    if not opens_window(words):
         from vomstudio.cli import main as command_line
         from vomstudio.core.failures import log
 

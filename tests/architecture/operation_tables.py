@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.cli.common.declared_options import help_text, metavar
-from vomstudio.core.operations import DOORS
+from vomstudio.core.operations import INTERFACES
 from vomstudio.core.options import Declaration, declarations
 from vomstudio.studio.operations import OPERATIONS
 from vomstudio.studio.project_options import ACTION_OPTIONS
@@ -108,7 +108,7 @@ def packages_table() -> str:
 
 def doors_table() -> str:
     """Return the table of operations against doors; a missing door has its reason."""
-    rows = [f"| operation | {' | '.join(DOORS)} |", "|---" * (len(DOORS) + 1) + "|"]
+    rows = [f"| operation | {' | '.join(INTERFACES)} |", "|---" * (len(INTERFACES) + 1) + "|"]
     for each in OPERATIONS:
         present = {
             "command": f"`{each.command_name}`",
@@ -117,10 +117,10 @@ def doors_table() -> str:
             "project method": f"`.{each.method}`" if each.method else "",
             "project command": f"`project … {each.action}`" if each.action else "",
         }
-        cells = [present[door] or f"– {each.missing.get(door, '')}" for door in DOORS]
+        cells = [present[door] or f"– {each.missing.get(door, '')}" for door in INTERFACES]
         cells = [
             f"– {each.missing[door]}" if door in each.missing else cell
-            for door, cell in zip(DOORS, cells, strict=True)
+            for door, cell in zip(INTERFACES, cells, strict=True)
         ]
         rows.append(f"| {each.name} | {' | '.join(cells)} |")
     return "\n".join(rows) + "\n"

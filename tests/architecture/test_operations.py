@@ -13,7 +13,7 @@ from tests.architecture import operation_tables as tables
 from vomstudio.cli import project
 from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.first_word import COMMANDS
-from vomstudio.core.operations import DOORS, Operation
+from vomstudio.core.operations import INTERFACES, Operation
 from vomstudio.core.options import Options, declarations
 from vomstudio.studio.operations import OPERATIONS
 from vomstudio.studio.project_options import ACTION_OPTIONS
@@ -54,7 +54,7 @@ def test_each_door_exists_or_its_absence_has_a_reason(operation: Operation) -> N
         "project method": hasattr(vs.Project, operation.method) if operation.method else False,
         "project command": operation.action in _actions() if operation.action else False,
     }
-    for door in DOORS:
+    for door in INTERFACES:
         assert doors[door] != (door in operation.missing), (door, doors[door])
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from tests.benchmarks.bench_whole import render, stations
 from tests.photogrammetry.dense.dense_truth import lying_face, tie_points
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.memory import peak_bytes
 from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
@@ -34,7 +34,7 @@ from vomstudio.studio.jobs.executors import Threads
 DENSE_PX, FACES_EACH = 320, 300
 
 
-class Stages(Silent):
+class Stages(SilentProgress):
     """Processor seconds of what is reported as a stage."""
 
     def __init__(self, prefix: str, into: dict[str, float]) -> None:

@@ -22,7 +22,7 @@ from tests.photogrammetry.align.made_surveys import centre_error, made, pixel_on
 from tests.photogrammetry.align.surveys import SURVEYS, Survey
 from tests.photogrammetry.made_photos import Finder
 from vomstudio.core.errors import VomError
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 
 HEAD = (
@@ -54,10 +54,12 @@ def placed(survey: Survey, work: Path, pixels: bool) -> tuple[Alignment, list[st
         from vomstudio.studio.jobs.executors import Threads
 
         photos = read_photos(survey.write(work / "photos")).photos
-        alignment = align(photos, work, AlignmentOptions(), Threads(2), Silent())
+        alignment = align(photos, work, AlignmentOptions(), Threads(2), SilentProgress())
         return alignment, [photo.name for photo in photos]
     features = made(survey, work)
-    alignment = align(features.photos, work, AlignmentOptions(), Finder([features]), Silent())
+    alignment = align(
+        features.photos, work, AlignmentOptions(), Finder([features]), SilentProgress()
+    )
     return alignment, [photo.name for photo in features.photos]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from tests.messages import error_of, refused, shown_codes
-from vomstudio.cli import COMMANDS, is_for_window
+from vomstudio.cli import COMMANDS, opens_window
 from vomstudio.core.errors import TargetError
 from vomstudio.core.files.desktop import install
 from vomstudio.core.findings import Finding
@@ -39,17 +39,17 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("words", [[], ["cliff.obj"], ["photos"], ["./cliff.obj", "photos"]])
 def test_what_is_there_is_for_the_window(here: Path, words: list[str]) -> None:
-    assert is_for_window(words)
+    assert opens_window(words)
 
 
 @pytest.mark.parametrize("words", [["fit"], ["--version"], ["clif.obj"], ["cliff.obj", "gone"]])
 def test_everything_else_is_for_the_command_line(here: Path, words: list[str]) -> None:
-    assert not is_for_window(words)
+    assert not opens_window(words)
 
 
 def test_a_command_stays_one_beside_a_file_of_its_name(here: Path) -> None:
     (here / "fit").touch()
-    assert not is_for_window(["fit"])
+    assert not opens_window(["fit"])
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_a_missing_file_is_named_with_the_nearest(here: Path, run: Any) -> None:
 
 def test_a_name_that_no_system_takes_is_a_sentence(here: Path, run: Any) -> None:
     for name in ("a" * 5000, "a/" * 3000 + "b.obj", "a\0b.obj"):
-        assert not is_for_window([name])
+        assert not opens_window([name])
         done = run(name)
         assert (done.code, done.out) == (2, "")
         assert "Traceback" not in done.err

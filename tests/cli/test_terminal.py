@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vomstudio.cli import main
-from vomstudio.cli.common.output import for_terminal, to_json
+from vomstudio.cli.common.output import escape_for_terminal, to_json
 
 NAME = "B\x1b]0;mine\x07\x9b31m\u202egnp.\u2066"
 IN_A_TABLE = "B\x9b31m\u202egnp.\u2066"
@@ -56,5 +56,5 @@ def words_in(value: object) -> str:
 
 def test_other_words_are_left_alone() -> None:
     words = "Störung 60°, ± 3\tשכבה أساس 地層\n"
-    assert for_terminal(words) == words
+    assert escape_for_terminal(words) == words
     assert json.loads(to_json({"name": NAME})) == {"name": NAME}

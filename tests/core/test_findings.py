@@ -20,7 +20,7 @@ from vomstudio.core.findings import (
     Finding,
     cause_of,
     finding_of,
-    uncoded,
+    uncoded_finding,
     unique_findings,
 )
 from vomstudio.studio.jobs.serialisation import decode, encode
@@ -53,7 +53,9 @@ def test_an_answer_prints_findings_as_objects() -> None:
     assert answer["warnings"] == [ASSUMED.to_dict()]
 
 
-@pytest.mark.parametrize("finding", [ASSUMED, uncoded("Plain."), uncoded("Plain.").with_file("b")])
+@pytest.mark.parametrize(
+    "finding", [ASSUMED, uncoded_finding("Plain."), uncoded_finding("Plain.").with_file("b")]
+)
 def test_a_finding_survives_every_way_between_processes(finding: Finding) -> None:
     assert pickle.loads(pickle.dumps(finding)) == finding
     assert copy.deepcopy(finding) == finding
@@ -77,7 +79,7 @@ def test_an_unknown_code_or_a_missing_value_is_an_error_of_the_programmer() -> N
 
 def test_a_finding_names_its_file_once() -> None:
     assert ASSUMED.with_file("other.obj") is ASSUMED
-    assert uncoded("Plain.").with_file("b.obj").message == "b.obj: Plain."
+    assert uncoded_finding("Plain.").with_file("b.obj").message == "b.obj: Plain."
 
 
 def test_the_finding_of_an_error_states_its_file_line_and_field() -> None:
@@ -105,7 +107,7 @@ def test_numbers_in_lists_are_restored_in_another_process() -> None:
 
 
 def test_repeats_are_dropped_in_order() -> None:
-    other = uncoded("Plain.")
+    other = uncoded_finding("Plain.")
     assert unique_findings([other, ASSUMED, other, ASSUMED]) == (other, ASSUMED)
 
 

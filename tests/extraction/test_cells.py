@@ -7,7 +7,7 @@ import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.extraction.cells.planes import find_cell_planes
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import find_facets
@@ -57,7 +57,7 @@ def test_a_point_amid_a_plane_needs_no_look_of_its_own_and_one_at_an_edge_does()
     points = np.concatenate([floor, wall])
     points += 0.002 * rng.standard_normal(points.shape)
     local = points - np.floor(points.min(axis=0))
-    grid, begun = find_cell_planes(local, 20.0, None, 50, 0.0, Silent())
+    grid, begun = find_cell_planes(local, 20.0, None, 50, 0.0, SilentProgress())
     corner = np.hypot(points[grid.rows, 0], points[grid.rows, 2])
     assert begun.open[corner < 0.02].all()
     assert begun.open[corner > 0.3].mean() < 0.05

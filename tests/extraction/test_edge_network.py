@@ -11,7 +11,7 @@ import pytest
 from tests.extraction.small_onnx import convolution
 from tests.messages import refused
 from vomstudio.core.errors import Cancelled, UsageError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.extraction.proposals.edge_network import EdgeNetwork
 from vomstudio.extraction.proposals.edge_pictures import colour_by_edges, write_edges
 from vomstudio.geometry.cloud import PointCloud
@@ -38,7 +38,7 @@ def by_hand(picture: np.ndarray) -> np.ndarray:
 def test_every_pixel_has_the_answer_in_closed_form(tmp_path, size, shape) -> None:
     picture = np.random.default_rng(2).integers(0, 256, (*shape, 3), np.uint8)
     net = EdgeNetwork(network(tmp_path, convolution(SOBEL, after=["Abs"], size=size)))
-    result = net.probability(picture, Silent())
+    result = net.probability(picture, SilentProgress())
     assert result.shape == shape
     # Also where tiles meet.
     np.testing.assert_allclose(result[1:-1, 1:-1], by_hand(picture), atol=1e-5)
@@ -48,7 +48,9 @@ def test_of_one_channel_too(tmp_path) -> None:
     picture = np.full((64, 64, 3), 90, np.uint8)
     weights = np.zeros((1, 1, 1, 1)) + 0.5
     net = EdgeNetwork(network(tmp_path, convolution(weights)))
-    assert net.probability(picture, Silent()) == pytest.approx(np.full((64, 64), 45 / 255.0))
+    assert net.probability(picture, SilentProgress()) == pytest.approx(
+        np.full((64, 64), 45 / 255.0)
+    )
 
 
 @pytest.mark.parametrize(
@@ -64,7 +66,9 @@ def test_of_one_channel_too(tmp_path) -> None:
 )
 def test_what_is_no_such_network_is_refused(tmp_path, raw, code, values) -> None:
     with refused(code, file=tmp_path / "net.onnx", **values):
-        EdgeNetwork(network(tmp_path, raw)).probability(np.zeros((64, 64, 3), np.uint8), Silent())
+        EdgeNetwork(network(tmp_path, raw)).probability(
+            np.zeros((64, 64, 3), np.uint8), SilentProgress()
+        )
 
 
 @pytest.mark.parametrize(
@@ -83,7 +87,7 @@ def test_what_is_no_such_network_is_refused(tmp_path, raw, code, values) -> None
 def test_another_answer_is_refused(tmp_path, raw, code, values) -> None:
     net = EdgeNetwork(network(tmp_path, raw))
     with refused(code, **values):
-        net.probability(np.zeros((64, 64, 3), np.uint8), Silent())
+        net.probability(np.zeros((64, 64, 3), np.uint8), SilentProgress())
 
 
 def test_missing_huge_and_stopped(tmp_path) -> None:
@@ -98,7 +102,7 @@ def test_missing_huge_and_stopped(tmp_path) -> None:
     token.cancel()
     net = EdgeNetwork(network(tmp_path, convolution(SOBEL, after=["Abs"])))
     with pytest.raises(Cancelled):
-        net.probability(np.zeros((64, 64, 3), np.uint8), Silent(token))
+        net.probability(np.zeros((64, 64, 3), np.uint8), SilentProgress(token))
 
 
 def test_textures_become_edges(tmp_path) -> None:
@@ -116,7 +120,7 @@ def test_textures_become_edges(tmp_path) -> None:
     )
     net = network(tmp_path, convolution(SOBEL, after=["Abs"]))
     output = colour_by_edges(
-        mesh, 1.0, lambda p, f: write_edges(net, p, f, Silent()), tmp_path / "e"
+        mesh, 1.0, lambda p, f: write_edges(net, p, f, SilentProgress()), tmp_path / "e"
     )
     worn = np.asarray(Image.open(output.materials[0].texture))
     assert worn.shape == (64, 64)
@@ -135,7 +139,7 @@ def test_points_become_edges_where_they_are_seen(tmp_path) -> None:
     shades = np.concatenate([colours, colours[behind], [[0, 0, 0]]]).astype(np.uint8)
     cloud = PointCloud(points, colors=shades)
     net = network(tmp_path, convolution(SOBEL, after=["Abs"]))
-    find = lambda p, f: write_edges(net, p, f, Silent())  # noqa: E731
+    find = lambda p, f: write_edges(net, p, f, SilentProgress())  # noqa: E731
     output = colour_by_edges(cloud, 0.1, find, tmp_path / "e").colors
     grey = output[:, 0].astype(int)
     inner = (y > 0.35) & (y < 3.55) & (x > 0.35) & (x < 5.55)

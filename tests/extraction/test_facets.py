@@ -21,7 +21,7 @@ from tests.messages import by_code
 from vomstudio.core.errors import Cancelled, GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import FacetSegmentation, find_facets
 from vomstudio.geometry.cloud import PointCloud
@@ -378,4 +378,4 @@ def test_the_search_can_be_cancelled() -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        find_facets(cloud, progress=Silent(token))
+        find_facets(cloud, progress=SilentProgress(token))

@@ -11,8 +11,8 @@ import pytest
 from scipy.stats import chi2, spearmanr
 
 from vomstudio.core.errors import Cancelled, GeometryError, UsageError
-from vomstudio.core.progress import Silent
-from vomstudio.extraction.measurable import CLASSES, Measurable, map_measurability
+from vomstudio.core.progress import SilentProgress
+from vomstudio.extraction.measurable import QUALITY_CLASSES, Measurable, map_measurability
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.refinement import subdivide_mesh
 from vomstudio.geology.orientation import Plane
@@ -64,7 +64,7 @@ def turned(data: Mesh, degrees: float) -> Mesh:
 def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
     result = map_measurability(walls(*WALL), UP, MeasurableOptions(1.0, resolution_m=0.01))
     assert np.all(result.trace_deg == 90.0)
-    assert np.all(result.classes == CLASSES.index("none"))
+    assert np.all(result.classes == QUALITY_CLASSES.index("none"))
     assert np.all(result.relief < 1e-6)
     middle = at(result, axis(1, 0, 2))
     assert result.extent[middle] == pytest.approx(1.0, rel=0.05)
@@ -88,7 +88,7 @@ def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
     joint = np.sqrt(chi2.ppf(0.95, 2))
     expected = np.degrees(np.arctan2(joint * 0.08 * 0.01, np.sqrt(both / 0.01 * smaller)))
     assert result.trace_deg[row] == pytest.approx(expected, rel=0.12)
-    assert CLASSES[result.classes[row]] == "good"
+    assert QUALITY_CLASSES[result.classes[row]] == "good"
 
 
 def test_around_a_pillar_the_line_is_an_arc() -> None:
@@ -352,7 +352,7 @@ def test_islands_do_not_help_each_other() -> None:
 
 
 def test_it_can_be_cancelled() -> None:
-    class Stop(Silent):
+    class Stop(SilentProgress):
         def step(self, done: int) -> None:
             raise Cancelled
 

@@ -171,7 +171,7 @@ def test_what_only_one_photo_shows_is_not_confirmed_and_loses(scene: tuple[Wall,
     spoilt = _Painted(photos, picture)
 
     def share_on_cable(voting: bool) -> float:
-        path = PhotoFollower(spoilt, "dark", voting=voting).follow(inputs)
+        path = PhotoFollower(spoilt, "dark", uses_votes=voting).follow(inputs)
         on_it = np.interp(path.pixels[:, 0], cable[:, 0], cable[:, 1])
         return float((np.abs(path.pixels[:, 1] - on_it) < 4.0).mean())
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from tests.extraction.planes_by_construction import angle_deg, sheet
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.extraction.elements import MIN_POINTS_AROUND
 from vomstudio.extraction.point_neighbours import (
-    NEIGHBOURS,
+    N_NEIGHBOURS,
     NORMAL_COUNTS,
     find_scattered_points,
     find_surroundings,
@@ -31,7 +31,7 @@ def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     grid = create_cell_grid(cloud(rng), 16.0)
     few = grid.count_around() < MIN_POINTS_AROUND
     rows = np.sort(rng.choice(len(grid.places), 4000, replace=False))
-    around, seen = find_surroundings(grid, rows, few, known, 20.0, Silent())
+    around, seen = find_surroundings(grid, rows, few, known, 20.0, SilentProgress())
     assert around == known
     thin = few[grid.cells_of(rows)]
     assert thin.any()
@@ -39,8 +39,8 @@ def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     assert np.array_equal(np.unique(seen.around[~thin]), [known])
     distance, near = cKDTree(grid.places).query(grid.places[rows], k=known)
     dense = ~thin
-    assert np.array_equal(seen.near[dense], near[dense, 1 : NEIGHBOURS + 1])
-    np.testing.assert_allclose(seen.far[dense], distance[dense, NEIGHBOURS])
+    assert np.array_equal(seen.near[dense], near[dense, 1 : N_NEIGHBOURS + 1])
+    np.testing.assert_allclose(seen.far[dense], distance[dense, N_NEIGHBOURS])
     off = []
     for i in rng.choice(np.flatnonzero(dense), 400):
         own = grid.places[near[i]] - grid.places[near[i]].mean(axis=0)
@@ -48,10 +48,10 @@ def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     # Of what is dense beside a thin place a part of its points may stand for all.
     assert np.quantile(off, 0.98) < 1e-5
     assert max(off) < 3.0
-    own, near = seen.near[thin], near[thin, 1 : NEIGHBOURS + 1]
+    own, near = seen.near[thin], near[thin, 1 : N_NEIGHBOURS + 1]
     same = [len(np.intersect1d(a, b)) for a, b in zip(own, near, strict=True)]
-    assert np.median(same) == NEIGHBOURS
-    assert np.mean(same) > 0.94 * NEIGHBOURS
+    assert np.median(same) == N_NEIGHBOURS
+    assert np.mean(same) > 0.94 * N_NEIGHBOURS
 
 
 def test_points_of_a_volume_are_scattered_and_those_of_a_thin_sheet_in_it_are_not() -> None:

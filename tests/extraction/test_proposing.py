@@ -9,7 +9,7 @@ import pytest
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, UsageError
-from vomstudio.core.progress import CancelToken, Progress, Silent
+from vomstudio.core.progress import CancelToken, Progress, SilentProgress
 from vomstudio.extraction.proposals.traces import ProposedTraces, propose_traces
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.extraction.trace_options import ProposalOptions
@@ -49,7 +49,7 @@ def proposed(
         resolution=RESOLUTION,
         model="slope",
         frame="local",
-        progress=progress or Silent(),
+        progress=progress or SilentProgress(),
     )
 
 
@@ -96,7 +96,7 @@ def test_a_ledge_of_a_mesh_is_found_by_its_edges() -> None:
         resolution=RESOLUTION,
         model="ledge",
         frame="local",
-        progress=Silent(),
+        progress=SilentProgress(),
     )
     best = result.proposals[0]
     assert best.doubt < 0.05
@@ -143,7 +143,7 @@ def test_it_stops_and_an_even_surface_has_no_lines() -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        proposed(points, grey, "dark", progress=Silent(token))
+        proposed(points, grey, "dark", progress=SilentProgress(token))
     assert proposed(points, np.full(len(points), 90.0), "dark").proposals == ()
 
 
@@ -177,7 +177,7 @@ def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
         resolution=1.0,
         model="wall",
         frame="local",
-        progress=Silent(),
+        progress=SilentProgress(),
     )
     best = result.proposals[0]
     assert best.doubt < 0.05

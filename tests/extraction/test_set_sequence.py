@@ -10,9 +10,9 @@ import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, normal_of, sheet
 from vomstudio.core.errors import UsageError
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.extraction.facet_search import search
+from vomstudio.extraction.facet_search import search_facets
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.set_sequence import dbscan, find_set_poles
 from vomstudio.geometry.cloud import PointCloud
@@ -27,7 +27,9 @@ def found_in(points: Array, preset: Literal["dse"] | None = "dse", **limits: flo
         propose_sets=True,
         preset=preset,
     )
-    return search(PointCloud(points), options, model="", frame="local", progress=Silent())
+    return search_facets(
+        PointCloud(points), options, model="", frame="local", progress=SilentProgress()
+    )
 
 
 def mean_of(one: dict) -> Array:

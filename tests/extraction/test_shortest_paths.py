@@ -12,8 +12,8 @@ from scipy.sparse.csgraph import dijkstra
 from vomstudio.extraction.path_costs import node_costs
 from vomstudio.extraction.pixel_graph import pixel_graph
 from vomstudio.extraction.shortest_paths import (
-    HEADINGS,
     MAX_HEADING_ERROR_DEG,
+    N_HEADINGS,
     path_with_turns,
     shortest_path,
     straightest_path,
@@ -64,41 +64,41 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     flat = graph.flat
     way = flat[near] - flat[first]
     rows, ends, prices = [], [], []
-    each = turn * graph.typical_arc * 4 / HEADINGS
-    for h in range(HEADINGS):
-        angle = 2.0 * np.pi * h / HEADINGS
+    each = turn * graph.typical_arc * 4 / N_HEADINGS
+    for h in range(N_HEADINGS):
+        angle = 2.0 * np.pi * h / N_HEADINGS
         cosine = way @ [np.cos(angle), np.sin(angle)] / np.linalg.norm(way, axis=1)
         off = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
         free = off <= MAX_HEADING_ERROR_DEG
         rows += [
-            first[free] * HEADINGS + h,
-            np.arange(n) * HEADINGS + h,
-            np.arange(n) * HEADINGS + h,
+            first[free] * N_HEADINGS + h,
+            np.arange(n) * N_HEADINGS + h,
+            np.arange(n) * N_HEADINGS + h,
         ]
         ends += [
-            near[free] * HEADINGS + h,
-            np.arange(n) * HEADINGS + (h + 1) % HEADINGS,
-            np.arange(n) * HEADINGS + (h - 1) % HEADINGS,
+            near[free] * N_HEADINGS + h,
+            np.arange(n) * N_HEADINGS + (h + 1) % N_HEADINGS,
+            np.arange(n) * N_HEADINGS + (h - 1) % N_HEADINGS,
         ]
         prices += [step[free], np.full(n, each), np.full(n, each)]
     whole = csr_array(
         (np.concatenate(prices), (np.concatenate(rows), np.concatenate(ends))),
-        (n * HEADINGS, n * HEADINGS),
+        (n * N_HEADINGS, n * N_HEADINGS),
     )
-    starts = one * HEADINGS + np.arange(HEADINGS)
-    far = dijkstra(whole, indices=starts)[:, other * HEADINGS : (other + 1) * HEADINGS].min()
+    starts = one * N_HEADINGS + np.arange(N_HEADINGS)
+    far = dijkstra(whole, indices=starts)[:, other * N_HEADINGS : (other + 1) * N_HEADINGS].min()
     path = path_with_turns(graph, one, other, costs, turn)
     assert path[0] == one
     assert path[-1] == other
     # The least that turning along the path found can cost, by all its courses of headings.
-    spent = np.zeros(HEADINGS)
-    turns = np.arange(HEADINGS)
+    spent = np.zeros(N_HEADINGS)
+    turns = np.arange(N_HEADINGS)
     apart = np.abs(turns[:, None] - turns)
-    apart = each * np.minimum(apart, HEADINGS - apart)
+    apart = each * np.minimum(apart, N_HEADINGS - apart)
     for a, b in pairwise(path.tolist()):
         spent = (spent[:, None] + apart).min(axis=0)
         angle = np.degrees(np.arctan2(*(flat[b] - flat[a])[::-1]))
-        off = np.abs((360.0 / HEADINGS * turns - angle + 180.0) % 360.0 - 180.0)
+        off = np.abs((360.0 / N_HEADINGS * turns - angle + 180.0) % 360.0 - 180.0)
         spent[off > MAX_HEADING_ERROR_DEG] = np.inf
     assert cost_of(graph, costs, path) + spent.min() == pytest.approx(far, rel=1e-9)
 

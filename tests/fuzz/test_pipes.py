@@ -84,12 +84,12 @@ def _taken_over(pipe: Path) -> object:
 
 def _aligned(pipe: Path) -> object:
     """A photo that has become one since it was found: it has no features and says why."""
-    from vomstudio.core.progress import Silent
+    from vomstudio.core.progress import SilentProgress
     from vomstudio.photogrammetry.align.alignment import AlignmentOptions, find_features
     from vomstudio.studio.jobs.executors import Threads
 
     photo = SimpleNamespace(path=pipe, mask=None, width=32, height=24, name="p.jpg")
-    found, _ = find_features([photo], pipe.parent, AlignmentOptions(), Threads(1), Silent())
+    found, _ = find_features([photo], pipe.parent, AlignmentOptions(), Threads(1), SilentProgress())
     assert len(found[0].keypoints) == 0
     raise InputError(str(found[0].problem), file=pipe)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vomstudio.core.errors import Cancelled
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.nearby.point_grid import PointGrid
 
 CORNER = np.array([364_520.25, 4_721_864.5, -846.0])
@@ -74,4 +74,4 @@ def test_it_can_be_cancelled() -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        PointGrid(points, 0.02).planes(points, 0.02, Silent(token))
+        PointGrid(points, 0.02).planes(points, 0.02, SilentProgress(token))

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 from tests import driver
 from tests.journeys.test_known_lines import SCALE, TURN, tilted, to_file
 from vomstudio.cli.common.arguments import Parser
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.geometry.transform import apply
 from vomstudio.project import edits
 from vomstudio.project.compass_edits import compass_of
@@ -210,7 +210,7 @@ def commanded(words: list[str]) -> np.ndarray:
 
     parser = Parser()
     add_options(parser, RegisterOptions)
-    options = options_from(parser.parse_args(words[1:]), RegisterOptions)
+    options = parse_options(parser.parse_args(words[1:]), RegisterOptions)
     placed = register_model("-", options, None).placed
     return placed.matrix[:3, :3] / placed.scale
 

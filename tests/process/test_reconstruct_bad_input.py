@@ -22,7 +22,7 @@ from tests.process.reconstruction_runs import End, reconstruct, refused, whole
 from tests.small_disk import small_disk
 from vomstudio.cli import main
 from vomstudio.core.errors import InputError, TargetError, VomError
-from vomstudio.core.progress import InlineExecutor, Silent
+from vomstudio.core.progress import InlineExecutor, SilentProgress
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.pipeline.reconstruction import reconstruct as reconstruct_here
@@ -32,7 +32,7 @@ def here(photos: Path, out: Path, **settings: object) -> VomError:
     """What the work is refused with, in this process."""
     with pytest.raises(VomError) as caught:
         reconstruct_here(
-            photos, out, PipelineSettings("preview", **settings), InlineExecutor(), Silent()
+            photos, out, PipelineSettings("preview", **settings), InlineExecutor(), SilentProgress()
         )  # type: ignore[arg-type]
     assert caught.value.exit_code == 2
     assert "\n" not in str(caught.value)
@@ -220,7 +220,7 @@ def test_a_disk_that_may_not_be_written_is_said(photos: Path, tmp_path: Path) ->
 def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path) -> None:
     folder = only(photos, tmp_path / "going", 1, 2, 3)
 
-    class Vanishing(Silent):
+    class Vanishing(SilentProgress):
         def stage(self, name: str, total: int | None = None) -> None:
             if name == "Undistorting photos":
                 (folder / "photo 2.jpg").unlink()

@@ -16,7 +16,7 @@ from tests.marked import SPAN, UTM, found_dots, height, marked_cloud, marked_mes
 from tests.messages import by_code, refused
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, InputError, TargetError, UsageError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import WORLD_NORTHS
@@ -444,7 +444,7 @@ def test_stopping_or_failing_leaves_nothing(tmp_path: Path, monkeypatch: Any) ->
     planned = plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.1)
     token = CancelToken()
 
-    class StopAtFirst(Silent):
+    class StopAtFirst(SilentProgress):
         def step(self, done: int) -> None:
             if done:
                 token.cancel()

@@ -12,7 +12,7 @@ import pytest
 import rasterio
 
 from tests.marked import UTM
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho import orthophoto, tiles
@@ -48,7 +48,7 @@ class Numbers:
         return []
 
 
-class Told(Silent):
+class Told(SilentProgress):
     def __init__(self) -> None:
         super().__init__()
         self.stages: list[tuple[str, int | None]] = []
@@ -83,7 +83,7 @@ def test_every_tile_is_drawn_once_and_the_progress_counts_them(
 def test_tiles_wait_until_those_before_them_are_taken() -> None:
     """Pictures of a large grid would fill the memory; and where one gives up, the rest stops."""
     source = Numbers()
-    coming = draw_tiles(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), Silent(), 2)
+    coming = draw_tiles(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), SilentProgress(), 2)
     for _ in range(3):
         next(coming)
     time.sleep(0.1)

@@ -21,7 +21,7 @@ from tests.io.models.test_writers import cloud, textured
 from tests.messages import refused
 from tests.small_disk import small_disk
 from vomstudio.core.errors import Cancelled, TargetError, UsageError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
@@ -373,7 +373,7 @@ def test_a_cancelled_mesh_or_cloud_leaves_nothing(tmp_path: Path, ending: str) -
     (tmp_path / "out").mkdir()
     for model in (cloud(), textured(tmp_path)):
         with pytest.raises(Cancelled):
-            write_model(model, CRS, tmp_path / "out" / f"m{ending}", progress=Silent(token))
+            write_model(model, CRS, tmp_path / "out" / f"m{ending}", progress=SilentProgress(token))
     assert list((tmp_path / "out").iterdir()) == []
 
 

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from tests.messages import refused
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -246,7 +246,7 @@ def test_tables_are_found_beside_the_photos_before_those_in_the_project(
 
 def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos: Path) -> None:
     steps: list[float] = []
-    progress = Silent()
+    progress = SilentProgress()
     progress.step = steps.append  # type: ignore[method-assign, assignment]
     names = ["sub/a.jpg", "b.jpg"]
     mask = photos / "a_mask.png"

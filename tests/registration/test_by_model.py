@@ -14,7 +14,7 @@ from tests.frames import ZONE, bed_grid, convert
 from tests.messages import refused, with_code
 from tests.registration.rock_faces import Case, ledges, once, sampled, smooth
 from vomstudio.core.errors import Cancelled, GeometryError, InputError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.registration.by_model.reference import FREE, fit_to_reference
 from vomstudio.registration.by_model.refining import Refinement, determined_directions
 from vomstudio.registration.by_model.stable import find_inside_polygons, near_cloud
@@ -157,7 +157,7 @@ def test_it_can_be_cancelled() -> None:
     points = sampled(2_000, rng, 0.01)
     with pytest.raises(Cancelled):
         fit_to_reference(
-            points, points, STAYS, spacing=(0.4, 0.4), scale=False, progress=Silent(token)
+            points, points, STAYS, spacing=(0.4, 0.4), scale=False, progress=SilentProgress(token)
         )
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.messages import refused, with_code
 from vomstudio.core.errors import Cancelled, GeometryError, UsageError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.registration.distances import m3c2
@@ -370,4 +370,4 @@ def test_it_can_be_cancelled() -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        compare(PointCloud(grid(20)), sheet(20), progress=Silent(token))
+        compare(PointCloud(grid(20)), sheet(20), progress=SilentProgress(token))

@@ -18,7 +18,7 @@ import vomstudio as vs
 from tests.messages import codes, warned
 from tests.registrations import TURN
 from vomstudio.cli import main
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry import transform
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.observation_tables import read_pairs
@@ -242,7 +242,7 @@ def exported(case: Case) -> Path:
         ModelExport(
             case.model, cache, model.to_world, CRS, out, model.frame.axes, model.registration
         ),
-        Silent(),
+        SilentProgress(),
     )
     return out
 
@@ -261,7 +261,7 @@ def cut(case: Case) -> Path:
         "piece",
         model.registration,
     )
-    return _cut_model(order, Silent()).path
+    return _cut_model(order, SilentProgress()).path
 
 
 @pytest.mark.parametrize("make", [copied, copied_from_project, converted, labelled, exported, cut])
@@ -413,7 +413,7 @@ def test_a_fit_in_a_project_keeps_the_error_of_the_scale_and_adds_that_of_the_re
                 reference.frame.axes,
                 reference.registration,
             ),
-            Silent(),
+            SilentProgress(),
         )
     with desk(tmp_path / "own.vom") as project:
         own = project.add_model(tmp_path / "own.xyz").model

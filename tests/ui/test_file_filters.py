@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from tests.ui.conftest import add_cliff
 from vomstudio.io.control.registry import find_formats
 from vomstudio.io.models.registry import find_readers
-from vomstudio.io.photos.mask_files import PICTURES
+from vomstudio.io.photos.mask_files import MASK_SUFFIXES
 from vomstudio.ui.base import file_filters
 
 
@@ -43,7 +43,7 @@ def test_control_of_every_format_is_offered():
 
 
 def test_photos_videos_and_tables_are_offered():
-    assert all(shows(file_filters.photos(), f"IMG_1{e}") for e in PICTURES)
+    assert all(shows(file_filters.photos(), f"IMG_1{e}") for e in MASK_SUFFIXES)
     for name in ("DJI_0001.MP4", "GOPR1.mp4", "clip.MTS", "scan.mov", "IMG_2.MOV", "VID.3gp"):
         assert shows(file_filters.videos(), name)
     for name in ("readings.csv", "READINGS.CSV", "book.txt", "a.tsv", "a.dat"):

@@ -48,7 +48,7 @@ def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) ->
 
 
 @contextmanager
-def errors_named(name: str, *others: str) -> Iterator[None]:
+def name_argument_in_errors(name: str, *others: str) -> Iterator[None]:
     """Attribute errors inside the block to an argument.
 
     Parameters
@@ -90,18 +90,18 @@ def numbers(values: Any, name: str) -> FloatArray:
         if array.dtype.kind in "OV" and hasattr(values, "astype"):
             array = np.asarray(values.astype(np.float64))
     except (ValueError, TypeError, OverflowError) as error:
-        raise _no_numbers(values, name) from error
+        raise _not_numeric_error(values, name) from error
     if array.dtype.kind == "O":
         try:
             array = array.astype(np.float64)
         except (ValueError, TypeError, OverflowError) as error:
-            raise _no_numbers(values, name) from error
+            raise _not_numeric_error(values, name) from error
     if array.dtype.kind not in "iuf":
-        raise _no_numbers(values, name)
+        raise _not_numeric_error(values, name)
     return np.asarray(array, np.float64)
 
 
-def _no_numbers(values: Any, name: str) -> InputError:
+def _not_numeric_error(values: Any, name: str) -> InputError:
     return InputError(Finding("array.not-numbers", type=type(values).__name__), field=name)
 
 
@@ -216,12 +216,12 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
     return columns_found
 
 
-def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> None:
+def refuse_rows(invalid: BoolArray, name: str, code: str = "array.not-finite") -> None:
     """Check that no row is bad; the error states their number and the first one (from 0).
 
     Parameters
     ----------
-    bad : (n,) ndarray of bool
+    invalid : (n,) ndarray of bool
     name : str
         Name of the argument.
     code : str, optional
@@ -232,8 +232,8 @@ def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> No
     InputError
         If a row is bad.
     """
-    if bad.any():
-        finding = Finding(code, count=int(bad.sum()), first_row=int(np.argmax(bad)))
+    if invalid.any():
+        finding = Finding(code, count=int(invalid.sum()), first_row=int(np.argmax(invalid)))
         raise InputError(finding, field=name)
 
 
@@ -309,7 +309,7 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, 
     return a, b
 
 
-def positive(value: float | None, name: str) -> float | None:
+def require_positive(value: float | None, name: str) -> float | None:
     """Check that a length is positive.
 
     Parameters
@@ -764,7 +764,7 @@ def to_plane(value: Any, name: str) -> Plane:
     ------
     InputError, GeometryError
     """
-    with errors_named(name, "dip direction", "dip"):
+    with name_argument_in_errors(name, "dip direction", "dip"):
         if isinstance(value, str):
             return parse_plane(value)
         if hasattr(value, "dip_direction_deg") and hasattr(value, "dip_deg"):

@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.api.checking import warn
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, to_model
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import CancelToken
 from vomstudio.core.words import tr
@@ -25,7 +25,7 @@ def compare(
     *,
     m3c2_m: float | None = None,
     registration_error_m: float | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> Comparison:
     """Compute signed distances of a model from a benchmark, with statistics.

@@ -33,22 +33,22 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
         If a value is not allowed; the error names the argument.
     """
     declared = {each.name: each for each in declarations(options)}
-    checked = {name: _checked(declared[name], value) for name, value in arguments.items()}
+    checked = {name: _convert_value(declared[name], value) for name, value in arguments.items()}
     for name, value in checked.items():
         if value is None and (declared[name].is_required or declared[name].default is not None):
             raise InputError(Finding("option.missing"), field=name)
-    with arguments_named(options):
+    with name_arguments_in_errors(options):
         return options(**checked)
 
 
-def _checked(option: Declaration, value: Any) -> Any:
+def _convert_value(option: Declaration, value: Any) -> Any:
     """Return a value of the type of an option. Raises InputError."""
     is_automatic = value is None and option.default is None
     return value if is_automatic or option.is_repeated else _CHECKS[option.kind](value, option.name)
 
 
 @contextmanager
-def arguments_named(options: type[Any]) -> Iterator[None]:
+def name_arguments_in_errors(options: type[Any]) -> Iterator[None]:
     """Replace the names of command-line options in errors by the names of arguments.
 
     Parameters
@@ -61,14 +61,14 @@ def arguments_named(options: type[Any]) -> Iterator[None]:
     except VomError as error:
         names = {each.flag: each.name for each in declarations(options)}
         error.field = names.get(error.field or "", error.field)
-        values = {key: _renamed(value, names) for key, value in error.values.items()}
+        values = {key: _argument_name(value, names) for key, value in error.values.items()}
         if values != error.values:
             error.values, error.message = values, Finding(error.code, **values).message
         raise
 
 
-def _renamed(value: Any, names: dict[str, str]) -> Any:
+def _argument_name(value: Any, names: dict[str, str]) -> Any:
     """Return the argument of an option, or of each option in a tuple."""
     if isinstance(value, tuple):
-        return tuple(_renamed(each, names) for each in value)
+        return tuple(_argument_name(each, names) for each in value)
     return names.get(value, value) if isinstance(value, str) else value

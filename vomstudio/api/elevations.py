@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from vomstudio.api.checking import check_flag, to_path
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import html_table, text_table
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.elevation.heights import draw_heights
@@ -71,10 +71,10 @@ class ElevationModel(ElevationFigures):
     True
     """
 
-    heights: Float32Array = field(metadata=HIDDEN)
+    heights: Float32Array = field(metadata=HIDDEN_IN_JSON)
     warnings: tuple[Finding, ...]
-    _model: Mesh | PointCloud = field(metadata=HIDDEN)
-    _plan: HeightPlan = field(metadata=HIDDEN)
+    _model: Mesh | PointCloud = field(metadata=HIDDEN_IN_JSON)
+    _plan: HeightPlan = field(metadata=HIDDEN_IN_JSON)
 
     def slope(self) -> Float32Array:
         """Return the dip (h, w) of the surface from the World horizontal, degrees.
@@ -161,7 +161,7 @@ def dem(
     gsd_m: float | None = None,
     plane: Any = None,
     limit_m: float | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
 ) -> ElevationModel:
     """Compute the heights of a model above a reference plane.
 
@@ -211,7 +211,7 @@ def dem(
     report = to_progress(progress)
     data = to_model(model)
     source = data._source
-    with arguments_named(DemOptions):
+    with name_arguments_in_errors(DemOptions):
         plan = plan_heights(
             data._data,
             reference_plane(options.plane),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import errors_named, numbers, points, warn
+from vomstudio.api.checking import name_argument_in_errors, numbers, points, warn
 from vomstudio.api.comparisons import load_placed
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.planes import plane_text
 from vomstudio.geology.beds.extended import (
     PlaneEstimate,
@@ -89,19 +89,22 @@ def extend(
         thickness_m=thickness_m,
         thickness_error_m=thickness_error_m,
     )
-    with arguments_named(ExtendOptions):
+    with name_arguments_in_errors(ExtendOptions):
         options.check_points(of, "of")
         data, _, _ = load_placed(model, "model")
-        extension = _extend(data, _belief(of, options), options)
+        extension = _extend(data, _plane_estimate(of, options), options)
     warn(extension.warnings)
     return extension
 
 
-def _belief(of: Any, options: ExtendOptions) -> PlaneEstimate:
-    """Return the plane with its error. Raises UsageError, InputError, GeometryError."""
+def _plane_estimate(of: Any, options: ExtendOptions) -> PlaneEstimate:
+    """Return the plane with the errors of its position and attitude.
+
+    Raises UsageError, InputError, GeometryError.
+    """
     if of is not None:
         array = points(of, "of")
-        with errors_named("of"):
+        with name_argument_in_errors("of"):
             return plane_estimate_from_fit(fit_plane(array))
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))

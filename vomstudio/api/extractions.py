@@ -13,14 +13,14 @@ from vomstudio.api.checking import (
     warn,
 )
 from vomstudio.api.comparisons import is_array, load_placed
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import to_model
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.api.tables import frame
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import CancelToken
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.words import tr
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
@@ -51,7 +51,7 @@ class Facets(FacetTable):
         {"facet": (n,), "set": (n,)} int32 labels of the model points, -1 for no facet or set.
     """
 
-    table: Any = field(default=None, metadata=HIDDEN)
+    table: Any = field(default=None, metadata=HIDDEN_IN_JSON)
 
 
 def facets(
@@ -64,7 +64,7 @@ def facets(
     min_coplanarity: float | None = None,
     propose_sets: bool = False,
     preset: Literal["dse"] | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> Facets:
     """Find the planar facets of an outcrop, and fit and assess each of them as a patch.
@@ -131,7 +131,7 @@ def facets(
     (2, [90.0, 90.0])
     """
     from vomstudio.extraction.facet_options import FacetOptions
-    from vomstudio.extraction.facet_search import search
+    from vomstudio.extraction.facet_search import search_facets
 
     report = to_progress(progress, cancel)
     options = options_from_arguments(
@@ -146,7 +146,7 @@ def facets(
     )
     data, crs, _ = load_placed(model, "model")
     name = getattr(getattr(model, "path", None), "name", None) or ""
-    result = search(data, options, model=name, frame=crs or "local", progress=report)
+    result = search_facets(data, options, model=name, frame=crs or "local", progress=report)
     warn(result.warnings)
     return _to_facets(result)
 
@@ -168,7 +168,7 @@ def follow(
     photo: str | Path | None = None,
     cameras: str | Path | None = None,
     onnx_model: str | Path | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> FollowedTrace:
     """Follow a contact between way-points on a model, or in a photo of the model.
@@ -267,7 +267,7 @@ def follow(
     report.stage(tr("Following the contact"))
     with (
         open_edge_finder(options.onnx_model, report, cancel) as edges,
-        arguments_named(FollowOptions),
+        name_arguments_in_errors(FollowOptions),
     ):
         data, crs, _ = load_placed(source_model, "model")
         spacing = resolution(data)

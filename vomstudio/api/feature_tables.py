@@ -28,7 +28,7 @@ _WHITE = "#ffffff"
 
 
 def orientations(
-    records: Records, measurements: Measurements, nature: Literal["plane", "line"]
+    records: Records, measurements: Measurements, geometry: Literal["plane", "line"]
 ) -> Any:
     """Return the orientation table of planes or lines, with points in the column `geometry`.
 
@@ -36,7 +36,7 @@ def orientations(
     ----------
     records : Records
     measurements : Measurements
-    nature : {"plane", "line"}
+    geometry : {"plane", "line"}
 
     Returns
     -------
@@ -46,7 +46,7 @@ def orientations(
     import shapely
 
     table = project_table(records, measurements)
-    rows = [row for row in table.rows if row["element"] == nature]
+    rows = [row for row in table.rows if row["element"] == geometry]
     dataframe = frame(rows, (*COLUMNS, *table.extra_columns))
     places = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows

@@ -24,8 +24,8 @@ from vomstudio.api.checking import (
     warn,
     wrong_shape,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
+from vomstudio.api.frame_arguments import UpAxis, frame_options, name_frame_arguments_in_errors
 from vomstudio.api.tables import dataframe_crs
 from vomstudio.core.arrays import FloatArray, ObjectArray
 from vomstudio.geology.fractures.fracture_options import FractureOptions
@@ -139,7 +139,7 @@ def fractures(
         options,
         frame_options(crs, up, unit, to_crs),
     )
-    with frame_arguments_named(), arguments_named(FractureOptions):
+    with name_frame_arguments_in_errors(), name_arguments_in_errors(FractureOptions):
         mapped = map_fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),
@@ -169,7 +169,7 @@ def _draw(mapped: MappedNetwork, plot: Path, force: bool) -> None:
 
 
 def _ranges(value: Any) -> str | None:
-    """Return ranges of strikes as the command takes them, None without ranges."""
+    """Format ranges of strike for the options of the command; None without ranges."""
     pairs = [parse_angles(pair, "strikes", 2) for pair in to_list(value, "strikes")]
     return ",".join(join_numbers(pair, "-") for pair in pairs) or None
 
@@ -188,7 +188,7 @@ def _layer(value: Any, traces: Any) -> str | None:
 
 
 def _file(value: Any, name: str) -> str | None:
-    """Return the path of a file as a text, None for anything else."""
+    """Return the path of a file as text, or None for other values."""
     return str(to_path(value, name)) if is_path(value) else None
 
 
@@ -214,9 +214,9 @@ def _shapes(shapes: Any, name: str) -> ObjectArray:
     return array
 
 
-def _corners(value: Any, name: str, least: int) -> FloatArray:
+def _corners(value: Any, name: str, min_rows: int) -> FloatArray:
     xy = numbers(value, name)
-    if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < least:
-        raise wrong_shape(xy, f"(n, 2), (n, 3), n >= {least}", name)
+    if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < min_rows:
+        raise wrong_shape(xy, f"(n, 2), (n, 3), n >= {min_rows}", name)
     refuse_rows(np.asarray(~np.isfinite(xy).all(axis=1)), name)
     return xy

@@ -36,7 +36,7 @@ def frame_options(
 
 
 @contextmanager
-def frame_arguments_named() -> Iterator[None]:
+def name_frame_arguments_in_errors() -> Iterator[None]:
     """Make errors about the frame name the argument instead of the option."""
     try:
         yield

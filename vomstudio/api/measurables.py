@@ -7,7 +7,7 @@ from typing import Any
 from vomstudio.api.checking import to_plane, warn
 from vomstudio.api.comparisons import load_placed
 from vomstudio.api.declared_options import options_from_arguments
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.products.surface.measurable_map import MeasurableMap, measurable_map
@@ -23,7 +23,7 @@ def measurable(
     resolution_m: float | None = None,
     angle_deg: float = 10.0,
     registration_error_deg: float | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> MeasurableMap:
     """Map how accurately a plane of the given attitude could be measured on a model.

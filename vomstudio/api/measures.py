@@ -15,8 +15,8 @@ from vomstudio.api.checking import (
     warn,
     wrong_shape,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
+from vomstudio.api.frame_arguments import UpAxis, frame_options, name_frame_arguments_in_errors
 from vomstudio.api.tables import to_text_table
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
 from vomstudio.geology.beds.log_options import LogOptions
@@ -113,9 +113,9 @@ def displacement(
         bed_error_deg=bed_error_deg,
         rake_error_deg=rake_error_deg,
     )
-    with frame_arguments_named():
+    with name_frame_arguments_in_errors():
         point_table = read_pairs(_table(pairs, 6, "pairs"), frame_options(crs, up, unit, to_crs))
-    with arguments_named(DisplacementOptions):
+    with name_arguments_in_errors(DisplacementOptions):
         result = displacements(
             point_table.names, point_table.points[:, :3], point_table.points[:, 3:], options
         )
@@ -179,7 +179,7 @@ def threepoint(
     """
     options = options_from_arguments(ThreePointOptions, sigma_m=sigma_m)
     frame = frame_options(crs, up, unit, to_crs)
-    with frame_arguments_named():
+    with name_frame_arguments_in_errors():
         point_table = read_boundaries(_table(points, 3, "points"), frame)
     result = plane_of_three_points(point_table.points, options.sigma_m).with_table_findings(
         point_table.dropped, point_table.warnings
@@ -254,7 +254,7 @@ def log(
         LogOptions, sigma_m=sigma_m, bed_error_deg=bed_error_deg, overturned=overturned
     )
     frame = frame_options(crs, up, unit, to_crs)
-    with frame_arguments_named():
+    with name_frame_arguments_in_errors():
         point_table = read_boundaries(_table(table, 3, "table"), frame)
     result = bed_log(
         point_table.points,

@@ -18,8 +18,8 @@ from vomstudio.api.checking import (
     warn,
     wrong_type,
 )
-from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, GenericArray, Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -378,7 +378,7 @@ def read(
     unit: str | None = None,
     to_crs: str | None = None,
     project: str | Path | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
 ) -> Mesh | PointCloud:
     """Read a model from OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF or text (x, y, z).
 
@@ -431,11 +431,11 @@ def read(
     options = frame_options(crs, up, unit, to_crs)
     report = to_progress(progress)
     if folder is None:
-        with frame_arguments_named():
+        with name_frame_arguments_in_errors():
             model = _read(file, options, report)
     else:
         check_place(options, folder)
-        model = _read_of_project(file, folder, report)
+        model = _read_project_model(file, folder, report)
     warn(model.warnings, notes=True)
     return model
 
@@ -511,15 +511,15 @@ def set_registration(model: Mesh | PointCloud, registration: Registration) -> Me
     return replace(model, _source=source)
 
 
-def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
+def _read_project_model(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
     from vomstudio.io.models.opening import read_model
     from vomstudio.studio.world_models import find_project_model
 
     loaded = read_model(path, progress)
-    return place_as_recorded(loaded, find_project_model(project, loaded))
+    return apply_recorded_placement(loaded, find_project_model(project, loaded))
 
 
-def place_as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
+def apply_recorded_placement(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
     """Return a model with the placement stored in its record.
 
     Parameters

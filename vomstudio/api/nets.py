@@ -14,7 +14,7 @@ from vomstudio.api.checking import (
     to_list,
     wrong_type,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.tables import Azimuth, to_orientation_table
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -182,16 +182,16 @@ def stereonet(
         line_width_pt=line_width_pt,
         grey=grey,
     )
-    with arguments_named(StereonetFigure):
+    with name_arguments_in_errors(StereonetFigure):
         style = FigureStyle.from_options(figure)
-    with arguments_named(StereonetOptions):
+    with name_arguments_in_errors(StereonetOptions):
         contents = read_wishes(options)
     if ax is not None and not is_stereonet_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
         raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
     rows = to_orientation_table(table, azimuth)
-    with arguments_named(StereonetOptions):
+    with name_arguments_in_errors(StereonetOptions):
         net = net_of_table(
             rows,
             options.by,
@@ -207,17 +207,17 @@ def stereonet(
 
 
 def _texts(values: Any, name: str, count: int) -> tuple[str, ...]:
-    """Format angles as options of the command. Raises InputError if they are invalid."""
+    """Format angles for the options of the command. Raises InputError if they are invalid."""
     return tuple(join_angles(each, name, count) for each in to_list(values, name))
 
 
 def _levels_text(levels: Any) -> str:
-    """Format levels as an option of the command. Raises InputError if they are invalid."""
+    """Format levels for the options of the command. Raises InputError if they are invalid."""
     return join_numbers([required_number(each, "levels") for each in to_list(levels, "levels")])
 
 
 def _size_text(size: Any) -> str:
-    """Format a size as an option of the command. Raises InputError if it is invalid."""
+    """Format a size for the options of the command. Raises InputError if it is invalid."""
     try:
         width, height = size
     except (TypeError, ValueError):
@@ -300,7 +300,7 @@ def rose(
     if ax is not None and getattr(ax, "name", None) != "rectilinear":
         raise wrong_type(ax, "matplotlib.axes.Axes", "ax")
     rows = to_orientation_table(table, azimuth)
-    with arguments_named(RoseOptions):
+    with name_arguments_in_errors(RoseOptions):
         roses = roses_of_table(
             rows,
             options.of or ("strike" if rows.is_plane.any() else "trend"),

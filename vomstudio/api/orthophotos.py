@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import check_flag, errors_named, optional_path, to_path, warn
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.checking import check_flag, name_argument_in_errors, optional_path, to_path, warn
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.api.sets import fold as fold_of
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import html_table, text_table
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
@@ -79,13 +79,13 @@ class Orthophoto(OrthophotoFigures):
     True
     """
 
-    image: ByteArray = field(metadata=HIDDEN)
-    depth: Float32Array = field(metadata=HIDDEN)
+    image: ByteArray = field(metadata=HIDDEN_IN_JSON)
+    depth: Float32Array = field(metadata=HIDDEN_IN_JSON)
     fold: FoldView | None
     warnings: tuple[Finding, ...]
-    _model: Mesh | PointCloud = field(metadata=HIDDEN)
-    _request: PlannedPicture = field(metadata=HIDDEN)
-    _picture: DrawnPicture = field(metadata=HIDDEN)
+    _model: Mesh | PointCloud = field(metadata=HIDDEN_IN_JSON)
+    _request: PlannedPicture = field(metadata=HIDDEN_IN_JSON)
+    _picture: DrawnPicture = field(metadata=HIDDEN_IN_JSON)
 
     def save(
         self, path: str | Path, *, sheet: str | Path | None = None, force: bool = False
@@ -114,7 +114,7 @@ class Orthophoto(OrthophotoFigures):
             If a file exists or cannot be written.
         """
         file, sheet_path = to_path(path, "path"), optional_path(sheet, "sheet")
-        with errors_named("path", "--output"):
+        with name_argument_in_errors("path", "--output"):
             written = write_orthophoto(
                 self._model._data,
                 self._request.plan,
@@ -155,7 +155,7 @@ def orthophoto(
     fold: Any = None,
     gsd_m: float | None = None,
     flip: bool = False,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
 ) -> Orthophoto:
     """Create an orthographic image of a model along a view direction, in memory.
 
@@ -218,9 +218,9 @@ def orthophoto(
     report = to_progress(progress)
     table = fold
     if fold is not None and not isinstance(fold, TableFold):
-        with errors_named("fold", "table"):
+        with name_argument_in_errors("fold", "table"):
             table = fold_of(fold)
-    with arguments_named(OrthoOptions):
+    with name_arguments_in_errors(OrthoOptions):
         direction = direction_of(options, table)
     data = to_model(model)
     source = data._source

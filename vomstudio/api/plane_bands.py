@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import errors_named, positive
+from vomstudio.api.checking import name_argument_in_errors, require_positive
 from vomstudio.api.checking import points as checked
 from vomstudio.api.tables import to_orientation_table
 from vomstudio.core.errors import GeometryError
@@ -123,7 +123,7 @@ def plane_of_crossing(
 
 
 def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | None:
-    resolution_m = positive(resolution_m, "resolution_m")
+    resolution_m = require_positive(resolution_m, "resolution_m")
     array = checked(points, name)
-    with errors_named(name):
+    with name_argument_in_errors(name):
         return find_plane_band(fit_plane(array), resolution_m=resolution_m)

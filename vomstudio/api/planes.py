@@ -13,7 +13,7 @@ from vomstudio.api.checking import (
     coordinate_names,
     numbers,
     points,
-    positive,
+    require_positive,
     requires_type,
     to_list,
     to_plane,
@@ -351,7 +351,7 @@ def fit_plane(
     array = _points(points)
     single_group = _Groups([None], array, np.array([0, len(array)]))
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
-    fitted = _fitted(single_group, options, resolution_m)
+    fitted = _fit_groups(single_group, options, resolution_m)
     if not fitted.rows:
         raise GeometryError(fitted.skipped[0]["reason"])
     return to_plane_fit(fitted.rows[0])
@@ -404,7 +404,7 @@ def fit_planes(
     """
     point_groups = to_groups(groups, by)
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
-    fitted = _fitted(point_groups, options, resolution_m)
+    fitted = _fit_groups(point_groups, options, resolution_m)
     if not fitted.rows:
         first_skipped = fitted.skipped[0]
         raise GeometryError(
@@ -517,8 +517,8 @@ class _Groups:
     messages: Sequence[Finding] = ()
 
 
-def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) -> FittedPlanes:
-    resolution_m = positive(resolution_m, "resolution_m")
+def _fit_groups(groups: _Groups, options: FitOptions, resolution_m: float | None) -> FittedPlanes:
+    resolution_m = require_positive(resolution_m, "resolution_m")
     return fitted_planes(
         groups.ids,
         groups.points,

@@ -10,15 +10,15 @@ from typing import Any, Literal, Self
 from vomstudio.api import feature_tables
 from vomstudio.api.checking import (
     check_flag,
-    errors_named,
+    name_argument_in_errors,
     optional_text,
     points,
     required_text,
     to_path,
     warn,
 )
-from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
-from vomstudio.api.models import Mesh, PointCloud, place_as_recorded
+from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
+from vomstudio.api.models import Mesh, PointCloud, apply_recorded_placement
 from vomstudio.api.planes import LineFit, PlaneFit, to_line_fit, to_plane_fit
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.core.findings import Finding, finding_of
@@ -103,10 +103,10 @@ class Project:
     [['B01', 38.0, 'good']]
     """
 
-    def __init__(self, desk: HeadlessProject) -> None:
-        self._desk: HeadlessProject | None = desk
-        self._folder = desk.project.folder
-        self._measurements = Measurements(desk.settings.thresholds)
+    def __init__(self, project: HeadlessProject) -> None:
+        self._desk: HeadlessProject | None = project
+        self._folder = project.project.folder
+        self._measurements = Measurements(project.settings.thresholds)
 
     # --- opening and closing ------------------------------------------------------------------
     @classmethod
@@ -350,7 +350,7 @@ class Project:
         vs.errors.InputError, vs.errors.UsageError
         """
         options = frame_options(crs, up, unit, to_crs)
-        with frame_arguments_named():
+        with name_frame_arguments_in_errors():
             added = self._open_desk().add_model(to_path(path, "path"), options)
         warn(added.warnings, notes=True)
         return added.model.id
@@ -401,10 +401,10 @@ class Project:
         # Check before the edit, because the journal would be unreadable with any other value.
         part = optional_text(domain, "domain") or ""
         picks = Picks(optional_text(name, "name") or "", _points(points), domain=part)
-        with errors_named("type", "--type"):
+        with name_argument_in_errors("type", "--type"):
             feature_type = desk.find_type(required_text(type, "type"))
             group = optional_text(set, "set") or ""
-        with errors_named("model", "--model"):
+        with name_argument_in_errors("model", "--model"):
             on = desk.find_model(model_name)
         added = desk.add_picks([picks], on, feature_type, group)
         warn(added.warnings)
@@ -475,7 +475,7 @@ class Project:
         records = self._records
         refuse_empty(records, self._folder)
         thresholds = self._measurements.default_thresholds
-        with errors_named("format", "--to"):
+        with name_argument_in_errors("format", "--to"):
             table = export_records(records, arguments, target, force=replace, thresholds=thresholds)
         warn(
             Finding("feature.left-out", feature=item["name"], reason=item["reason"])
@@ -496,7 +496,7 @@ class Project:
     def _read(self, model_id: str) -> Mesh | PointCloud:
         desk = self._open_desk()
         model = desk.find_model(model_id)
-        return place_as_recorded(desk.read_model(model), model)
+        return apply_recorded_placement(desk.read_model(model), model)
 
     def _figures(self) -> dict[str, Any]:
         if self._desk is None:

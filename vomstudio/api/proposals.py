@@ -7,9 +7,9 @@ from typing import Any
 
 from vomstudio.api.checking import path_text
 from vomstudio.api.comparisons import is_array, load_placed
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import to_model
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.proposals.traces import ProposedTraces
 from vomstudio.extraction.trace_options import ProposalOptions
@@ -22,7 +22,7 @@ def propose_traces(
     min_length_m: float | None = None,
     max_lines: int = 50,
     onnx_model: str | Path | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> ProposedTraces:
     """Propose lines on a model that exceed its noise, most reliable first.
@@ -108,7 +108,7 @@ def propose_traces(
     report = to_progress(progress, cancel)
     with (
         open_edge_finder(options.onnx_model, report, cancel) as edges,
-        arguments_named(ProposalOptions),
+        name_arguments_in_errors(ProposalOptions),
     ):
         data, crs, _ = load_placed(model if is_array(model) else to_model(model), "model")
         spacing = resolution(data)

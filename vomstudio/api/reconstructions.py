@@ -15,8 +15,8 @@ from vomstudio.api.checking import (
     to_path,
     warn,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
@@ -35,7 +35,7 @@ def reconstruct(
     seed: int = 0,
     device: Literal["auto", "cpu", "cuda"] = "auto",
     region: Sequence[float] | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> Reconstruction:
     """Reconstruct a dense cloud and a textured mesh from photos, in a separate process.
@@ -113,7 +113,7 @@ def reconstruct(
         device=device,
         region=None if region is None else join_numbers(numbers(region, "region")),
     )
-    with arguments_named(ReconstructOptions):
+    with name_arguments_in_errors(ReconstructOptions):
         order, findings = reconstruction_request(
             to_path(photos, "photos"), to_path(folder, "folder"), options
         )

@@ -22,8 +22,8 @@ from vomstudio.api.checking import (
     warn,
     wrong_shape,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
@@ -69,7 +69,7 @@ def register(
     up: Literal["y", "z"] | None = None,
     unit: str | None = None,
     without: Sequence[str] | str = (),
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> Placed:
     """Register a model to the World frame by points or other observations.
@@ -216,7 +216,7 @@ def register(
             if value is not None:
                 raise requires_type(name, "model_points", "numpy.ndarray")
         path = str(to_path(model_points, "model_points"))
-        with arguments_named(RegisterOptions):
+        with name_arguments_in_errors(RegisterOptions):
             placement = register_model(path, options, report).placed
     else:
         for name in observations:
@@ -251,7 +251,7 @@ def _path_or_beside(value: Any, name: str) -> str | None:
 
 
 def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
-    """Format rows of numbers as options of the command. Raises InputError if invalid."""
+    """Format rows of numbers for the options of the command. Raises InputError if invalid."""
     if value is None or (isinstance(value, Sized) and len(value) == 0):
         return ()
     array = numbers(value, name) if _is_flat(value) else None

@@ -1,4 +1,4 @@
-"""Progress and cancellation of long-running tasks."""
+"""Progress display and cancellation of long-running tasks."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Callable
 from typing import Any
 
 from vomstudio.api.checking import wrong_type
-from vomstudio.core.progress import CancelToken, Progress, Silent
+from vomstudio.core.progress import CancelToken, Progress, SilentProgress
 
-Reported = Callable[[str, int, int | None], Any] | Progress | None
+ProgressArgument = Callable[[str, int, int | None], Any] | Progress | None
 """Callable with (stage, completed steps, total steps or None), or object with `stage`, `step`."""
 
 
 class _CallbackProgress:
-    """Progress that calls a function."""
+    """Progress that calls a function given by the caller."""
 
     def __init__(self, call: Callable[[str, int, int | None], Any]) -> None:
         self._call = call
@@ -28,7 +28,7 @@ class _CallbackProgress:
         self._call(self._stage, done, self._total)
 
 
-class _Cancellable:
+class _CancellableProgress:
     """Progress that raises Cancelled once a token is set."""
 
     def __init__(self, progress: Progress, token: CancelToken) -> None:
@@ -43,7 +43,7 @@ class _Cancellable:
         self._progress.step(done)
 
 
-def _takes_three(call: Callable[..., Any]) -> bool:
+def _accepts_three_arguments(call: Callable[..., Any]) -> bool:
     try:
         inspect.signature(call).bind("", 0, None)
     except TypeError:
@@ -53,7 +53,7 @@ def _takes_three(call: Callable[..., Any]) -> bool:
     return True
 
 
-def to_progress(progress: Reported, cancel: CancelToken | None = None) -> Progress:
+def to_progress(progress: ProgressArgument, cancel: CancelToken | None = None) -> Progress:
     """Convert the `progress` argument to a Progress.
 
     Parameters
@@ -73,11 +73,11 @@ def to_progress(progress: Reported, cancel: CancelToken | None = None) -> Progre
         raise wrong_type(cancel, "vs.CancelToken", "cancel")
     reporter: Progress
     if progress is None:
-        reporter = Silent()
+        reporter = SilentProgress()
     elif hasattr(progress, "stage") and hasattr(progress, "step"):
         reporter = progress
-    elif callable(progress) and _takes_three(progress):
+    elif callable(progress) and _accepts_three_arguments(progress):
         reporter = _CallbackProgress(progress)
     else:
         raise wrong_type(progress, "function(stage, done, total)", "progress")
-    return reporter if cancel is None else _Cancellable(reporter, cancel)
+    return reporter if cancel is None else _CancellableProgress(reporter, cancel)

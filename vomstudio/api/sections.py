@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.api.checking import check_flag, numbers, refuse_rows, to_path, wrong_shape
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
 from vomstudio.core.arrays import FloatArray
@@ -187,7 +187,7 @@ def section(
         flip=flip,
         slab_m=slab_m,
     )
-    with arguments_named(SectionOptions):
+    with name_arguments_in_errors(SectionOptions):
         if section_line is None:
             curtain = curtain_of_options(options)
         else:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from vomstudio.api.checking import join_numbers, numbers, plane_text, to_list, warn
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.tables import Azimuth, frame_of_table, to_orientation_table
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.sets.proposals import SetProposal, propose_sets
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.io.gate.point_tables import read_places
@@ -22,7 +22,7 @@ from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, piece
 class ProposedSets(SetProposal):
     """Proposed sets; ``table`` has the columns ``set`` ("" if none) and ``set_probability``."""
 
-    table: Any = field(default=None, metadata=HIDDEN)
+    table: Any = field(default=None, metadata=HIDDEN_IN_JSON)
 
 
 def sets(
@@ -102,7 +102,7 @@ def sets(
     )
     placed = read_places(rows)
     places = None if placed is None else placed.points
-    with arguments_named(SetOptions):
+    with name_arguments_in_errors(SetOptions):
         proposal = propose_sets(rows, options, pieces=pieces_of(rows, places))
     # A DataFrame keeps its columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")

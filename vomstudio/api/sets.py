@@ -7,15 +7,15 @@ from typing import Any, Literal
 
 from vomstudio.api.checking import (
     column_name,
-    errors_named,
     is_path,
+    name_argument_in_errors,
     optional_text,
     to_list,
     to_path,
     to_plane,
     warn,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.tables import Azimuth, to_orientation_table, to_text_table
 from vomstudio.geology.coverage.repeat_options import RepeatOptions
 from vomstudio.geology.coverage.table_repeats import TableRepeats, table_repeats
@@ -97,7 +97,7 @@ def stats(
         StatisticsOptions, by=column_name(by), directed=directed, weights=weights
     )
     rows = to_orientation_table(table, azimuth)
-    with arguments_named(StatisticsOptions):
+    with name_arguments_in_errors(StatisticsOptions):
         result = table_statistics(rows, options)
     warn(result.warnings[len(rows.warnings) :])
     return result
@@ -182,7 +182,7 @@ def fold(
         by=column_name(by),
         waviness_deg=waviness_deg,
     )
-    with arguments_named(FoldOptions):
+    with name_arguments_in_errors(FoldOptions):
         result = table_fold(rows, options)
     warn(result.warnings[len(rows.warnings) :])
     return result
@@ -251,7 +251,7 @@ def slope(
     options = options_from_arguments(
         SlopeOptions, friction_deg=friction_deg, lateral_deg=lateral_deg, limits=limits
     )
-    with errors_named("face", "--face"):
+    with name_argument_in_errors("face", "--face"):
         slope = slope_face(to_plane(face, "face"), options)
     rows = to_orientation_table(table, azimuth)
     result = table_slope(rows, slope)

@@ -8,8 +8,8 @@ import numpy as np
 
 from vomstudio.api.checking import warn, wrong_type
 from vomstudio.api.comparisons import load_placed
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
 from vomstudio.products.surface.patch import extract_around, parse_around
@@ -22,7 +22,7 @@ def surface(
     around: Any = None,
     noise_m: float | None = None,
     gsd_m: float | None = None,
-    progress: Reported = None,
+    progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> SurfaceFigures:
     """Measure the deviation of a patch from its plane, and its roughness.
@@ -85,7 +85,7 @@ def surface(
         gsd_m=gsd_m,
     )
     data, crs, _ = load_placed(model, "model")
-    with arguments_named(SurfaceOptions):
+    with name_arguments_in_errors(SurfaceOptions):
         if options.around is not None:
             data = extract_around(data, *parse_around(options.around))
         result = analyse(
@@ -101,7 +101,7 @@ def surface(
 
 
 def _around_text(value: Any) -> str:
-    """Return ((x, y, z), radius) as the option takes it. Raises UsageError."""
+    """Format ((x, y, z), radius) for the option of the command. Raises UsageError."""
     try:
         place, radius = value
         return ",".join(map(repr, [*np.asarray(place, float).tolist(), float(radius)]))

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from vomstudio.api.checking import (
     check_flag,
-    errors_named,
+    name_argument_in_errors,
     optional_path,
     required_text,
     to_path,
     warn,
 )
-from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, to_progress
+from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
+from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.reading import PhotoFolder
 from vomstudio.photogrammetry.survey.folder_check import FolderCheck
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.survey.plan_camera import PlanCamera
 
 
-def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder:
+def read_photos(folder: str | Path, *, progress: ProgressArgument = None) -> PhotoFolder:
     """Read the metadata of the photos in a folder, without decoding them.
 
     Parameters
@@ -65,7 +65,7 @@ def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder
 
 
 def check(
-    folder: str | Path, *, distance_m: float | None = None, progress: Reported = None
+    folder: str | Path, *, distance_m: float | None = None, progress: ProgressArgument = None
 ) -> FolderCheck:
     """Check a set of photos before alignment, and recommend what to shoot next time.
 
@@ -203,11 +203,11 @@ def plan(
         control_m=control_m,
     )
     page, replace = optional_path(sheet, "sheet"), check_flag(force, "force")
-    with errors_named("sheet", "--output"):
+    with name_argument_in_errors("sheet", "--output"):
         if page is not None:
             check_format(page)
             check_target(page, force=replace)
-    with arguments_named(PlanOptions):
+    with name_arguments_in_errors(PlanOptions):
         plan = plan_survey(_camera(camera, options.focal_mm), options)
     plan = add_forecasts(plan, options.receiver_m, options.control_m)
     if page is not None:

@@ -235,15 +235,15 @@ def _table_findings(table: OrientationTable) -> list[Finding]:
 def _arrays(value: Any, name: str) -> Any:
     names = ("dip_direction", "dip")
     if isinstance(value, Mapping) or not isinstance(value, Sequence | np.ndarray):
-        raise _not_a_table(value, name)
+        raise _not_a_table_error(value, name)
     if len(value) != 2:
-        raise _not_a_table(value, name)
+        raise _not_a_table_error(value, name)
     azimuth, dip = pairs(value[0], value[1], names)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
     return table_from_cells(names, cells, TABLE_IN_MEMORY)
 
 
-def _not_a_table(value: Any, name: str) -> InputError:
+def _not_a_table_error(value: Any, name: str) -> InputError:
     return wrong_type(value, "pandas.DataFrame, str, pathlib.Path, (dip_directions, dips)", name)
 
 

@@ -1,6 +1,6 @@
 """Command-line interface, with one module per command."""
 
 from vomstudio.cli.common.entry import main
-from vomstudio.cli.common.first_word import COMMANDS, is_for_window
+from vomstudio.cli.common.first_word import COMMANDS, opens_window
 
-__all__ = ["COMMANDS", "is_for_window", "main"]
+__all__ = ["COMMANDS", "main", "opens_window"]

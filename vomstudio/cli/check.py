@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -41,13 +41,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 
-    options, scene = options_from(args, CheckOptions), None
+    options, scene = parse_options(args, CheckOptions), None
     if args.scene is not None:
         from vomstudio.photogrammetry.base.scene import SparseScene
         from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
         scene = SparseScene.load(stage_folder(Path(args.scene), "frame") or args.scene)
-    checked, folder = check_folder(args.photos, options.distance_m, progress_of(args))
+    checked, folder = check_folder(args.photos, options.distance_m, progress_reporter(args))
     out.text(_result_text(checked))
     if scene is not None:
         from vomstudio.photogrammetry.align.scene_check import check_scene

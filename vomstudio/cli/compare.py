@@ -13,12 +13,12 @@ from vomstudio.cli.common.arguments import (
     add_azimuth,
     add_command,
     add_output,
-    progress_of,
+    progress_reporter,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.findings import Finding
@@ -78,12 +78,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.registration.overlap import crs_findings
     from vomstudio.studio.world_models import read_comparison_model, read_in_world
 
-    options = options_from(args, CompareOptions)
+    options = parse_options(args, CompareOptions)
     if args.output is not None:
         choose_writer(Path(args.output))
         check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
-    agreed = None if args.orientations is None else _agreement(args)
-    progress = progress_of(args)
+    agreed = None if args.orientations is None else _compare_planes(args)
+    progress = progress_reporter(args)
     frame = frame_options(args)
     model = read_in_world(args.model, progress, frame, args.project)
     benchmark = read_comparison_model(args.benchmark, progress, args.project, frame)
@@ -106,7 +106,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             if model.registration is None
             else model.registration.placing_error_m(model.data.bounds)
         )
-    with numbers_of(args.model):
+    with name_input_in_errors(args.model):
         comparison_result = compare(
             model.data,
             benchmark.data,
@@ -117,7 +117,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = comparison_result.to_dict()
     warnings += comparison_result.warnings
     if args.output is not None:
-        warnings += _written(args, model, benchmark, comparison_result)
+        warnings += _write_files(args, model, benchmark, comparison_result)
         result["out"] = args.output
     if agreed is not None:
         result["orientations"] = agreed.to_dict()
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(_agreement_text(agreed))
 
 
-def _agreement(args: argparse.Namespace) -> Agreement:
+def _compare_planes(args: argparse.Namespace) -> Agreement:
     from vomstudio.geology.model_agreement import compare_orientations
     from vomstudio.io.text.oriented_planes import read_planes
 
@@ -138,7 +138,7 @@ def _agreement(args: argparse.Namespace) -> Agreement:
         report_reading(args, path)
         tables.append(read_planes(path, args.azimuth))
     table, other_table = tables
-    progress_of(args).stage(tr("Comparing orientations"))
+    progress_reporter(args).stage(tr("Comparing orientations"))
     return compare_orientations(table, other_table)
 
 
@@ -166,7 +166,7 @@ def _agreement_text(comparison: Agreement) -> str:
     return "\n".join(lines)
 
 
-def _written(
+def _write_files(
     args: argparse.Namespace, model: WorldModel, benchmark: WorldModel, comparison: Comparison
 ) -> list[Finding]:
     from vomstudio.io.models.model_copy import companions
@@ -183,7 +183,7 @@ def _written(
             benchmark.loaded.path,
             *companions(benchmark.loaded.path),
         ],
-        progress=progress_of(args),
+        progress=progress_reporter(args),
         registration=model.registration_in_world,
     )
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, add_project
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
@@ -51,10 +51,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.elevation.planning import plan_heights, reference_plane
     from vomstudio.studio.world_models import read_in_world
 
-    options, files = options_from(args, DemOptions), options_from(args, DemFiles)
+    options, files = parse_options(args, DemOptions), parse_options(args, DemFiles)
     plane = reference_plane(options.plane)
     writing.check_targets(args.output, files, force=args.force)
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     try:
         plan = plan_heights(

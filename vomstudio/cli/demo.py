@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, progress_of
+from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, progress_reporter
 from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.reporting import Reporter
@@ -73,8 +73,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     folder = Path(args.output)
     _prepare(folder)
-    progress = progress_of(args)
-    watch = _Watch(progress, 4 if args.without_photos else 5)
+    progress = progress_reporter(args)
+    watch = _StepReporter(progress, 4 if args.without_photos else 5)
     files: list[Path] = []
     notes: list[Finding] = []
     warnings: list[Finding] = []
@@ -181,7 +181,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     }
 
 
-class _Watch:
+class _StepReporter:
     """Reporter of the numbered steps of the demo, which records their durations in seconds."""
 
     def __init__(self, progress: Reporter, count: int) -> None:

@@ -8,9 +8,9 @@ from typing import Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -45,11 +45,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.faults.displacement_pairs import displacements
     from vomstudio.io.gate.point_tables import read_pairs
 
-    options = options_from(args, DisplacementOptions)
+    options = parse_options(args, DisplacementOptions)
     progress = report_reading(args, args.pairs)
     pairs = read_pairs(args.pairs, frame_options(args))
     progress.stage(tr("Computing displacements"))
-    with numbers_of(args.pairs):
+    with name_input_in_errors(args.pairs):
         displacement = displacements(pairs.names, pairs.points[:, :3], pairs.points[:, 3:], options)
     displacement = replace(displacement, warnings=(*pairs.warnings, *displacement.warnings))
     result = displacement.to_dict()

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
 from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
@@ -41,14 +41,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.project.exports.export import export_project
 
     table = export_project(
-        Path(args.project), args.to, Path(args.output), force=args.force, progress=progress_of(args)
+        Path(args.project),
+        args.to,
+        Path(args.output),
+        force=args.force,
+        progress=progress_reporter(args),
     )
     files = [str(path) for path in table.files]
     result: dict[str, Any] = {"files": files, "n": len(table.rows), "skipped": table.skipped}
     if table.layers:
         result["layers"] = dict(table.layers)
     out.result(result)
-    out.warn(_left_out(table.skipped))
+    out.warn(_skipped_findings(table.skipped))
     out.text(
         tr_n(
             "{files}: {count} feature",
@@ -59,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _left_out(skipped: Sequence[Mapping[str, Any]]) -> list[Finding]:
+def _skipped_findings(skipped: Sequence[Mapping[str, Any]]) -> list[Finding]:
     """Return one finding per feature, or a single one for many with the same reason."""
     names: dict[Finding, list[str]] = {}
     for item in skipped:

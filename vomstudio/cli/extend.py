@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.findings import Finding
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.section.extension import extend, format_of, write_traces
     from vomstudio.studio.world_models import read_in_world
 
-    options = options_from(args, ExtendOptions)
+    options = parse_options(args, ExtendOptions)
     options.check_points(args.points, "POINTS")
     format_of(args.output)
     inputs = [args.model, *([args.points] if args.points else [])]
@@ -75,9 +75,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.labels is not None:
         choose_writer(Path(args.labels))
         check_target(args.labels, force=args.force, inputs=[*inputs, args.output])
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args))
-    belief, findings = _belief(options, args.points, model)
+    belief, findings = _plane_estimate(options, args.points, model)
     progress.stage(tr("Extending the plane"))
     extension = extend(model.data, belief, options)
     progress.stage(tr("Writing the results"))
@@ -100,10 +100,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_result_text(extension, unit_of(model.has_metric_unit)))
 
 
-def _belief(
+def _plane_estimate(
     options: ExtendOptions, points: str | None, model: WorldModel
 ) -> tuple[PlaneEstimate, tuple[Finding, ...]]:
-    """Return the plane with its error in the World frame."""
+    """Return the plane with the errors of its position and attitude in the World frame."""
     from vomstudio.geology.beds.extended import (
         plane_estimate_from_attitude,
         plane_estimate_from_fit,
@@ -117,7 +117,7 @@ def _belief(
     if points is not None:
         point_table = read_points(points, model=ModelFrame(model.crs))
         groups = point_table.groups
-        with numbers_of(points):
+        with name_input_in_errors(points):
             return plane_estimate_from_fit(fit_plane(groups.points)), groups.warnings
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
@@ -142,7 +142,7 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
     lines = [
         tr(
             "Plane {plane} (95 %), carried on over the model.",
-            plane=text_tables.measured_plane(vars(extension), "max_error95_deg"),
+            plane=text_tables.plane_with_error(vars(extension), "max_error95_deg"),
         ),
         text_tables.table(heads, ["", *[unit] * 4], rows),
     ]

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import (
     add_frame,
     add_project,
@@ -16,7 +16,7 @@ from vomstudio.cli.common.frames_of_models import (
     unknown_unit,
 )
 from vomstudio.cli.common.labelled_models import write_labelled
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.words import tr
@@ -61,22 +61,22 @@ def run(args: argparse.Namespace, out: Output) -> None:
     UsageError, InputError, GeometryError, TargetError
     """
     from vomstudio.core.files.atomic import check_target
-    from vomstudio.extraction.facet_search import search
+    from vomstudio.extraction.facet_search import search_facets
     from vomstudio.geology.profiles import DEFAULTS
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.project.tables.orientation_table import write_orientation_csv
     from vomstudio.studio.world_models import read_in_world
 
-    options = options_from(args, FacetOptions)
+    options = parse_options(args, FacetOptions)
     check_target(args.output, force=args.force, inputs=[args.model])
     if args.labels is not None:
         choose_writer(Path(args.labels))
         check_target(args.labels, force=args.force, inputs=[args.model, args.output])
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     warnings = list(model.warnings)
-    with numbers_of(args.model):
-        facet_table = search(
+    with name_input_in_errors(args.model):
+        facet_table = search_facets(
             model.data,
             options,
             model=Path(args.model).name,
@@ -111,7 +111,7 @@ def _result_text(facet_table: FacetTable) -> str:
     rows = [
         [
             str(row["id"]),
-            text_tables.measured_plane(row),
+            text_tables.plane_with_error(row),
             text_tables.figures(row["area_m2"]),
             str(row["n_points"]),
             row["quality"],

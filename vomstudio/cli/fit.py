@@ -14,9 +14,9 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.project.tables.fitted_planes import fitted_planes
     from vomstudio.project.tables.orientation_table import write_orientation_csv
 
-    options, together = options_from(args, FitOptions), options_from(args, FitTogether)
+    options, together = parse_options(args, FitOptions), parse_options(args, FitTogether)
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
     plot_format = None if args.plot is None else _plot_format(args)
@@ -83,11 +83,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if together.parallel or together.curved:
         progress.stage(tr("Fitting all traces together"))
     parallel = _parallel(args.points, together.same, groups) if together.parallel else None
-    curved = curved_beds.fitted(args.points, groups) if together.curved else None
+    curved = curved_beds.fit_curved_bed(args.points, groups) if together.curved else None
     bands = straight_traces.figures_by_trace(fitted.bands, priors)
     crossing = straight_traces.crossings(together.crossing, groups.ids, fitted.bands)
     if not rows and parallel is None and curved is None:
-        raise _nothing_fitted(args.points, options.by, skipped)
+        raise _no_fit_error(args.points, options.by, skipped)
     progress.stage(tr("Writing the results"))
     result: dict[str, Any] = {
         "planes": rows,
@@ -144,11 +144,11 @@ def _plot_format(args: argparse.Namespace) -> str:
     return format_
 
 
-def _parallel(path: str, same: Sequence[str], groups: PointGroups) -> ParallelBeds:
+def _parallel(path: str, same_bed_pairs: Sequence[str], groups: PointGroups) -> ParallelBeds:
     from vomstudio.geology.beds.parallel import parallel_beds
 
-    pairs = [straight_traces.trace_pair(text, groups.ids, "--same") for text in same]
-    with numbers_of(path, "--parallel"):
+    pairs = [straight_traces.trace_pair(text, groups.ids, "--same") for text in same_bed_pairs]
+    with name_input_in_errors(path, "--parallel"):
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
 
 
@@ -156,7 +156,7 @@ def _parallel_text(parallel: ParallelBeds) -> str:
     summary = tr(
         "Parallel planes together: {plane} (dip direction/dip, 95 %; {smallest} deg at least), "
         "rms {rms} m, p of being parallel {p}",
-        plane=text_tables.measured_plane(vars(parallel), "max_confidence95_deg"),
+        plane=text_tables.plane_with_error(vars(parallel), "max_confidence95_deg"),
         smallest=text_tables.figures(parallel.min_confidence95_deg),
         rms=text_tables.figures(parallel.rms_m),
         p=text_tables.figures(parallel.p_parallel),
@@ -192,7 +192,7 @@ def _parallel_text(parallel: ParallelBeds) -> str:
     return "\n".join([summary, beds, *([pairs] if parallel.same else [])])
 
 
-def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, Any]]) -> GeometryError:
+def _no_fit_error(path: str, by: str | None, skipped: list[dict[str, Any]]) -> GeometryError:
     first_skipped = skipped[0]
     if by is None:
         return GeometryError(first_skipped["reason"], file=path)
@@ -224,7 +224,7 @@ def _result_text(rows: list[dict[str, Any]]) -> str:
         [
             str(row["id"]),
             str(row["n_points"]),
-            text_tables.measured_plane(row),
+            text_tables.plane_with_error(row),
             "-"
             if row["undefined"]
             else format_azimuth(row["strike_rhr_deg"], attitude_decimals(row["total95_deg"])),

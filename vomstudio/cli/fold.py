@@ -13,7 +13,7 @@ from vomstudio.cli.common.arguments import (
     add_command,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr
 from vomstudio.geology.fold_options import FoldOptions
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.table_folds import table_fold
     from vomstudio.io.text.orientation_reading import read_orientations
 
-    options = options_from(args, FoldOptions)
+    options = parse_options(args, FoldOptions)
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Finding the fold axis"))
@@ -57,8 +57,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_result_text(fold_result))
 
 
-def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the error due to the registration, if known."""
+def _registration_rows(beta: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the text rows about the registration error of a fold axis, if it is known."""
     if beta["registration_error_deg"] is None:
         return []
     text = tr("{error:.1f} deg (95 %)", error=beta["registration_error_deg"])
@@ -89,7 +89,7 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
         text = tr("{limbs}, of overturned beds where they are flagged", limbs=text)
     axial = tr(
         "{plane}  dip direction/dip, joint 95 %",
-        plane=text_tables.measured_plane(
+        plane=text_tables.plane_with_error(
             {**limbs["axial_plane"], "error95_deg": limbs["axial_plane_error95_deg"]},
             "error95_deg",
         ),
@@ -118,13 +118,13 @@ def _pairs(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
     return rows
 
 
-def _worst(worst: dict[str, Any] | None) -> list[tuple[str, str]]:
-    if worst is None:
+def _weakest_axis_rows(weakest_axis: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if weakest_axis is None:
         return []
     text = tr(
         "beta turns by {turn:.1f} deg at most, without plane {id}",
-        turn=worst["turn_deg"],
-        id=worst["id"],
+        turn=weakest_axis["turn_deg"],
+        id=weakest_axis["id"],
     )
     return [(tr("leave one out"), text)]
 
@@ -160,9 +160,9 @@ def _result_text(fold: TableFold) -> str:
             ("  " + tr("left out"), f"{each.n} {each.what}: {each.reason}")
             for each in fold.left_out
         ),
-        (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.measured_line(beta))),
+        (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.line_with_error(beta))),
         ("  " + tr("confidence"), confidence),
-        *_registered(beta),
+        *_registration_rows(beta),
         (
             tr("pi-plane"),
             tr(
@@ -173,7 +173,7 @@ def _result_text(fold: TableFold) -> str:
         ),
         *_limbs(result["limbs"]),
         *_pairs(result["pairs"]),
-        *_worst(result["leave_one_out"]),
+        *_weakest_axis_rows(result["leave_one_out"]),
         *_domains(fold.domains),
         (
             tr("verdict"),
@@ -185,4 +185,4 @@ def _result_text(fold: TableFold) -> str:
         ),
     ]
     reasons = (f"  - {reason}" for reason in fold.reasons)
-    return "\n".join([text_tables.labelled(rows, 14), *reasons])
+    return "\n".join([text_tables.label_lines(rows, 14), *reasons])

@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
@@ -55,15 +55,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
     from vomstudio.products.net.figure import picture_format
 
-    options = options_from(args, FractureOptions)
+    options = parse_options(args, FractureOptions)
     order = FractureOrder(Path(args.traces), options, frame_options(args))
     format_ = None
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         inputs = [p for p in (args.traces, args.area, args.scanline) if p is not None]
         check_target(args.plot, force=args.force, inputs=inputs)
-    with numbers_of(args.area or args.traces):
-        mapped = map_fractures(order, progress=progress_of(args))
+    with name_input_in_errors(args.area or args.traces):
+        mapped = map_fractures(order, progress=progress_reporter(args))
     if format_ is not None:
         from vomstudio.products.fractures.figure import write_fractures
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
 from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
@@ -41,9 +41,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     from vomstudio.photogrammetry.survey.video import take_frames
 
-    options = options_from(args, VideoFrameOptions)
+    options = parse_options(args, VideoFrameOptions)
     report = take_frames(
-        args.video, args.output, fps=options.fps, force=args.force, progress=progress_of(args)
+        args.video, args.output, fps=options.fps, force=args.force, progress=progress_reporter(args)
     )
     out.result(report.to_dict())
     out.warn(report.warnings)

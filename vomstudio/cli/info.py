@@ -11,7 +11,7 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
     add_command,
-    progress_of,
+    progress_reporter,
     report_reading,
 )
 from vomstudio.cli.common.output import Output
@@ -23,7 +23,7 @@ from vomstudio.core.words import tr, tr_n
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
-NOTHING: dict[str, Any] = {
+EMPTY_CONTENTS: dict[str, Any] = {
     "path": None,
     "kind": None,
     "points": None,
@@ -38,9 +38,9 @@ NOTHING: dict[str, Any] = {
     "warnings": [],
 }
 """Keys that the result contains for every file, with their default values."""
-TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
-PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
-GRIDS = {".tif", ".tiff"}
+TABLE_SUFFIXES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
+PICTURE_SUFFIXES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
+RASTER_SUFFIXES = {".tif", ".tiff"}
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out : Output
         Object that receives the results, warnings and progress.
     """
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     files: list[dict[str, Any]] = []
     first_error: dict[str, Any] | None = None
     for number, name in enumerate(args.files, start=1):
@@ -71,30 +71,30 @@ def run(args: argparse.Namespace, out: Output) -> None:
             progress.part(number, len(args.files))
         report_reading(args, name)
         try:
-            contents = _described(Path(name), progress)
+            contents = _describe_path(Path(name), progress)
         except InputError as error:
             out.error(f"vomstudio: {error}")
             first_error = first_error or error.to_dict()
-            contents = {**NOTHING, "error": error.to_dict()}
+            contents = {**EMPTY_CONTENTS, "error": error.to_dict()}
         else:
             out.text(_result_text(name, contents))
             out.warn([each.with_file(name) for each in contents.get("warnings", ())])
-        files.append({**NOTHING, **contents, "path": name})
+        files.append({**EMPTY_CONTENTS, **contents, "path": name})
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
         result["error"] = first_error
     out.result(result)
 
 
-def _described(path: Path, progress: Progress) -> dict[str, Any]:
-    """Return the contents of a file or folder. Raises InputError."""
+def _describe_path(path: Path, progress: Progress) -> dict[str, Any]:
+    """Describe the contents of a file or folder. Raises InputError."""
     if path.is_dir():
         return _folder(path, progress)
     ending = path.suffix.lower()
     readers: dict[bool, Callable[[Path], dict[str, Any]]] = {
-        ending in TABLES: lambda path: _table(path, progress),
-        ending in PICTURES: _picture,
-        ending in GRIDS: lambda path: _grid(path, progress),
+        ending in TABLE_SUFFIXES: lambda path: _table(path, progress),
+        ending in PICTURE_SUFFIXES: _picture,
+        ending in RASTER_SUFFIXES: lambda path: _grid(path, progress),
     }
     if True in readers:
         return readers[True](path)
@@ -107,7 +107,7 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     from vomstudio.project.folder import is_project
 
     if is_project(path):
-        return {**NOTHING, "kind": "project"}
+        return {**EMPTY_CONTENTS, "kind": "project"}
     from vomstudio.io.photos.reading import read_photos
 
     survey = read_photos(path, progress)
@@ -118,7 +118,7 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     ]
     placed = sum(photo.latitude_deg is not None for photo in photos)
     return {
-        **NOTHING,
+        **EMPTY_CONTENTS,
         "kind": "photos",
         # Two copies of a file still count as two photos in the folder.
         "photos": len(photos) + len(survey.duplicates),
@@ -184,7 +184,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
                 )
             )
     result = {
-        **NOTHING,
+        **EMPTY_CONTENTS,
         "kind": "table",
         "points": len(table),
         "faces": 0,
@@ -202,10 +202,10 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
         if not error.code.startswith("frame."):
             raise
         warnings += [*findings, Finding(error.code, **error.values)]
-    return result if stated.text is None else result | _place(path, progress)
+    return result if stated.text is None else result | _describe_points(path, progress)
 
 
-def _place(path: Path, progress: Progress) -> dict[str, Any]:
+def _describe_points(path: Path, progress: Progress) -> dict[str, Any]:
     """Describe points with a stated CRS as a cloud."""
     from vomstudio.io.models.opening import describe
 
@@ -236,13 +236,13 @@ def _picture(path: Path) -> dict[str, Any]:
             bands = list(image.getbands())
             tags = getattr(image, "tag_v2", None) or {}
     except UnidentifiedImageError as error:
-        if path.suffix.lower() in GRIDS:
+        if path.suffix.lower() in RASTER_SUFFIXES:
             from vomstudio.io.gis.raster import read_size_and_bands
 
             # Pillow does not support every number type and every number of bands.
             width, height, bands = read_size_and_bands(path)
             return {
-                **NOTHING,
+                **EMPTY_CONTENTS,
                 **(_map_placement(path) or {}),
                 "kind": "raster",
                 "width": width,
@@ -259,7 +259,7 @@ def _picture(path: Path) -> dict[str, Any]:
         if place is None:
             warnings.append(Finding("picture.place-unreadable"))
     return {
-        **NOTHING,
+        **EMPTY_CONTENTS,
         **(place or {}),
         "kind": "raster",
         "width": width,
@@ -292,7 +292,7 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     # Pillow does not support 64-bit numbers.
     width, height, bands = read_size_and_bands(path)
     return {
-        **NOTHING,
+        **EMPTY_CONTENTS,
         **result,
         "kind": "raster",
         "width": width,
@@ -356,4 +356,4 @@ def _result_text(name: str, contents: dict[str, Any]) -> str:
         rows.append((tr("CRS"), contents.get("crs") or tr("none in the file")))
     rows += [(t, ", ".join(map(str, contents[k]))) for k, t in lists.items() if contents.get(k)]
     heading = f"{name}: {contents['kind']}"
-    return f"{heading}\n{text_tables.labelled(rows, 14, '  ')}" if rows else heading
+    return f"{heading}\n{text_tables.label_lines(rows, 14, '  ')}" if rows else heading

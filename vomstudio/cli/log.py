@@ -14,9 +14,9 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.errors import UsageError
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     is_project = Path(args.table).is_dir()
     _check_options(args, is_project)
-    options, line = options_from(args, LogOptions), options_from(args, LogLine)
+    options, line = parse_options(args, LogOptions), parse_options(args, LogLine)
     bed = None if args.bed is None else plane_option(args.bed, "--bed")
     inputs = [] if is_project else [args.table]
     if args.output is not None:
@@ -117,7 +117,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(heading + "\n" + text_tables.table(heads, [""] * len(heads), rows))
 
 
-class _LogAnswer(NamedTuple):
+class _LogResult(NamedTuple):
     """Result of the command.
 
     Parameters
@@ -155,7 +155,7 @@ def _check_options(args: argparse.Namespace, is_project: bool) -> None:
         )
 
 
-def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _LogAnswer:
+def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _LogResult:
     from vomstudio.geology.beds.bed_log import bed_log
     from vomstudio.io.gate.point_tables import read_boundaries
 
@@ -164,7 +164,7 @@ def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions)
     boundaries = read_boundaries(args.table, frame_options(args))
     progress.stage(tr("Measuring thicknesses"))
     sigma, error = options.sigma_m or 0.0, options.bed_error_deg or 0.0
-    with numbers_of(args.table):
+    with name_input_in_errors(args.table):
         log = bed_log(
             boundaries.points,
             bed,
@@ -176,12 +176,12 @@ def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions)
             overturned=options.overturned,
         )
     log = replace(log, warnings=(*boundaries.warnings, *log.warnings))
-    return _LogAnswer(log, bed, error, sigma, boundaries.dropped)
+    return _LogResult(log, bed, error, sigma, boundaries.dropped)
 
 
 def _project_log(
     args: argparse.Namespace, line: LogLine, bed: Plane | None, options: LogOptions
-) -> _LogAnswer:
+) -> _LogResult:
     from vomstudio.products.section.line_log import TRACES, answer
     from vomstudio.products.section.project_log import read_log_question
 
@@ -196,11 +196,11 @@ def _project_log(
         reach_m=line.reach_m,
     )
     progress.stage(tr("Measuring thicknesses"))
-    with numbers_of(args.table):
+    with name_input_in_errors(args.table):
         project_log = answer(question)
     q = project_log.question
     names = tuple(q.names[id_] for id_ in project_log.bed_ids)
-    return _LogAnswer(
+    return _LogResult(
         project_log.log,
         project_log.bed,
         project_log.bed95_deg,

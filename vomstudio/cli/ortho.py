@@ -13,7 +13,7 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.ortho.sheet import format_of
     from vomstudio.studio.world_models import check_place
 
-    options, drawing = options_from(args, OrthoOptions), options_from(args, OrthoDrawing)
+    options, drawing = parse_options(args, OrthoOptions), parse_options(args, OrthoDrawing)
     own_axis = drawing.domain is not None and not options.has_direction
     if not own_axis:
         options.check_direction()
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_place(frame_options(args), args.project)
     loaded = read_model(args.model, progress, frame_options(args))
     progress.stage(tr("Preparing the model"))
-    place = _place(args, loaded)
+    place = _place_model(args, loaded)
     request = requests.request_picture(
         loaded.data,
         direction,
@@ -136,7 +136,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_result_text(result.to_dict(), unit_of(place.has_metric_unit)))
 
 
-class _Place(NamedTuple):
+class _Placement(NamedTuple):
     """Placement of the model in World; `placed` and `metric` if north and unit are known.
 
     `has_metric_unit` is the same as for `WorldModel`.
@@ -150,7 +150,7 @@ class _Place(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
+def _place_model(args: argparse.Namespace, loaded: LoadedModel) -> _Placement:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.photos.cameras_file import has_known_scale
@@ -161,14 +161,14 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
         frame = model.frame
         crs = world_crs(frame.crs, frame.unit_m)
         metric = frame.has_metres
-        return _Place(model.to_world, crs, frame.has_north, metric, metric, ())
+        return _Placement(model.to_world, crs, frame.has_north, metric, metric, ())
     options = frame_options(args)
     established = establish_frame(loaded, options)
     frame = established.frame
     registration = established.registration
     if registration is not None:
         placed, metric = frame.has_north, frame.has_metres
-        return _Place(
+        return _Placement(
             established.to_world(),
             world_crs(frame.crs, frame.unit_m),
             placed,
@@ -177,7 +177,7 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
             established.findings,
         )
     placed = frame.crs is not None or has_known_scale(loaded.path) is not False
-    return _Place(
+    return _Placement(
         frame.to_world(),
         world_crs(frame.crs, frame.unit_m),
         placed,

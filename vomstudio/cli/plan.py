@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.survey.survey_options import PlanOptions
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.photogrammetry.survey.planning import plan_survey
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
 
-    options = options_from(args, PlanOptions)
+    options = parse_options(args, PlanOptions)
     if args.output is not None:
         check_format(args.output)
         check_target(args.output, force=args.force)
@@ -144,4 +144,4 @@ def _result_text(plan: SurveyPlan) -> str:
         ),
         *((tr("registration"), forecast_text(each)) for each in plan.registration),
     ]
-    return text_tables.labelled(rows)
+    return text_tables.label_lines(rows)

@@ -14,9 +14,9 @@ from vomstudio.cli.common.arguments import (
     Subparsers,
     add_command,
     add_shared_options,
-    progress_of,
+    progress_reporter,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import DocumentError, UsageError
@@ -47,13 +47,13 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
-    def add(name: str, act: Run, help_: str) -> Parser:
+    def add(name: str, action: Run, help_: str) -> Parser:
         # Options shared by all commands may precede or follow the action.
         action_parser: Parser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
         )
         add_shared_options(action_parser)
-        action_parser.set_defaults(act=act)
+        action_parser.set_defaults(act=action)
         return action_parser
 
     add("create", _create, tr("Create an empty project"))
@@ -138,21 +138,21 @@ def _create(args: argparse.Namespace, out: Output) -> None:
 
 
 def _set(args: argparse.Namespace, out: Output) -> None:
-    values = options_from(args, FeatureValues)
+    values = parse_options(args, FeatureValues)
     with _edited_project(args, out) as desk:
         changed = desk.set_values(args.ids, values)
     words = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed))
-    _report(args, out, {"changed": _named(changed)}, words)
+    _report(args, out, {"changed": _id_and_name_rows(changed)}, words)
 
 
 def _delete(args: argparse.Namespace, out: Output) -> None:
     with _edited_project(args, out) as desk:
         deleted = desk.delete(args.ids)
     words = tr_n("{count} feature was deleted.", "{count} features were deleted.", len(deleted))
-    _report(args, out, {"deleted": _named(deleted)}, words)
+    _report(args, out, {"deleted": _id_and_name_rows(deleted)}, words)
 
 
-def _named(features: Sequence[Feature]) -> list[dict[str, str]]:
+def _id_and_name_rows(features: Sequence[Feature]) -> list[dict[str, str]]:
     return [{"id": each.id, "name": each.name} for each in features]
 
 
@@ -235,7 +235,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gis.crs import metric_crs
     from vomstudio.studio.placing.registering import set_rotation_finding
 
-    options = options_from(args, PlacementOptions)
+    options = parse_options(args, PlacementOptions)
     if options.reference is None and args.pairs is None:
         raise UsageError(
             Finding("option.none-given", options=("PAIRS", "--reference")), field="PAIRS"
@@ -275,7 +275,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.studio.headless_project import Picks
 
-    options = options_from(args, PickOptions)
+    options = parse_options(args, PickOptions)
     with _edited_project(args, out) as desk:
         model, kind = desk.find_model(options.model), desk.find_type(options.type)
         world = world_crs(model.frame.crs, model.frame.unit_m)
@@ -296,7 +296,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
 
 def _import(args: argparse.Namespace, out: Output) -> None:
     with _edited_project(args, out) as desk:
-        model = desk.find_model(options_from(args, ModelChoice).model)
+        model = desk.find_model(parse_options(args, ModelChoice).model)
         added = desk.import_features(Path(args.file), model)
     words = tr_n(
         "{count} feature on {model}",
@@ -366,7 +366,7 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
 
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
-    dry_run = options_from(args, CompactOptions).dry_run
+    dry_run = parse_options(args, CompactOptions).dry_run
     with _edited_project(args, out, saves=not dry_run) as desk:
         if not dry_run and desk.session.dirty:
             desk.session.save()
@@ -400,7 +400,7 @@ def _edited_project(
     """Yield the open project; afterwards save the changes and update its layers."""
     from vomstudio.studio.headless_project import HeadlessProject
 
-    with HeadlessProject.open(Path(args.project), progress_of(args)) as desk:
+    with HeadlessProject.open(Path(args.project), progress_reporter(args)) as desk:
         out.warn(desk.warnings)
         if desk.recovered and saves:
             out.warn([Finding("project.recovered-and-saved")])
@@ -409,8 +409,8 @@ def _edited_project(
             out.warn(desk.save())
 
 
-def _report(args: argparse.Namespace, out: Output, what: dict[str, Any], words: str) -> None:
-    out.result({**_summary(args).to_dict(), **what})
+def _report(args: argparse.Namespace, out: Output, result: dict[str, Any], words: str) -> None:
+    out.result({**_summary(args).to_dict(), **result})
     out.text(words)
 
 
@@ -425,7 +425,7 @@ def _report_added(
     left_out = [Finding("feature.left-out", feature=name, reason=each) for name, each in skipped]
     out.warn([*warnings, *left_out])
     what = {
-        "added": _named(features),
+        "added": _id_and_name_rows(features),
         "skipped": [{"id": name, "reason": reason} for name, reason in skipped],
         "warnings": list(warnings),
     }
@@ -480,9 +480,9 @@ def _row_text(row: dict[str, Any]) -> str:
     from vomstudio.cli.common import text_tables
 
     if row["element"] == "line":
-        is_known, measured = row.get("plunge_deg") is not None, text_tables.measured_line
+        is_known, measured = row.get("plunge_deg") is not None, text_tables.line_with_error
     else:
-        is_known, measured = row.get("dip_deg") is not None, text_tables.measured_plane
+        is_known, measured = row.get("dip_deg") is not None, text_tables.plane_with_error
     place = measured(row) if is_known else "–"
     quality = f", {row['quality']}" if row.get("quality") else ""
     return f"{row['name']} ({row['kind']}): {place}{quality}"

@@ -6,8 +6,8 @@ import argparse
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
@@ -46,9 +46,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.studio.jobs.run_job import run_job
 
-    options = options_from(args, ReconstructOptions)
+    options = parse_options(args, ReconstructOptions)
     order, findings = reconstruction_request(args.photos, args.output, options)
-    result = run_job(RECONSTRUCT, order, progress_of(args))
+    result = run_job(RECONSTRUCT, order, progress_reporter(args))
     result = replace(result, warnings=(*findings, *result.warnings))
     out.result(result.to_dict())
     out.warn(result.warnings)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.registration.warnings import reference_fit_finding
     from vomstudio.studio.placing.register_order import register_model
 
-    options = options_from(args, RegisterOptions)
+    options = parse_options(args, RegisterOptions)
     if args.output is not None:
         if args.model != "-":
             from vomstudio.io.models.writing import choose_writer
@@ -65,11 +65,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(
             args.output, force=args.force, inputs=[] if args.model == "-" else [args.model]
         )
-    registered = register_model(args.model, options, progress_of(args))
+    registered = register_model(args.model, options, progress_reporter(args))
     result = registered.to_dict()
     warnings = list(registered.placed.warnings)
     if args.output is not None:
-        warnings += _written(args, registered, result)
+        warnings += _write_registered_model(args, registered, result)
     result["warnings"] = warnings
     out.result(result)
     out.warn(warnings)
@@ -91,7 +91,7 @@ def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
     return "\n" + text_tables.table(heads, ["", "°", "°", "°"], rows)
 
 
-def _written(
+def _write_registered_model(
     args: argparse.Namespace, registered: RegistrationResult, result: dict[str, Any]
 ) -> list[Finding]:
     loaded = registered.loaded
@@ -113,7 +113,7 @@ def _written(
         args.output,
         force=args.force,
         inputs=[loaded.path, *companions(loaded.path)],
-        progress=progress_of(args),
+        progress=progress_reporter(args),
         axes=Axes(metric=known_parts.scale, north=known_parts.north and known_parts.vertical),
         registration=registered.registration_in_world,
     )

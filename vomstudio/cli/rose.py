@@ -13,9 +13,9 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.set_colors import colors_among
+from vomstudio.cli.common.set_colors import select_colors
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.rose_options import RoseOptions
@@ -57,8 +57,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     format_ = picture_format(args.output, "--output")
-    options, figure = options_from(args, RoseOptions), options_from(args, RoseFigure)
-    style, colors = FigureStyle.from_options(figure), options_from(args, SetColors).colors_by_set
+    options, figure = parse_options(args, RoseOptions), parse_options(args, RoseFigure)
+    style, colors = FigureStyle.from_options(figure), parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         is_area_scaled=options.scale == "area",
     )
     check_roses(roses, args.table)
-    roses = replace(roses, colors=colors_among(colors, list(roses.roses)))
+    roses = replace(roses, colors=select_colors(colors, list(roses.roses)))
 
     from vomstudio.products.net.rose import write_roses
 
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if rose.left_out:
             warnings.append(Finding("rose.rows-left-out", set=name, count=rose.left_out))
     warnings += [Finding("rose.no-azimuth", set=name) for name in roses.empty]
-    result = _result_of(args, options, of, roses, table.convention, table.dropped)
+    result = _result_without_warnings(args, options, of, roses, table.convention, table.dropped)
     out.result({**result, "warnings": warnings})
     out.note(tr("read as {convention}", convention=table.convention))
     out.warn(warnings)
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(tr("{set} (n = {count:,}): {mean}", set=name, count=rose.n, mean=mean_words(rose)))
 
 
-def _result_of(
+def _result_without_warnings(
     args: argparse.Namespace,
     options: RoseOptions,
     of: str,

@@ -10,9 +10,9 @@ from vomstudio.cli.common.arguments import (
     add_azimuth,
     add_command,
     add_output,
-    progress_of,
+    progress_reporter,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
@@ -68,16 +68,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.section.section_lines import curtain_of_options
     from vomstudio.studio.world_models import read_in_world
 
-    options, features = options_from(args, SectionOptions), options_from(args, SectionFeatures)
+    options, features = parse_options(args, SectionOptions), parse_options(args, SectionFeatures)
     place = (
         curtain_of_options(options)
         if options.section_line is None
-        else read_profile_line(options.section_line, progress_of(args))
+        else read_profile_line(options.section_line, progress_reporter(args))
     )
     is_by_domain = features.along == DOMAINS
     along = None if is_by_domain else _direction(features.along)
     writing.check_targets(args.output, features.features is not None, force=args.force)
-    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
+    model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     section_features = ReadFeatures()
     if features.features is not None:
         section_features = read_features(features.features, args.azimuth, ModelFrame(model.crs))
@@ -88,7 +88,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     curtain, warnings = _curtain(place, model, options.flip)
     grazing = directions.check(curtain)
-    progress_of(args).stage(tr("Intersecting the model"))
+    progress_reporter(args).stage(tr("Intersecting the model"))
     model_cut = cut_model(model.data, curtain, options.slab_m)
     flats, left_out = writing.project_items(
         section_features.items, curtain, directions, features.within_m
@@ -152,7 +152,7 @@ def _direction(text: str | None) -> Any:
         raise
 
 
-def _result_text(result: dict[str, Any], unit: str, projected: list[str]) -> str:
+def _result_text(result: dict[str, Any], unit: str, projection_lines: list[str]) -> str:
     lines = [
         tr(
             "{count} lines, {length:.3f} {unit} in all",
@@ -178,6 +178,6 @@ def _result_text(result: dict[str, Any], unit: str, projected: list[str]) -> str
                 left_out=result["left_out"],
             )
         )
-    lines += projected
+    lines += projection_lines
     lines += [file for file in (result["file"], result["features_file"]) if file is not None]
     return "\n".join(lines)

@@ -13,7 +13,7 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.io.text.set_columns import pieces_of, table_with_sets
 
-    options = options_from(args, SetOptions)
+    options = parse_options(args, SetOptions)
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
@@ -82,7 +82,7 @@ def _result_text(result: dict[str, Any]) -> str:
         [
             proposed_set["name"],
             str(proposed_set["n"]),
-            text_tables.measured_plane(proposed_set, "cone95_deg"),
+            text_tables.plane_with_error(proposed_set, "cone95_deg"),
             number(proposed_set["kappa"], 1),
             "" if proposed_set["discontinuities"] is None else str(proposed_set["discontinuities"]),
             number(proposed_set["spacing_m"], 3),

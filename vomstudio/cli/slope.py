@@ -14,7 +14,7 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ------
     UsageError, InputError, GeometryError, TargetError
     """
-    faces = options_from(args, SlopeFaces)
+    faces = parse_options(args, SlopeFaces)
     if faces.facets is not None:
         _run_facets(args, out)
         return
@@ -71,7 +71,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
 
-    face = slope_face(args.face, options_from(args, SlopeOptions))
+    face = slope_face(args.face, parse_options(args, SlopeOptions))
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[args.table])
@@ -104,7 +104,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     )
     from vomstudio.studio.world_models import read_in_world
 
-    options = options_from(args, SlopeOptions)
+    options = parse_options(args, SlopeOptions)
     inputs = [path for path in (args.table, args.facets, args.labelled_model) if path is not None]
     if args.paint is not None:
         choose_writer(Path(args.paint))

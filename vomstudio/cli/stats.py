@@ -1,4 +1,4 @@
-"""`vomstudio stats`: statistics of sets of orientations."""
+"""Statistics of sets of orientations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.cli.common.arguments import (
     add_command,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import read_orientations
 
-    options = options_from(args, StatisticsOptions)
+    options = parse_options(args, StatisticsOptions)
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Computing statistics"))
@@ -69,7 +69,7 @@ def _result_text(name: str, statistics: dict[str, Any]) -> str:
         (tr("uniformity"), _uniformity_text(statistics["uniformity"])),
         *_weight_rows(statistics["weights"]),
     ]
-    return f"{_heading(name, statistics)}\n{text_tables.labelled(rows, 15, '  ')}"
+    return f"{_heading(name, statistics)}\n{text_tables.label_lines(rows, 15, '  ')}"
 
 
 def _fisher_rows(statistics: dict[str, Any]) -> list[tuple[str, str]]:

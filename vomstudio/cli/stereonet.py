@@ -13,9 +13,9 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.set_colors import colors_among
+from vomstudio.cli.common.set_colors import select_colors
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.products.net.figure_options import SetColors, StereonetFigure, StereonetOptions
@@ -60,10 +60,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.table_net import net_of_table, replace_colors
 
     format_ = picture_format(args.output, "--output")
-    options = options_from(args, StereonetOptions)
+    options = parse_options(args, StereonetOptions)
     contents = read_wishes(options)
-    style = FigureStyle.from_options(options_from(args, StereonetFigure))
-    colors = options_from(args, SetColors).colors_by_set
+    style = FigureStyle.from_options(parse_options(args, StereonetFigure))
+    colors = parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contour=options.contour,
         contouring=contouring_of(options),
     )
-    net = replace_colors(net, colors_among(colors, [s.name for s in net.sets]))
+    net = replace_colors(net, select_colors(colors, [s.name for s in net.sets]))
     net = contents.net(net, table)
 
     from vomstudio.products.net.figure import write_stereonet

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.surface.writing import format_of, write_deviations, write_profiles
     from vomstudio.studio.world_models import read_in_world
 
-    options = options_from(args, SurfaceOptions)
+    options = parse_options(args, SurfaceOptions)
     format_of(args.output)
     if options.around is not None and args.facet is not None:
         raise UsageError(
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(args.output, force=args.force, inputs=[args.model])
     if args.profiles is not None:
         check_target(args.profiles, force=args.force, inputs=[args.model, args.output])
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args))
     try:
         patch = _patch(args, model.data, place)

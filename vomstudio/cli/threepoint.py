@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr
 from vomstudio.geology.faults.displacement_options import ThreePointOptions
@@ -39,11 +39,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.notation import format_attitude
     from vomstudio.io.gate.point_tables import read_boundaries
 
-    options = options_from(args, ThreePointOptions)
+    options = parse_options(args, ThreePointOptions)
     progress = report_reading(args, args.points)
     point_table = read_boundaries(args.points, frame_options(args))
     progress.stage(tr("Fitting the plane"))
-    with numbers_of(args.points):
+    with name_input_in_errors(args.points):
         result = plane_of_three_points(point_table.points, options.sigma_m)
     result = result.with_table_findings(point_table.dropped, point_table.warnings)
     out.result(result.to_dict())

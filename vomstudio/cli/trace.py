@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.cli.common import straight_traces, text_tables, trace_drawing, trace_proposals
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.arrays import FloatArray
@@ -71,14 +71,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ------
     UsageError, InputError, GeometryError, TargetError
     """
-    source = options_from(args, TraceSource)
+    source = parse_options(args, TraceSource)
     _check_form(args, next(name for name in FORM_OPTIONS if getattr(source, name)))
     if source.propose:
-        trace_proposals.run(args, options_from(args, ProposalOptions), out)
+        trace_proposals.run(args, parse_options(args, ProposalOptions), out)
     elif source.from_ortho is not None:
-        trace_drawing.run(args, options_from(args, DrawnTraceOptions), out)
+        trace_drawing.run(args, parse_options(args, DrawnTraceOptions), out)
     else:
-        _follow(args, options_from(args, FollowOptions), out)
+        _follow(args, parse_options(args, FollowOptions), out)
 
 
 def _check_form(args: argparse.Namespace, form: str) -> None:
@@ -88,12 +88,12 @@ def _check_form(args: argparse.Namespace, form: str) -> None:
     for other_form, options in FORM_OPTIONS.items():
         for each in declarations(options):
             if each.name not in allowed and getattr(args, each.name):
-                raise _needs(each.flag, flags[other_form])
+                raise _missing_option_error(each.flag, flags[other_form])
     if form != "through" and args.sets_table is not None:
-        raise _needs("--sets-table", flags["through"])
+        raise _missing_option_error("--sets-table", flags["through"])
 
 
-def _needs(option: str, other: str) -> UsageError:
+def _missing_option_error(option: str, other: str) -> UsageError:
     return UsageError(Finding("option.requires", option=option, other=other), field=option)
 
 
@@ -109,7 +109,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
 
     inputs = [args.model, args.through, options.photo, options.cameras, options.onnx_model]
     check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
-    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
+    model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     way_points, findings = _way_points(args, model)
     if len(way_points) < 2:
         raise InputError(
@@ -117,9 +117,9 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
             file=args.through,
         )
     spacing = resolution(model.data)
-    with open_edge_finder(options.onnx_model, progress_of(args)) as edges:
-        progress_of(args).stage(tr("Following the contact"))
-        with numbers_of(args.through):
+    with open_edge_finder(options.onnx_model, progress_reporter(args)) as edges:
+        progress_reporter(args).stage(tr("Following the contact"))
+        with name_input_in_errors(args.through):
             surface = SurfaceGraph(
                 model.data
                 if edges is None or options.photo is not None
@@ -127,7 +127,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
             )
             if way_points.shape[1] == 3:
                 _require_on_model(args.through, way_points, surface, spacing)
-            trace = _followed(args, options, model, surface, way_points, spacing, edges)
+            trace = _follow_line(args, options, model, surface, way_points, spacing, edges)
     notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {trace.cost}"]
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
@@ -154,7 +154,7 @@ def _way_points(
     return groups.points, groups.warnings
 
 
-def _followed(
+def _follow_line(
     args: argparse.Namespace,
     options: FollowOptions,
     model: WorldModel,
@@ -227,7 +227,7 @@ def _result_text(trace: FollowedTrace, unit: str) -> str:
         lines.append(
             tr(
                 "Plane {plane} (95 %), {quality}.",
-                plane=text_tables.measured_plane(trace.plane),
+                plane=text_tables.plane_with_error(trace.plane),
                 quality=trace.plane["quality"],
             )
         )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol, Self
 
-NOT_FINITE = ("inf", "-inf", "nan")
+NON_FINITE_TEXTS = ("inf", "-inf", "nan")
 """Numbers that JSON cannot represent; they are stored as text."""
 
 
@@ -30,7 +30,7 @@ def from_json(values: Mapping[str, object]) -> dict[str, object]:
 def _from_json(value: object) -> object:
     if isinstance(value, list):
         return [_from_json(each) for each in value]
-    return float(value) if isinstance(value, str) and value in NOT_FINITE else value
+    return float(value) if isinstance(value, str) and value in NON_FINITE_TEXTS else value
 
 
 def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:

@@ -16,7 +16,7 @@ from vomstudio.core.errors import VomError, for_json, from_json, place_text
 from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
 from vomstudio.core.words import tr, tr_n
 
-UNCODED = "uncoded"
+UNCODED_FINDING_CODE = "uncoded"
 """Code of sentences that do not have their own code yet."""
 MAX_SHOWN = 8
 """Maximum number of list items that a text names; the remaining items are counted."""
@@ -57,7 +57,7 @@ class Finding:
             raise KeyError(f"{code} needs {', '.join(sorted(missing))}")
         object.__setattr__(self, "code", code)
         object.__setattr__(self, "severity", severity or default_severity)
-        stored = {name: _frozen(value) for name, value in values.items()}
+        stored = {name: _freeze(value) for name, value in values.items()}
         object.__setattr__(self, "_values", tuple(stored.items()))
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -89,7 +89,7 @@ class Finding:
     @property
     def message(self) -> str:
         """Sentence for the user, in the user's language."""
-        values = {name: _shown(value) for name, value in self._values}
+        values = {name: _display_value(value) for name, value in self._values}
         text, *several = texts_of(self.code)
         if several:
             sentence = tr_n(text, several[0], self.values["count"], **values)
@@ -114,7 +114,7 @@ class Finding:
     def to_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints: code, severity, message and values."""
         values = for_json(self.values)
-        if self.code == UNCODED:
+        if self.code == UNCODED_FINDING_CODE:
             values.pop("text")
         return {"code": self.code, "severity": self.severity, "message": self.message} | values
 
@@ -125,21 +125,21 @@ class Finding:
         values: dict[str, Any] = from_json(
             {name: value for name, value in row.items() if name not in reserved}
         )
-        if row["code"] == UNCODED:
+        if row["code"] == UNCODED_FINDING_CODE:
             prefix = f"{values['file']}: " if "file" in values else ""
             values["text"] = row["message"].removeprefix(prefix)
         return cls(row["code"], row["severity"], **values)
 
 
-def uncoded(text: str) -> Finding:
+def uncoded_finding(text: str) -> Finding:
     """Return a finding for a sentence that does not have a code yet."""
-    return Finding(UNCODED, text=text)
+    return Finding(UNCODED_FINDING_CODE, text=text)
 
 
 def cause_of(error: VomError) -> Finding:
     """Return the finding with which an error was raised, without its location."""
     if error.code not in TEXTS:
-        return uncoded(error.message)
+        return uncoded_finding(error.message)
     # An error from another process states its location only once, even if its text contains it.
     location = _location(error)
     missing = placeholders(error.code) - error.values.keys()
@@ -153,7 +153,7 @@ def finding_of(error: VomError) -> Finding:
     A field without a file is an argument, which is not part of a finding.
     """
     if error.code not in TEXTS:
-        return uncoded(str(error))
+        return uncoded_finding(str(error))
     cause = cause_of(error)
     if error.file is None or "file" in cause.values:
         return cause
@@ -183,15 +183,15 @@ def placeholders(code: str) -> frozenset[str]:
     return frozenset(names | ({"count"} if len(texts) > 1 else set()))
 
 
-def _frozen(value: Any) -> Any:
+def _freeze(value: Any) -> Any:
     if isinstance(value, list | tuple):
-        return tuple(map(_frozen, value))
+        return tuple(map(_freeze, value))
     # NumPy scalars have an `item` method.
     value = value.item() if hasattr(value, "item") else value
     return value if value is None or isinstance(value, str | int | float) else str(value)
 
 
-def _shown(value: Any) -> Any:
+def _display_value(value: Any) -> Any:
     if isinstance(value, tuple):
         if len(value) <= MAX_SHOWN:
             return ", ".join(map(str, value))

@@ -6,8 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-Door = Literal["command", "function", "window", "project method", "project command"]
-DOORS: tuple[Door, ...] = ("command", "function", "window", "project method", "project command")
+Interface = Literal["command", "function", "window", "project method", "project command"]
+INTERFACES: tuple[Interface, ...] = (
+    "command",
+    "function",
+    "window",
+    "project method",
+    "project command",
+)
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,7 @@ class Operation:
     window: str = ""
     method: str = ""
     action: str = ""
-    missing: Mapping[Door, str] = field(default_factory=dict)
+    missing: Mapping[Interface, str] = field(default_factory=dict)
 
     @property
     def command_name(self) -> str:

@@ -135,7 +135,7 @@ def option(
     maximum: float | None = None,
     metavar: str | None = None,
     decimals: int = 3,
-    empty: str = to_translate("auto"),
+    empty_text: str = to_translate("auto"),
     flag_value: str | None = None,
 ) -> Any:
     """Declare a field of an options class; see `Declaration` for the parameters.
@@ -152,7 +152,7 @@ def option(
         "maximum": maximum,
         "metavar": metavar,
         "decimals": decimals,
-        "empty": empty,
+        "empty": empty_text,
         "flag_value": flag_value,
     }
     return field(default=default, metadata={_DECLARATION: metadata})

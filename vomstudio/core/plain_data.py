@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 
-Plain = dict[str, Any]
+PlainValues = dict[str, Any]
 Reader = Callable[[Any], Any]
 """Function from a JSON value to the value of a field. Raises ValueError for a wrong type."""
 
@@ -55,9 +55,9 @@ class FieldTypes(NamedTuple):
     readers: dict[str, Reader]
 
 
-def encode_fields(values: Mapping[str, Any], nested: NestedFields) -> Plain:
+def encode_fields(values: Mapping[str, Any], nested: NestedFields) -> PlainValues:
     """Return the values of the fields as JSON values."""
-    plain: Plain = {}
+    plain: PlainValues = {}
     for name, value in values.items():
         if name in nested.parts and dataclasses.is_dataclass(value):
             plain[name] = dataclasses.asdict(typing.cast(Any, value))
@@ -68,7 +68,7 @@ def encode_fields(values: Mapping[str, Any], nested: NestedFields) -> Plain:
     return plain
 
 
-def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) -> Plain:
+def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) -> PlainValues:
     """Convert JSON values to the values of the fields of a class.
 
     Raises
@@ -76,7 +76,7 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) ->
     DocumentError
         If a value does not have the type of its field; the message names the field.
     """
-    decoded: Plain = {}
+    decoded: PlainValues = {}
     simple, readers = field_types(cls)
     for name, value in values.items():
         permitted = simple.get(name)
@@ -100,7 +100,7 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) ->
     return decoded
 
 
-def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> Plain:
+def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> PlainValues:
     """Return the values if all their names are fields of a class.
 
     Raises
@@ -242,11 +242,11 @@ def _choice_reader(words: tuple[Any, ...]) -> Reader:
     return read
 
 
-def _list_reader(count: int | None, inside: Reader) -> Reader:
+def _list_reader(count: int | None, item_reader: Reader) -> Reader:
     def read(value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
             raise ValueError
-        return tuple(map(inside, value))
+        return tuple(map(item_reader, value))
 
     return read
 

@@ -63,7 +63,7 @@ class Progress(Protocol):
         """
 
 
-class Silent:
+class SilentProgress:
     """Progress that is not displayed but supports cancellation."""
 
     def __init__(self, token: CancelToken | None = None) -> None:
@@ -89,7 +89,7 @@ class Executor(Protocol):
         work: Callable[[Item], Result],
         items: Iterable[Item],
         progress: Progress,
-        needed: int = 0,
+        needed_bytes: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         """Yield (item number, result) as results become available, in any order.
 
@@ -101,7 +101,7 @@ class Executor(Protocol):
         items : iterable
             Items, consumed lazily so that only a few are in progress at a time.
         progress : Progress
-        needed : int
+        needed_bytes : int
             Maximum memory needed for one item, in bytes; it limits the number of parallel items.
 
         Raises
@@ -115,7 +115,7 @@ class Executor(Protocol):
 
 
 class ResumedProgress:
-    """Progress of a stage of which an earlier run has already completed some steps."""
+    """Progress of a stage that an earlier run has completed in part."""
 
     def __init__(self, progress: Progress, done: int) -> None:
         self._progress, self._done = progress, done
@@ -135,7 +135,7 @@ class InlineExecutor:
         work: Callable[[Item], Result],
         items: Iterable[Item],
         progress: Progress,
-        needed: int = 0,
+        needed_bytes: int = 0,
     ) -> Iterator[tuple[int, Result]]:
         for number, item in enumerate(items):
             progress.step(number)

@@ -8,11 +8,11 @@ from typing import Any
 
 from vomstudio.core.findings import Finding, plain
 
-HIDDEN = {"json": "hidden"}
+HIDDEN_IN_JSON = {"json": "hidden"}
 """Metadata of a field that is omitted from the object."""
-OPTIONAL = {"json": "optional"}
+OPTIONAL_IN_JSON = {"json": "optional"}
 """Metadata of a field that is omitted from the object if its value is missing or empty."""
-FLAT = {"json": "flat"}
+FLATTENED_IN_JSON = {"json": "flat"}
 """Metadata of a field that is replaced in the object by the fields of its value."""
 
 
@@ -36,21 +36,21 @@ def to_dict(result: Any) -> dict[str, Any]:
         if kind == "hidden" or (kind == "optional" and value in (None, (), [])):
             continue
         if kind == "flat":
-            values |= _plain(value)
+            values |= _to_plain_value(value)
         else:
-            values[each.name] = plain(value) if each.name == "warnings" else _plain(value)
+            values[each.name] = plain(value) if each.name == "warnings" else _to_plain_value(value)
     return values
 
 
-def _plain(value: Any) -> Any:
+def _to_plain_value(value: Any) -> Any:
     if is_dataclass(value):
         return value.to_dict() if isinstance(value, Result) else to_dict(value)
     if isinstance(value, Finding):
         return value.to_dict()
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_to_plain_value(each) for each in value]
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _to_plain_value(each) for key, each in value.items()}
     if isinstance(value, PurePath):
         return str(value)
     return value.tolist() if hasattr(value, "tolist") else value

@@ -26,7 +26,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.following import Follower, Path
-from vomstudio.extraction.path_costs import COLOUR_COSTS, COSTS
+from vomstudio.extraction.path_costs import COLOUR_COSTS, COST_NAMES
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.doubtful_stretches import Range, fit_remaining_plane
@@ -39,18 +39,18 @@ AUTO = "auto"
 _MAX_FACE_COSINE = float(np.cos(np.radians(DEFAULTS.surface_effect_deg)))
 _MAX_DISTANCE_RESOLUTIONS = 2.0
 """Maximum distance between two paths that run along each other, in model resolutions."""
-_RANK = {"good": 0, "doubtful": 1, "poor": 2}
+_TENSOR_RANK = {"good": 0, "doubtful": 1, "poor": 2}
 
 
-class _Followed(Protocol):
+class _FollowedPath(Protocol):
     @property
     def points(self) -> FloatArray: ...
 
 
-P = TypeVar("P", bound=_Followed)
-Face = Callable[[FloatArray], FloatArray | None]
+P = TypeVar("P", bound=_FollowedPath)
+FaceNormalFunction = Callable[[FloatArray], FloatArray | None]
 """Function that returns the normal (3,) of the outcrop face near World points (n, 3), or None."""
-Rank = tuple[int, float]
+PathRank = tuple[int, float]
 """Sort key of paths: verdict on the plane, and error of the plane in degrees."""
 
 
@@ -74,16 +74,16 @@ def available_costs(surface: SurfaceGraph) -> tuple[str, ...]:
     tuple of str
     """
     coloured = surface.data.colors is not None or surface.textures is not None
-    return tuple(cost for cost in COSTS if coloured or cost not in COLOUR_COSTS)
+    return tuple(cost for cost in COST_NAMES if coloured or cost not in COLOUR_COSTS)
 
 
 def follow_best(
     surface: SurfaceGraph,
     way_points: FloatArray,
     resolution_near: Callable[[FloatArray], float | None],
-    face_near: Face | None = None,
+    face_near: FaceNormalFunction | None = None,
     *,
-    whole: bool = False,
+    uses_whole_surface: bool = False,
     costs: Sequence[str] | None = None,
 ) -> tuple[Path, str, tuple[CostTrial, ...]]:
     """Follow way-points with each cost and select the best path.
@@ -97,7 +97,7 @@ def follow_best(
         Function that returns the resolution of the model around points (n, 3), m.
     face_near : callable, optional
         Function that returns the normal of the outcrop face around these points.
-    whole : bool
+    uses_whole_surface : bool
         See `Follower.follow`.
     costs : sequence of str, optional
         Costs to compare; by default, all costs that are available for the model.
@@ -116,7 +116,7 @@ def follow_best(
     """
 
     def follow(cost: str) -> Path:
-        return Follower(surface, cost).follow(way_points, whole=whole)
+        return Follower(surface, cost).follow(way_points, whole=uses_whole_surface)
 
     def doubtful(path: Path) -> tuple[Range, ...]:
         return find_jumps(path.points, path.costs, path.at, resolution_near(path.points) or 0.0)
@@ -130,7 +130,7 @@ def select_best_path(
     costs: Sequence[str],
     follow: Callable[[str], P],
     resolution_near: Callable[[FloatArray], float | None],
-    face_near: Face | None = None,
+    face_near: FaceNormalFunction | None = None,
     doubtful: Callable[[P], Sequence[Range]] = lambda path: (),
 ) -> tuple[P, str, tuple[CostTrial, ...]]:
     """Select the best path of any follower. See `follow_best`.
@@ -155,7 +155,7 @@ def select_best_path(
     GeometryError
         If no cost results in a path.
     """
-    candidates: list[tuple[Rank, int, P, CostTrial]] = []
+    candidates: list[tuple[PathRank, int, P, CostTrial]] = []
     last_error: GeometryError | None = None
     for number, cost in enumerate(costs):
         try:
@@ -169,15 +169,15 @@ def select_best_path(
         assert last_error is not None
         raise last_error
     candidates.sort(key=lambda each: each[:2])
-    if candidates[0][0][0] != _RANK["good"] and len(candidates) > 2:
-        shares = _confirmed([path.points for _, _, path, _ in candidates], resolution_near)
+    if candidates[0][0][0] != _TENSOR_RANK["good"] and len(candidates) > 2:
+        shares = _confirmed_shares([path.points for _, _, path, _ in candidates], resolution_near)
         # Among equally confirmed paths, the first one stays first.
         candidates.insert(0, candidates.pop(int(np.argmax(shares))))
     _, _, path, best = candidates[0]
     return path, best.cost, tuple(trial for *_, trial in candidates)
 
 
-def _confirmed(
+def _confirmed_shares(
     paths: Sequence[FloatArray], resolution_near: Callable[[FloatArray], float | None]
 ) -> FloatArray:
     """Sum the shares of each path that are confirmed by the other paths.
@@ -199,9 +199,9 @@ def _confirmed(
 def rank_path(
     points: FloatArray,
     resolution_near: Callable[[FloatArray], float | None],
-    face_near: Face | None = None,
+    face_near: FaceNormalFunction | None = None,
     doubtful: Sequence[Range] = (),
-) -> tuple[Rank, float | None]:
+) -> tuple[PathRank, float | None]:
     """Rank a path by the quality of its plane.
 
     Parameters
@@ -231,7 +231,7 @@ def rank_path(
     stretch = None if reliable is None else reliable.error95_deg(fit, resolution, face)
     error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=stretch)
     if face is not None and abs(float(fit.normal @ face)) > _MAX_FACE_COSINE:
-        return (_RANK["poor"], 90.0), error
+        return (_TENSOR_RANK["poor"], 90.0), error
     verdict = judge(
         fit,
         resolution_m=resolution,
@@ -239,4 +239,4 @@ def rank_path(
         surface_findings=() if reliable is None else reliable.findings(),
         stretch_error_deg=stretch,
     )
-    return (_RANK[verdict.quality], 90.0 if error is None else error), error
+    return (_TENSOR_RANK[verdict.quality], 90.0 if error is None else error), error

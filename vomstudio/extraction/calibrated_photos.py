@@ -129,7 +129,7 @@ def open_photos(
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
     matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
-    file_cameras = read_own_cameras(cameras, _bounds_in_file(data, matrix))
+    file_cameras = read_own_cameras(cameras, _file_bounds(data, matrix))
     if not file_cameras.views:
         raise InputError(
             Finding("cameras.no-poses"),
@@ -214,7 +214,7 @@ def scale_view(view: View, file: Path | None) -> View:
     return View(view.name, lens.scaled(width, height), view.rotation, view.translation)
 
 
-def _bounds_in_file(data: Mesh | PointCloud, matrix: FloatArray) -> FloatArray:
+def _file_bounds(data: Mesh | PointCloud, matrix: FloatArray) -> FloatArray:
     """Return the bounding box (2, 3) of the model in the frame of its file."""
     low, high = np.asarray(data.bounds, np.float64)
     grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])

@@ -88,11 +88,13 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     return ThinnedMesh(middle, nodes, new_faces, rows, face_area * scale[new_faces].mean(axis=1))
 
 
-def _merge_isolated(lost: IntArray, kept_faces: IntArray, faces: IntArray, root: IntArray) -> None:
+def _merge_isolated(
+    is_merged: IntArray, remaining_faces: IntArray, faces: IntArray, root: IntArray
+) -> None:
     """Merge vertices without a face, such as the tips of a rim, into a neighbouring vertex."""
     is_isolated = np.zeros(len(root), np.bool_)
-    is_isolated[lost] = True
-    is_isolated[kept_faces.ravel()] = False
+    is_isolated[is_merged] = True
+    is_isolated[remaining_faces.ravel()] = False
     around = faces[is_isolated[faces].any(axis=1)]
     for one, other in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
         a, b = around[:, one], around[:, other]

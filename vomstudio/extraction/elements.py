@@ -301,69 +301,74 @@ def _build_grid(
 
 
 def _separate_scattered(
-    grid: CellGrid, open_: IntArray, is_sparse: BoolArray
+    grid: CellGrid, open_rows: IntArray, is_sparse: BoolArray
 ) -> tuple[IntArray, IntArray, float]:
     """Separate open points that are analysed from scattered points in sparse cells.
 
     The area of each scattered point is also returned.
     """
-    is_thin = is_sparse[grid.cells_of(open_)]
+    is_thin = is_sparse[grid.cells_of(open_rows)]
     if is_thin.sum() < _MIN_SPARSE_POINTS:
-        return open_, open_[:0], 0.0
-    is_scattered = np.zeros(len(open_), np.bool_)
-    is_scattered[is_thin], area = find_scattered_points(grid.places[open_[is_thin]])
-    return open_[~is_scattered], open_[is_scattered], area
+        return open_rows, open_rows[:0], 0.0
+    is_scattered = np.zeros(len(open_rows), np.bool_)
+    is_scattered[is_thin], area = find_scattered_points(grid.places[open_rows[is_thin]])
+    return open_rows[~is_scattered], open_rows[is_scattered], area
 
 
 def _surroundings(
-    open_: IntArray, surroundings: PointNeighbourhoods, begun: CellPlanes | None, n: int
+    open_rows: IntArray, surroundings: PointNeighbourhoods, cell_planes: CellPlanes | None, n: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Combine normals, variation, areas and noise of n points from open points and cells."""
     neighbour_count = surroundings.near.shape[1]
-    if begun is None:
+    if cell_planes is None:
         normals, variation, areas, noise = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     else:
-        normals, variation, areas, noise = begun.normals, begun.variation, begun.areas, begun.noise
-    normals[open_], variation[open_] = surroundings.normals, surroundings.variation
+        normals, variation, areas, noise = (
+            cell_planes.normals,
+            cell_planes.variation,
+            cell_planes.areas,
+            cell_planes.noise,
+        )
+    normals[open_rows], variation[open_rows] = surroundings.normals, surroundings.variation
     far = surroundings.far
-    areas[open_] = np.pi * far**2 / neighbour_count
+    areas[open_rows] = np.pi * far**2 / neighbour_count
     neighbour_areas = np.sort(areas[surroundings.near], axis=1)
     typical = (
         np.sqrt(neighbour_areas[:, (neighbour_count - 1) // 2])
         + np.sqrt(neighbour_areas[:, neighbour_count // 2])
     ) / 2.0
     typical *= np.sqrt(neighbour_count / np.pi)
-    isolated = open_[far > 2.0 * _MAX_DISTANCE_RATIO * typical]
-    areas[open_] = np.pi * np.minimum(far, _MAX_DISTANCE_RATIO * typical) ** 2 / neighbour_count
+    isolated = open_rows[far > 2.0 * _MAX_DISTANCE_RATIO * typical]
+    areas[open_rows] = np.pi * np.minimum(far, _MAX_DISTANCE_RATIO * typical) ** 2 / neighbour_count
     # In a disc of area A, the variance along each diameter is A / (4 pi).
-    variance = np.maximum(surroundings.variation, 0.0) * surroundings.around * areas[open_]
-    noise[open_] = np.sqrt(variance / (2.0 * np.pi))
+    variance = np.maximum(surroundings.variation, 0.0) * surroundings.around * areas[open_rows]
+    noise[open_rows] = np.sqrt(variance / (2.0 * np.pi))
     normals[isolated], variation[isolated] = np.nan, NO_SURFACE
     return normals, variation, areas, noise
 
 
-def _noise_warning(begun: CellPlanes) -> Finding:
-    noise = float(np.median(begun.noise))
+def _noise_warning(cell_planes: CellPlanes) -> Finding:
+    noise = float(np.median(cell_planes.noise))
     return Finding(
         "cloud.noisy",
         noise_m=noise,
-        times=noise / float(np.sqrt(np.median(begun.areas))),
-        width_m=begun.wide,
+        times=noise / float(np.sqrt(np.median(cell_planes.areas))),
+        width_m=cell_planes.wide,
     )
 
 
-def _required_neighbours(begun: CellPlanes, angle_deg: float) -> int | None:
+def _required_neighbours(cell_planes: CellPlanes, angle_deg: float) -> int | None:
     """Return the number of neighbours for stable normals, based on the noise within planes.
 
     Return None if planes cover less than half of the cloud.
     """
-    if begun.wide:
+    if cell_planes.wide:
         return NORMAL_COUNTS[0]
-    n = len(begun.open)
-    if 2 * int(begun.open.sum()) > n:
+    n = len(cell_planes.open)
+    if 2 * int(cell_planes.open.sum()) > n:
         return None
-    closed = np.flatnonzero(~begun.open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
-    noise = float(np.median(begun.noise[closed] / np.sqrt(begun.areas[closed])))
+    closed = np.flatnonzero(~cell_planes.open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
+    noise = float(np.median(cell_planes.noise[closed] / np.sqrt(cell_planes.areas[closed])))
     # With k points and this noise, the error of a normal is 2 sqrt(pi) noise / (spacing k). The
     # normals of neighbours, which share points, have about the same median difference.
     required = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
@@ -509,7 +514,7 @@ def _stabilise_normals(
     normals: FloatArray,
     areas: FloatArray,
     starts: IntArray,
-    near: Int32Array,
+    neighbours: Int32Array,
     angle_deg: float,
     progress: Progress,
 ) -> tuple[FloatArray, FloatArray, bool]:
@@ -518,10 +523,10 @@ def _stabilise_normals(
     Return the normals, the roughness (half the mean squared sine of the angles between each
     original face and its neighbours), and whether neighbours agree.
     """
-    if not len(near):
+    if not len(neighbours):
         return normals, np.zeros(len(normals)), True
-    cosine = np.empty(len(near))
-    neighbour_cosines(normals, starts, near, cosine)
+    cosine = np.empty(len(neighbours))
+    neighbour_cosines(normals, starts, neighbours, cosine)
     number = np.diff(starts)
     source = np.repeat(np.arange(len(normals)), number)
     roughness = np.bincount(source, 1.0 - cosine**2, len(normals)) / np.maximum(number, 1) / 2.0
@@ -532,9 +537,9 @@ def _stabilise_normals(
         if angle <= 0.5 * MAX_ANGLE_SHARE * angle_deg:
             return normals, roughness, True
         out = np.empty_like(normals)
-        average_normals(normals, areas, starts, near, min_cosine, out)
+        average_normals(normals, areas, starts, neighbours, min_cosine, out)
         normals = out
-        neighbour_cosines(normals, starts, near, cosine)
+        neighbour_cosines(normals, starts, neighbours, cosine)
         progress.step(0)
     # If the noise is about half of a side, faces have arbitrary orientations, and their positions
     # define better normals. The sharp edges of a mesh with few faces are real.

@@ -20,7 +20,7 @@ from vomstudio.extraction.kernels import add_to_cells
 from vomstudio.geometry.kernels.cells import tabulate
 from vomstudio.geometry.kernels.jit import for_kernels
 
-COVERS = ("facet", "bare", "vegetation", "debris")
+COVER_CLASSES = ("facet", "bare", "vegetation", "debris")
 """Cover of an element: part of a facet, rock outside facets, vegetation or debris."""
 NEAR_PLANAR_SHARE = 0.30
 """Minimum nearly planar share according to Tavani et al."""
@@ -70,7 +70,7 @@ class Exposure:
     by_facet_m2 : (facets,) array
         Exposed area of each large facet.
     covers : (elements,) int32 array
-        Index into `COVERS` for each element.
+        Index into `COVER_CLASSES` for each element.
     """
 
     area_m2: float
@@ -87,7 +87,7 @@ class Exposure:
 def measure_exposure(
     elements: Elements,
     labels: Int32Array,
-    large: BoolArray,
+    is_large: BoolArray,
     level: BoolArray,
     colors: FloatArray | None,
 ) -> Exposure:
@@ -98,7 +98,7 @@ def measure_exposure(
     elements : Elements
     labels : (n,) int32 array
         Facet of each element; -1 if it belongs to none.
-    large : (n,) bool array
+    is_large : (n,) bool array
         Whether the facet of each element is large enough for a reliable error; any surface is
         planar at the scale of its points.
     level : (n,) bool array
@@ -125,14 +125,14 @@ def measure_exposure(
             variation > np.where(inside, 2.0 * _MIN_PLANT_VARIATION, _MIN_PLANT_VARIATION)
         )
         plants |= is_grass(colors)
-    rubble = _jumbled_ground(elements, ~(inside | plants))
+    rubble = _find_jumbled_areas(elements, ~(inside | plants))
     covers = np.where(inside, 0, 1).astype(np.int32)
     covers[plants], covers[rubble] = 2, 3
-    areas = np.bincount(covers + 4 * inside + 8 * large, area, 16).reshape(2, 2, 4)
+    areas = np.bincount(covers + 4 * inside + 8 * is_large, area, 16).reshape(2, 2, 4)
     total, exposed = float(areas.sum()), float(areas[..., :2].sum())
     count = max(int(labels.max(initial=-1)) + 1, 0)
-    large_labels = np.where(large & (covers == 0), labels, -1)
-    level_area = float(area[large & level & (covers == 0)].sum())
+    large_labels = np.where(is_large & (covers == 0), labels, -1)
+    level_area = float(area[is_large & level & (covers == 0)].sum())
     return Exposure(
         total,
         float(areas[:, 1].sum()) / total if total > 0.0 else None,
@@ -147,7 +147,7 @@ def measure_exposure(
 
 
 def fills_volume(
-    elements: Elements, variation: FloatArray | None = None, skin: bool = False
+    elements: Elements, variation: FloatArray | None = None, includes_surface: bool = False
 ) -> BoolArray:
     """Find the points (n,) that scatter in all directions or are not part of a surface.
 
@@ -156,7 +156,7 @@ def fills_volume(
     elements : Elements
     variation : (n,) array, optional
         Mean variation of each point and its neighbours, if already known.
-    skin : bool
+    includes_surface : bool
         Whether to include the boundary of a volume.
     """
     # Meshes are excluded, because faces at ledges also face all directions.
@@ -167,7 +167,7 @@ def fills_volume(
     limit = np.asarray(np.interp(elements.around, *_VOLUME_VARIATION))
     if elements.fewer is not None:
         limit = np.where(elements.fewer, _VOLUME_VARIATION[1][0], limit)
-    limit = (_BORDER_FACTOR if skin else 1.0) * limit
+    limit = (_BORDER_FACTOR if includes_surface else 1.0) * limit
     is_isolated = ~(elements.variation < NO_SURFACE)
     loose = np.flatnonzero((variation > _MIN_LOOSE_VARIATION) & ~is_isolated)
     is_isolated[loose] |= elements.areas[loose] > _MAX_AREA_RATIO * elements.typical_area
@@ -209,7 +209,7 @@ def _smooth_variation(elements: Elements) -> FloatArray:
     return values
 
 
-def _jumbled_ground(elements: Elements, candidates: BoolArray) -> BoolArray:
+def _find_jumbled_areas(elements: Elements, candidates: BoolArray) -> BoolArray:
     """Find candidates in gently dipping cells of twenty resolutions that face all directions."""
     if not candidates.any():
         return candidates

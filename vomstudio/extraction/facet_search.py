@@ -12,7 +12,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 
-def search(
+def search_facets(
     data: Mesh | PointCloud,
     options: FacetOptions,
     *,

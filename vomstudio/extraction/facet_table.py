@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import FacetSegmentation
 from vomstudio.geology.sets.discontinuities import Discontinuity
@@ -50,14 +50,14 @@ class FacetTable(PrintableResult):
     """
 
     facets: int
-    rows: list[Row] = field(metadata=HIDDEN)
+    rows: list[Row] = field(metadata=HIDDEN_IN_JSON)
     coverage: float | None
     near_planar_share: float | None
     level_share: float | None
     sets: tuple[DescribedSet, ...]
     discontinuities: tuple[Discontinuity, ...]
-    facet: Int32Array = field(metadata=HIDDEN)
-    set_of: Int32Array = field(metadata=HIDDEN)
+    facet: Int32Array = field(metadata=HIDDEN_IN_JSON)
+    set_of: Int32Array = field(metadata=HIDDEN_IN_JSON)
     area_m2: float
     vegetation_share: float
     debris_share: float

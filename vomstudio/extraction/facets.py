@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, GenericArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.extraction.borders.polygons import enclose_faces, enclose_points, to_wkt
 from vomstudio.extraction.cells.planes import find_cell_planes
@@ -116,7 +116,7 @@ class FacetSegmentation:
     min_points : int
     exposure : Exposure
     covers : (points,) int32 array
-        Index into `exposure.COVERS` for each point; -1 if unknown.
+        Index into `exposure.COVER_CLASSES` for each point; -1 if unknown.
     warnings : tuple of Finding
     """
 
@@ -160,11 +160,11 @@ def find_facets(
         Through `progress`.
     """
     options = options or FacetOptions()
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     if isinstance(data, Mesh) and len(data.faces):
         data = _snap_corners(data)
 
-    def begin(local: FloatArray, noisy: bool) -> tuple[CellGrid, CellPlanes]:
+    def begin(local: FloatArray, is_noisy: bool) -> tuple[CellGrid, CellPlanes]:
         return find_cell_planes(
             local,
             options.used_angle_deg,
@@ -172,7 +172,7 @@ def find_facets(
             options.used_min_points,
             options.min_area_m2 or 0.0,
             progress,
-            noisy,
+            is_noisy,
         )
 
     elements = build_elements(data, options.used_angle_deg, progress, begin)
@@ -193,12 +193,12 @@ def find_facets(
         reach=reach,
         min_count=min_count,
         min_area=min_area,
-        typical_reach=typical_reach,
+        typical_tolerance=typical_reach,
         progress=progress,
         known_labels=elements.begun,
     )
     colors = _colors(data, elements)
-    labels = _remove_mostly_excluded(labels, fills_volume(elements, skin=True))
+    labels = _remove_mostly_excluded(labels, fills_volume(elements, includes_surface=True))
     if colors is not None:
         elements, labels = _remove_grass(elements, labels, colors)
     facets, labels = _fit_facets(
@@ -207,7 +207,8 @@ def find_facets(
     progress.stage(tr("Describing the facets"))
     bent = find_bent_facets(elements, labels, _MAX_BEND_ANGLES * options.used_angle_deg)
     facets = [
-        _mark_bent(facet) if is_bent else facet for facet, is_bent in zip(facets, bent, strict=True)
+        _mark_as_bent(facet) if is_bent else facet
+        for facet, is_bent in zip(facets, bent, strict=True)
     ]
     return _assemble(data, elements, facets, labels, typical_reach, min_points, thresholds, colors)
 
@@ -220,9 +221,9 @@ def _snap_corners(mesh: Mesh) -> Mesh:
     return mesh if snapped_vertices is vertices else replace(mesh, vertices=snapped_vertices)
 
 
-def _remove_mostly_excluded(labels: Int32Array, excluded: BoolArray) -> Int32Array:
+def _remove_mostly_excluded(labels: Int32Array, is_excluded: BoolArray) -> Int32Array:
     """Remove facets that mainly consist of excluded elements (n,)."""
-    rows = np.flatnonzero(excluded & (labels >= 0))
+    rows = np.flatnonzero(is_excluded & (labels >= 0))
     if not len(rows):
         return labels
     count = np.bincount(labels + 1)[1:]
@@ -416,7 +417,7 @@ def _wide_spacing(areas: FloatArray) -> float:
     )
 
 
-def _mark_bent(facet: Facet) -> Facet:
+def _mark_as_bent(facet: Facet) -> Facet:
     """Mark a facet as part of a wavy or curved face."""
     verdict = facet.verdict
     return replace(

@@ -14,7 +14,7 @@ from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.extraction.best_cost import AUTO, CostTrial, follow_best
@@ -66,7 +66,7 @@ class FollowedTrace(PrintableResult):
         Stretches that may follow another contact, with their first and last vertices.
     """
 
-    points: FloatArray = field(repr=False, metadata=HIDDEN)
+    points: FloatArray = field(repr=False, metadata=HIDDEN_IN_JSON)
     length_m: float
     snap_m: float
     plane: Row | None
@@ -136,7 +136,7 @@ def followed_trace(
     frame: str,
     thresholds: Thresholds = DEFAULTS,
     priors: Sequence[SetPrior] = (),
-    called: str = "",
+    name: str = "",
 ) -> FollowedTrace:
     """Follow a contact through way-points and fit the plane of the trace.
 
@@ -155,7 +155,7 @@ def followed_trace(
     thresholds : Thresholds
     priors : sequence of SetPrior
         Sets with which the band of a straight trace is compared.
-    called : str
+    name : str
         Name of the cost in the result, if it differs.
 
     Returns
@@ -176,11 +176,15 @@ def followed_trace(
     trials: tuple[CostTrial, ...] = ()
     if follower is None:
         path, cost, trials = follow_best(
-            surface, way_points, vertices.resolution_near, vertices.outcrop_normal, whole=True
+            surface,
+            way_points,
+            vertices.resolution_near,
+            vertices.outcrop_normal,
+            uses_whole_surface=True,
         )
     else:
         path = follower.follow(way_points, whole=True)
-    cost = called or cost
+    cost = name or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
     local_resolution = vertices.resolution_near(path.points) or 0.0
     reliable = fit_remaining_plane(

@@ -13,14 +13,14 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.path_costs import COLOUR_COSTS, COSTS, node_colour, node_costs
+from vomstudio.extraction.path_costs import COLOUR_COSTS, COST_NAMES, node_colour, node_costs
 from vomstudio.extraction.shortest_paths import shortest_path, straightest_path
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 
-Leg = tuple[FloatArray, FloatArray]
+PathLeg = tuple[FloatArray, FloatArray]
 """Points (n, 3) between consecutive way-points, and the cost per metre at each. See `Path`."""
 
-STRETCH = 1.4
+CORRIDOR_STRETCH_FACTOR = 1.4
 _MARGIN_SPACINGS = 12.0
 _MAX_WHOLE_NODES = 3_000_000
 # A corridor that exceeds both this share and this number of nodes is not cut out of the surface.
@@ -78,7 +78,9 @@ class Follower:
                 raise UsageError(Finding("model.no-colours"), field="--cost")
         elif cost != "curvature" and cost not in surface.data.fields:
             raise UsageError(
-                Finding("option.not-a-choice", value=cost, choices=(*COSTS, *surface.data.fields)),
+                Finding(
+                    "option.not-a-choice", value=cost, choices=(*COST_NAMES, *surface.data.fields)
+                ),
                 field="--cost",
             )
 
@@ -107,7 +109,7 @@ class Follower:
         if len(local) < 2:
             raise GeometryError(Finding("feature.too-few-points", count=2 - len(local), minimum=2))
         surface = self.surface
-        legs: list[Leg] = []
+        legs: list[PathLeg] = []
         snaps, at = np.zeros(len(local)), np.zeros(len(local), np.int64)
         tints = self._tints(local)
         if whole and not surface.refines and len(surface.places) <= _MAX_WHOLE_NODES:
@@ -135,17 +137,19 @@ class Follower:
 
     def _leg(
         self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
-    ) -> Leg:
+    ) -> PathLeg:
         spacing = self._spacing(start, goal)
-        stretch, previous = STRETCH, 0
+        stretch, previous = CORRIDOR_STRETCH_FACTOR, 0
         # In a graph of points and vertices, the nearest node may not be connected.
         max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
         if self._covers(start, goal, spacing):
             return self._over_whole(start, goal, tints, number)
         while True:
-            margin = (2.0 * _MARGIN_SPACINGS if stretch > STRETCH else _MARGIN_SPACINGS) * spacing
+            margin = (
+                2.0 * _MARGIN_SPACINGS if stretch > CORRIDOR_STRETCH_FACTOR else _MARGIN_SPACINGS
+            ) * spacing
             graph = self.surface.corridor(start, goal, stretch, margin)
-            ends = _nearest(graph.places, np.stack([start, goal]))
+            ends = _nearest_nodes(graph.places, np.stack([start, goal]))
             if np.linalg.norm(graph.places[ends[1]] - goal) <= max_distance:
                 costs = self._costs(graph, tints)
                 path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
@@ -164,7 +168,7 @@ class Follower:
         if places > _MAX_WHOLE_NODES or self.surface.refines:
             return False
         far = float(np.linalg.norm(goal - start))
-        span = STRETCH * far + _MARGIN_SPACINGS * spacing
+        span = CORRIDOR_STRETCH_FACTOR * far + _MARGIN_SPACINGS * spacing
         area = 0.25 * np.pi * span * np.sqrt(span**2 - far**2)
         return bool(
             area > _MAX_CORRIDOR_SHARE * places * spacing**2
@@ -173,7 +177,7 @@ class Follower:
 
     def _over_whole(
         self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
-    ) -> Leg:
+    ) -> PathLeg:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
         costs = self._whole_costs(tints)
@@ -191,7 +195,7 @@ class Follower:
             self.surface.cached_costs[self.cost] = cached
         return cached[1]
 
-    def _through(self, graph: Graph, local: FloatArray, tints: FloatArray | None) -> list[Leg]:
+    def _through(self, graph: Graph, local: FloatArray, tints: FloatArray | None) -> list[PathLeg]:
         """Follow the best path through all way-points, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(local)[1], np.int64)
         costs = self._whole_costs(tints)
@@ -220,14 +224,14 @@ class Follower:
         colours = []
         for point in local:
             graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing(point, point))
-            colours.append(node_colour(graph, int(_nearest(graph.places, point[None])[0])))
+            colours.append(node_colour(graph, int(_nearest_nodes(graph.places, point[None])[0])))
         return np.array(colours)
 
     def _costs(self, graph: Graph, tints: FloatArray | None) -> FloatArray:
         return node_costs(graph, self.cost, tints)
 
 
-def _nearest(places: FloatArray, points: FloatArray) -> IntArray:
+def _nearest_nodes(places: FloatArray, points: FloatArray) -> IntArray:
     return np.array([np.argmin(((places - p) ** 2).sum(axis=1)) for p in points], np.int64)
 
 

@@ -22,11 +22,11 @@ from vomstudio.extraction.kernels import (
     map_labels,
     sort_by_label,
 )
-from vomstudio.extraction.point_neighbours import NEIGHBOURS
+from vomstudio.extraction.point_neighbours import N_NEIGHBOURS
 from vomstudio.geometry.kernels.jit import for_kernels
 
-NONE, OUT = -1, -2
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+UNASSIGNED_LABEL, OUTLIER = -1, -2
+_AXIS_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 # Maximum distance from a plane, in multiples of the local spacing and of the local noise.
 _MAX_DISTANCE_SPACINGS = 1.0
 _MAX_DISTANCE_NOISE = 3.0
@@ -55,7 +55,7 @@ A slice through points that do not form a surface, such as clutter, has a larger
 
 
 @dataclass(frozen=True, eq=False)
-class Planes:
+class FacetPlanes:
     """Planes of f facets, computed from the moments of their elements.
 
     Parameters
@@ -118,7 +118,7 @@ def grow_facets(
     reach: FloatArray,
     min_count: int,
     min_area: float,
-    typical_reach: float,
+    typical_tolerance: float,
     progress: Progress,
     known_labels: Int32Array | None = None,
 ) -> Int32Array:
@@ -133,7 +133,7 @@ def grow_facets(
         Maximum distance of each element from the plane of its facet, m.
     min_count, min_area
         Minimum number of elements and minimum area; a facet must reach one of the two.
-    typical_reach : float
+    typical_tolerance : float
         Median of `reach`, m.
     progress : Progress
         Its steps are the seeds processed so far.
@@ -152,16 +152,18 @@ def grow_facets(
     """
     n = len(elements)
     labels = (
-        np.full(n, NONE, np.int32) if known_labels is None else for_kernels(known_labels, np.int32)
+        np.full(n, UNASSIGNED_LABEL, np.int32)
+        if known_labels is None
+        else for_kernels(known_labels, np.int32)
     )
     usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
-    labels[~usable] = OUT
+    labels[~usable] = OUTLIER
     rows, inner_sums = np.arange(n), None
     if known_labels is not None:
         listed = np.diff(elements.starts) > 0
         rows, closed = np.flatnonzero(listed), np.flatnonzero(~listed)
         inner_sums = _sum_moments(elements, labels, closed, _count(labels), reach=reach)
-    free = rows[labels[rows] == NONE]
+    free = rows[labels[rows] == UNASSIGNED_LABEL]
     roughness = np.nan_to_num(elements.variation[free], nan=1.0)
     order = free[np.argsort(roughness, kind="stable")]
     queue, sums = np.empty(n, np.int32), np.zeros(10)
@@ -192,10 +194,10 @@ def grow_facets(
         progress.step(last)
     progress.stage(tr("Merging facets"), None)
     for _ in range(2):
-        labels = _reassign(elements, rows, inner_sums, reach, typical_reach, cosine, labels)
+        labels = _reassign(elements, rows, inner_sums, reach, typical_tolerance, cosine, labels)
         labels, inner_sums = _merge_coplanar(elements, rows, inner_sums, reach, angle_deg, labels)
         progress.step(0)
-    labels = _reassign(elements, rows, inner_sums, reach, typical_reach, cosine, labels)
+    labels = _reassign(elements, rows, inner_sums, reach, typical_tolerance, cosine, labels)
     return _remove_small(
         elements,
         rows,
@@ -207,7 +209,7 @@ def grow_facets(
 
 
 @dataclass(frozen=True, eq=False)
-class _Sums:
+class _FacetSums:
     """Sums of f facets: weight, moments about known positions, and squared tolerances (f, 11)."""
 
     about: FloatArray
@@ -215,25 +217,25 @@ class _Sums:
     sums: FloatArray
     count: IntArray
 
-    def extended(self, f: int) -> _Sums:
+    def extended(self, f: int) -> _FacetSums:
         """Return a copy extended to `f` facets."""
         added = f - len(self.known)
-        return _Sums(
+        return _FacetSums(
             np.concatenate([self.about, np.zeros((added, 3))]),
             np.concatenate([self.known, np.zeros(added, np.bool_)]),
             np.concatenate([self.sums, np.zeros((added, 11))]),
             np.concatenate([self.count, np.zeros(added, np.int64)]),
         )
 
-    def merged(self, number: IntArray) -> _Sums:
+    def merged(self, number: IntArray) -> _FacetSums:
         """Return the sums after merging facets with equal numbers (f,)."""
-        new = _no_sums(int(number.max(initial=-1)) + 1)
+        new = _zero_sums(int(number.max(initial=-1)) + 1)
         used = np.flatnonzero(self.known)
         new.known[number[used]] = True
         new.about[number[used][::-1]] = self.about[used][::-1]
         shift, sums = self.about[used] - new.about[number[used]], self.sums[used].copy()
         weight, first = sums[:, 0], sums[:, 1:4].copy()
-        for at, (i, j) in enumerate(_PAIRS):
+        for at, (i, j) in enumerate(_AXIS_PAIRS):
             sums[:, 4 + at] += (
                 first[:, i] * shift[:, j]
                 + first[:, j] * shift[:, i]
@@ -245,8 +247,10 @@ class _Sums:
         return new
 
 
-def _no_sums(f: int) -> _Sums:
-    return _Sums(np.zeros((f, 3)), np.zeros(f, np.bool_), np.zeros((f, 11)), np.zeros(f, np.int64))
+def _zero_sums(f: int) -> _FacetSums:
+    return _FacetSums(
+        np.zeros((f, 3)), np.zeros(f, np.bool_), np.zeros((f, 11)), np.zeros(f, np.int64)
+    )
 
 
 def _sum_moments(
@@ -254,10 +258,10 @@ def _sum_moments(
     labels: Int32Array,
     rows: IntArray,
     f: int,
-    inner_sums: _Sums | None = None,
+    inner_sums: _FacetSums | None = None,
     reach: FloatArray | None = None,
-) -> _Sums:
-    sums = _no_sums(f) if inner_sums is None else inner_sums.extended(f)
+) -> _FacetSums:
+    sums = _zero_sums(f) if inner_sums is None else inner_sums.extended(f)
     kernel_labels = for_kernels(labels, np.int32)
     add_moments(
         rows,
@@ -278,9 +282,9 @@ def facet_planes(
     elements: Elements,
     labels: Int32Array,
     rows: IntArray | None = None,
-    inner_sums: _Sums | None = None,
+    inner_sums: _FacetSums | None = None,
     reach: FloatArray | None = None,
-) -> Planes:
+) -> FacetPlanes:
     """Compute the area-weighted planes of all facets, from 0 to the largest label.
 
     Parameters
@@ -300,10 +304,10 @@ def facet_planes(
     means = sums.sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
     mean = means[:, :3]
     scatter = np.empty((len(area), 3, 3))
-    for at, (i, j) in enumerate(_PAIRS):
+    for at, (i, j) in enumerate(_AXIS_PAIRS):
         scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + at] - mean[:, i] * mean[:, j]
     values, vectors = np.linalg.eigh(scatter)
-    return Planes(
+    return FacetPlanes(
         sums.about + mean,
         np.ascontiguousarray(vectors[:, :, 0]),
         np.sqrt(np.maximum(values[:, 0], 0.0)),
@@ -314,13 +318,13 @@ def facet_planes(
     )
 
 
-def facet_limits(planes: Planes, typical_reach: float) -> FloatArray:
+def facet_limits(planes: FacetPlanes, typical_tolerance: float) -> FloatArray:
     """Return the maximum distance of elements from the planes of facets, based on scatter.
 
     Parameters
     ----------
     planes : Planes
-    typical_reach : float
+    typical_tolerance : float
         Median tolerance of the elements, m.
 
     Returns
@@ -328,15 +332,17 @@ def facet_limits(planes: Planes, typical_reach: float) -> FloatArray:
     (f,) ndarray
         Distances in metres.
     """
-    return for_kernels(np.maximum(_MAX_DEVIATIONS * planes.rms, 0.1 * typical_reach), np.float64)
+    return for_kernels(
+        np.maximum(_MAX_DEVIATIONS * planes.rms, 0.1 * typical_tolerance), np.float64
+    )
 
 
 def _reassign(
     elements: Elements,
     rows: IntArray,
-    inner_sums: _Sums | None,
+    inner_sums: _FacetSums | None,
     reach: FloatArray,
-    typical_reach: float,
+    typical_tolerance: float,
     cosine: float,
     labels: Int32Array,
 ) -> Int32Array:
@@ -355,7 +361,7 @@ def _reassign(
             cosine,
             for_kernels(planes.centre, np.float64),
             for_kernels(planes.normal, np.float64),
-            facet_limits(planes, typical_reach),
+            facet_limits(planes, typical_tolerance),
             labels,
             out,
         )
@@ -368,11 +374,11 @@ def _reassign(
 def _merge_coplanar(
     elements: Elements,
     rows: IntArray,
-    inner_sums: _Sums | None,
+    inner_sums: _FacetSums | None,
     reach: FloatArray,
     angle_deg: float,
     labels: Int32Array,
-) -> tuple[Int32Array, _Sums | None]:
+) -> tuple[Int32Array, _FacetSums | None]:
     """Merge neighbouring facets that form one plane; return the labels and the merged sums."""
     f = _count(labels)
     if f < 2:
@@ -422,7 +428,7 @@ def _merge_coplanar(
     _, number = np.unique(roots, return_inverse=True)
     # The last two entries represent NONE and OUT, which index from the end.
     out = np.empty_like(labels)
-    map_labels(labels, np.append(number, [OUT, NONE]).astype(np.int32), out)
+    map_labels(labels, np.append(number, [OUTLIER, UNASSIGNED_LABEL]).astype(np.int32), out)
     return out, None if inner_sums is None else inner_sums.extended(f).merged(number)
 
 
@@ -450,25 +456,25 @@ def _adjacent_facets(
 def _remove_small(
     elements: Elements,
     rows: IntArray,
-    planes: Planes,
+    planes: FacetPlanes,
     labels: Int32Array,
     min_count: int,
     min_area: float,
 ) -> Int32Array:
     """Renumber facets by decreasing area; elements of facets that are too small become -1."""
     is_kept = (planes.count >= min_count) | ((planes.area >= min_area) & (planes.area > 0.0))
-    is_kept &= _looseness(elements, rows, planes, labels) <= _MAX_LOOSENESS
+    is_kept &= _loose_shares(elements, rows, planes, labels) <= _MAX_LOOSENESS
     order = np.argsort(-np.where(is_kept, planes.area, -1.0), kind="stable")
     # The last two entries represent NONE and OUT.
-    number = np.full(len(planes.area) + 2, NONE, np.int32)
+    number = np.full(len(planes.area) + 2, UNASSIGNED_LABEL, np.int32)
     number[order[: int(is_kept.sum())]] = np.arange(int(is_kept.sum()))
     out = np.empty_like(labels)
     map_labels(labels, number, out)
     return out
 
 
-def _looseness(
-    elements: Elements, rows: IntArray, planes: Planes, labels: Int32Array
+def _loose_shares(
+    elements: Elements, rows: IntArray, planes: FacetPlanes, labels: Int32Array
 ) -> FloatArray:
     """Return the share (f,) of the neighbours of each facet that do not belong to a facet."""
     f = len(planes.area)
@@ -481,12 +487,12 @@ def _looseness(
     listed = labels[rows]
     # Points without a list of neighbours are in the interior of their facet.
     interior = planes.count - np.bincount(listed[listed >= 0], minlength=f)
-    total = np.bincount(facet_of, minlength=f) + NEIGHBOURS * interior
+    total = np.bincount(facet_of, minlength=f) + N_NEIGHBOURS * interior
     return np.asarray(np.bincount(facet_of, free, f) / np.maximum(total, 1))
 
 
 def _count(labels: Int32Array) -> int:
-    return max(int(labels.max(initial=NONE)) + 1, 0)
+    return max(int(labels.max(initial=UNASSIGNED_LABEL)) + 1, 0)
 
 
 def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -> BoolArray:
@@ -524,8 +530,8 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     # are.
     sums = np.zeros((f, 3))
     for first, second in pairs.tolist():
-        first_turn = _turning(elements, planes, samples[first], first, second)
-        second_turn = _turning(elements, planes, samples[second], second, first)
+        first_turn = _rotation_to_neighbour(elements, planes, samples[first], first, second)
+        second_turn = _rotation_to_neighbour(elements, planes, samples[second], second, first)
         for facet, (share, error) in ((first, first_turn), (second, second_turn)):
             bent[facet] |= bool(share > _MIN_TURN_SHARE + 2.0 * np.sqrt(error))
             if 0.0 < error < np.inf:
@@ -536,8 +542,8 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     return np.asarray(bent)
 
 
-def _turning(
-    elements: Elements, planes: Planes, rows: IntArray, first: int, second: int
+def _rotation_to_neighbour(
+    elements: Elements, planes: FacetPlanes, rows: IntArray, first: int, second: int
 ) -> FloatArray:
     """Return the rotation of a facet toward a neighbour, and its variance.
 

@@ -50,18 +50,18 @@ def fit_local_planes(points, places, rows, normals, variation):  # type: ignore[
 
 
 @kernel("void(f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1])")
-def average_normals(normals, areas, starts, near, least, out):  # type: ignore[no-untyped-def]
+def average_normals(normals, areas, starts, neighbours, min_cosine, out):  # type: ignore[no-untyped-def]
     """Average the normal of each element with those of its neighbours, weighted by area.
 
-    Only neighbours within the angle whose cosine is `least` are used. Normals are axial.
+    Only neighbours within the angle whose cosine is `min_cosine` are used. Normals are axial.
     """
     for e in range(len(normals)):
         nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
         sx, sy, sz = areas[e] * nx, areas[e] * ny, areas[e] * nz
         for at in range(starts[e], starts[e + 1]):
-            o = near[at]
+            o = neighbours[at]
             c = nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2]
-            if abs(c) < least or c != c:
+            if abs(c) < min_cosine or c != c:
                 continue
             w = areas[o] if c > 0.0 else -areas[o]
             sx, sy, sz = sx + w * normals[o, 0], sy + w * normals[o, 1], sz + w * normals[o, 2]
@@ -73,20 +73,20 @@ def average_normals(normals, areas, starts, near, least, out):  # type: ignore[n
 
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1])")
-def neighbour_cosines(normals, starts, near, out):  # type: ignore[no-untyped-def]
-    """Write the cosines between the normals of neighbours, in the order of `near`.
+def neighbour_cosines(normals, starts, neighbours, out):  # type: ignore[no-untyped-def]
+    """Write the cosines between the normals of neighbours, in the order of `neighbours`.
 
     Normals are axial.
     """
     for e in range(len(normals)):
         nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
         for at in range(starts[e], starts[e + 1]):
-            o = near[at]
+            o = neighbours[at]
             out[at] = abs(nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2])
 
 
 @part
-def _reset(sums):  # type: ignore[no-untyped-def]
+def _clear_sums(sums):  # type: ignore[no-untyped-def]
     for j in range(10):
         sums[j] = 0.0
 
@@ -135,9 +135,9 @@ def grow_regions(  # type: ignore[no-untyped-def]
     normals,
     areas,
     inner,
-    reach,
+    max_distance,
     starts,
-    near,
+    neighbours,
     least_cosine,
     least_count,
     least_area,
@@ -149,7 +149,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
     """Grow regions from the seeds order[first:last], in order; return the next free label.
 
     An element joins a region if its normal is within the angle of the plane of the region, and its
-    position is within its `reach` of the plane. The plane is refitted whenever the region has grown
+    position is within its `max_distance` of the plane. The plane is refitted whenever the region has grown
     by a half. Regions with fewer elements than `least_count` are dissolved unless they reach
     `least_area`. In `labels`, -1 marks free elements and -2 excluded elements.
     """
@@ -160,7 +160,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
         ox, oy, oz = places[s, 0], places[s, 1], places[s, 2]
         nx, ny, nz = normals[s, 0], normals[s, 1], normals[s, 2]
         cx, cy, cz = 0.0, 0.0, 0.0
-        _reset(sums)
+        _clear_sums(sums)
         _add(sums, areas[s], 0.0, 0.0, 0.0, inner, s)
         labels[s] = label
         queue[0] = s
@@ -169,7 +169,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
             e = queue[head]
             head += 1
             for at in range(starts[e], starts[e + 1]):
-                o = near[at]
+                o = neighbours[at]
                 if labels[o] != -1:
                     continue
                 c = nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2]
@@ -177,7 +177,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
                     continue
                 x, y, z = places[o, 0] - ox, places[o, 1] - oy, places[o, 2] - oz
                 off = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
-                if not abs(off) <= reach[o]:
+                if not abs(off) <= max_distance[o]:
                     continue
                 labels[o] = label
                 queue[tail] = o
@@ -202,12 +202,23 @@ def grow_regions(  # type: ignore[no-untyped-def]
     "f8[::1], i4[::1], i4[::1])"
 )
 def assign_nearest_planes(  # type: ignore[no-untyped-def]
-    rows, places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
+    rows,
+    places,
+    normals,
+    max_distance,
+    starts,
+    neighbours,
+    least_cosine,
+    centres,
+    facing_normals,
+    limits,
+    labels,
+    out,
 ):
     """Assign each element of `rows` to the nearest plane among its own and its neighbours'.
 
     centres, facing (f, 3) and limits (f,) describe the planes of the facets. An element beyond the
-    limit of a plane or beyond its own `reach` is not assigned to this plane. If its normal differs
+    limit of a plane or beyond its own `max_distance` is not assigned to this plane. If its normal differs
     by more than the angle, as at an edge between two faces, it must be twice as close. The labels
     are written to `out` (rows,), and the number of changes is returned.
     """
@@ -219,19 +230,19 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
             out[i] = -2
             continue
         for turn in range(starts[e] - 1, starts[e + 1]):
-            f = labels[e] if turn < starts[e] else labels[near[turn]]
+            f = labels[e] if turn < starts[e] else labels[neighbours[turn]]
             if f < 0 or f == best:
                 continue
             off = abs(
-                (places[e, 0] - centres[f, 0]) * facing[f, 0]
-                + (places[e, 1] - centres[f, 1]) * facing[f, 1]
-                + (places[e, 2] - centres[f, 2]) * facing[f, 2]
+                (places[e, 0] - centres[f, 0]) * facing_normals[f, 0]
+                + (places[e, 1] - centres[f, 1]) * facing_normals[f, 1]
+                + (places[e, 2] - centres[f, 2]) * facing_normals[f, 2]
             )
-            limit = min(reach[e], limits[f])
+            limit = min(max_distance[e], limits[f])
             c = abs(
-                normals[e, 0] * facing[f, 0]
-                + normals[e, 1] * facing[f, 1]
-                + normals[e, 2] * facing[f, 2]
+                normals[e, 0] * facing_normals[f, 0]
+                + normals[e, 1] * facing_normals[f, 1]
+                + normals[e, 2] * facing_normals[f, 2]
             )
             if not c >= least_cosine:
                 limit *= 0.5
@@ -250,14 +261,14 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     "i8[::1])"
 )
 def add_moments(  # type: ignore[no-untyped-def]
-    rows, places, areas, inner, reach, labels, about, known, sums, count
+    rows, places, areas, inner, max_distance, labels, about, known, sums, count
 ):
     """Add the moments of the elements of each facet among `rows` to `sums` and `count`.
 
     `sums` has the shape (f, 11), `count` the shape (f,).
 
     The columns are the weight, the first and second moments about a position (the `known` one,
-    otherwise that of the first element), and the squares of `reach` if it has one value per
+    otherwise that of the first element), and the squares of `max_distance` if it has one value per
     element.
     """
     for e in rows:
@@ -268,8 +279,8 @@ def add_moments(  # type: ignore[no-untyped-def]
             known[f] = True
             about[f, 0], about[f, 1], about[f, 2] = places[e, 0], places[e, 1], places[e, 2]
         count[f] += 1
-        if len(reach) > 1:
-            sums[f, 10] += reach[e] * reach[e]
+        if len(max_distance) > 1:
+            sums[f, 10] += max_distance[e] * max_distance[e]
         _add(
             sums[f],
             areas[e],
@@ -290,15 +301,19 @@ def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8, i8[::1], i8[:,::1], f8[:,::1])")
-def add_to_cells(places, normals, areas, per, names, ends, sums):  # type: ignore[no-untyped-def]
-    """Add elements with a normal to the cubic cells of a table, with `per` cells per unit.
+def add_to_cells(places, normals, areas, cells_per_unit, names, ends, sums):  # type: ignore[no-untyped-def]
+    """Add elements with a normal to the cubic cells of a table, with `cells_per_unit` cells per unit.
 
     See `tabulate` for the table. The columns are the area and the area-weighted sums of the
     products of the normals (xx, yy, zz, xy, xz, yz), of the positions relative to the corner of the
     cell, and of the products of these positions.
     """
     for e in range(len(places)):
-        x, y, z = places[e, 0] * per, places[e, 1] * per, places[e, 2] * per
+        x, y, z = (
+            places[e, 0] * cells_per_unit,
+            places[e, 1] * cells_per_unit,
+            places[e, 2] * cells_per_unit,
+        )
         i, j, k = int(x), int(y), int(z)
         slot = slot_of(names, cell_name(i, j, k))
         u, v, w = normals[e, 0], normals[e, 1], normals[e, 2]

@@ -35,14 +35,14 @@ class ModelPart:
 
 
 def extract_visible_part(
-    data: Mesh | PointCloud, eye: npt.ArrayLike, toward: npt.ArrayLike, count: int
+    data: Mesh | PointCloud, eye: npt.ArrayLike, view_target: npt.ArrayLike, count: int
 ) -> ModelPart:
     """Extract the `count` points that are nearest to the point in view.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-    eye, toward : (3,) array_like
+    eye, view_target : (3,) array_like
         Position of the viewer and a point in the viewing direction, in the frame of the data.
     count : int
 
@@ -55,7 +55,7 @@ def extract_visible_part(
     rows = np.arange(len(points))
     if len(points) > count:
         middle = _find_point_in_view(
-            points, np.asarray(eye, np.float64), np.asarray(toward, np.float64)
+            points, np.asarray(eye, np.float64), np.asarray(view_target, np.float64)
         )
         square = np.nan_to_num(((points - middle) ** 2).sum(axis=1), nan=np.inf)
         rows = np.sort(np.argpartition(square, count)[:count])
@@ -71,9 +71,9 @@ def extract_visible_part(
     )
 
 
-def _find_point_in_view(points: FloatArray, eye: FloatArray, toward: FloatArray) -> FloatArray:
+def _find_point_in_view(points: FloatArray, eye: FloatArray, view_target: FloatArray) -> FloatArray:
     """Return the first point near the line of sight, or else the point nearest to its end."""
-    direction = toward - eye
+    direction = view_target - eye
     size = float(np.linalg.norm(direction))
     offsets = points - eye
     if size > 0.0:
@@ -84,4 +84,4 @@ def _find_point_in_view(points: FloatArray, eye: FloatArray, toward: FloatArray)
             # Among the nearest points, select the one closest to the line.
             first = near[depth[near] <= (1.0 + _RAY_HALF_WIDTH) * depth[near].min()]
             return np.asarray(points[first[np.argmin(distance[first])]])
-    return np.asarray(points[np.nanargmin(((points - toward) ** 2).sum(axis=1))])
+    return np.asarray(points[np.nanargmin(((points - view_target) ** 2).sum(axis=1))])

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import BoolArray, FloatArray, Int8Array, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.extraction.decimation import thin_mesh
 from vomstudio.extraction.elements import Elements, build_elements
@@ -54,7 +54,7 @@ from vomstudio.geometry.resolution import (
 )
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
-CLASSES = ("none", "poor", "doubtful", "good")
+QUALITY_CLASSES = ("none", "poor", "doubtful", "good")
 """Classes of the expected error, worst first; "none" means that the plane is undetermined."""
 GOOD_DEG, POOR_DEG = 5.0, 15.0
 MIN_EXTENT_RESOLUTIONS = 10.0
@@ -90,7 +90,7 @@ class Measurable:
     extent, relief : (n,) arrays
         Longest and shorter axes of the line, m.
     classes : (n,) int8 array
-        Index into `CLASSES` for the better of trace and patch.
+        Index into `QUALITY_CLASSES` for the better of trace and patch.
     patches : (n,) int32 array
         Number of the patch of each piece; -1 outside patches.
     areas : (n,) array
@@ -123,7 +123,7 @@ class Measurable:
 
     @property
     def trace_classes(self) -> Int8Array:
-        """Index (n,) into `CLASSES` for traces only."""
+        """Index (n,) into `QUALITY_CLASSES` for traces only."""
         return _classes(self.trace_deg, self.extent, self.resolutions)
 
     @property
@@ -196,7 +196,7 @@ def map_measurability(
     """
     assert options.length_m is not None
     length = options.length_m
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     surface = _surface(data, length, options.resolution_m, progress)
     elements = surface.elements
     if options.resolution_m is None:
@@ -210,7 +210,7 @@ def map_measurability(
 
 # --- the surface ------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
-class _Surface:
+class _ShortPieces:
     """Pieces of a surface that are all short compared with a trace.
 
     `of` (n,) is the face or point of the model that each piece belongs to. See `Measurable` for
@@ -224,11 +224,11 @@ class _Surface:
 
 def _surface(
     data: Mesh | PointCloud, length: float, resolution: float | None, progress: Progress
-) -> _Surface:
+) -> _ShortPieces:
     progress.stage(tr("Analysing the surface"), None)
     if not isinstance(data, Mesh) or not len(data.faces):
         elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
-        return _Surface(elements, np.asarray(elements.rows))
+        return _ShortPieces(elements, np.asarray(elements.rows))
     vertices = np.asarray(data.vertices, np.float64)
     faces = np.asarray(data.faces, np.int64)
     finite = np.asarray(np.isfinite(vertices).all(axis=1))
@@ -250,7 +250,7 @@ def _surface(
     fine = CELL_STRIPS * step > _MIN_CELL_RATIO * typical_side
     if not fine and float(square.max()) <= max_side**2:
         elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
-        return _Surface(elements, np.asarray(elements.rows))
+        return _ShortPieces(elements, np.asarray(elements.rows))
     node_of = welded(vertices)
     places = np.zeros((int(node_of.max()) + 1, 3))
     origin = vertices[finite].min(axis=0)
@@ -268,7 +268,7 @@ def _surface(
         # Distribute the area of each face proportionally over its pieces.
         piece_area = np.bincount(source, elements.areas, len(areas))[source]
         elements = replace(elements, areas=elements.areas * (areas[source] / piece_area))
-    return _Surface(elements, rows[source], nodes)
+    return _ShortPieces(elements, rows[source], nodes)
 
 
 def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
@@ -303,7 +303,7 @@ def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
 
 # --- the map ----------------------------------------------------------------------------------
 def _map_elements(
-    surface: _Surface,
+    surface: _ShortPieces,
     normal: FloatArray,
     resolution: FloatArray,
     length: float,
@@ -373,7 +373,7 @@ def _classes(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> I
 # --- patches ----------------------------------------------------------------------------------
 def _patches(
     elements: Elements,
-    exposed: BoolArray,
+    is_exposed: BoolArray,
     resolution: FloatArray,
     noise: float,
     options: MeasurableOptions,
@@ -381,13 +381,13 @@ def _patches(
 ) -> tuple[Int32Array, FloatArray, FloatArray]:
     """Return the patch of each piece, its expected error (degrees) and its diameter (m)."""
     patches = np.full(len(elements), -1, np.int32)
-    label = connected_pieces(elements, np.where(exposed, 0, -1))
-    if not exposed.any():
+    label = connected_pieces(elements, np.where(is_exposed, 0, -1))
+    if not is_exposed.any():
         return patches, np.full(len(patches), np.nan), np.full(len(patches), np.nan)
-    _, patch_of = np.unique(label[exposed], return_inverse=True)
-    patches[exposed] = patch_of
-    area = np.bincount(patch_of, weight[exposed])
-    mean_resolution = np.bincount(patch_of, (weight * resolution)[exposed]) / np.maximum(
+    _, patch_of = np.unique(label[is_exposed], return_inverse=True)
+    patches[is_exposed] = patch_of
+    area = np.bincount(patch_of, weight[is_exposed])
+    mean_resolution = np.bincount(patch_of, (weight * resolution)[is_exposed]) / np.maximum(
         area, 1e-300
     )
     size = 2.0 * np.sqrt(area / np.pi)
@@ -399,7 +399,7 @@ def _patches(
         ).error_deg(float(size[row]))
         error[row] = np.nan if error_deg is None else error_deg
     deg, extent = np.full(len(patches), np.nan), np.full(len(patches), np.nan)
-    deg[exposed], extent[exposed] = error[patch_of], size[patch_of]
+    deg[is_exposed], extent[is_exposed] = error[patch_of], size[patch_of]
     return patches, deg, extent
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements
 from vomstudio.extraction.measurable_kernels import line_moments
@@ -69,8 +69,8 @@ def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
 def intersection_moments(
     elements: Elements,
     normal: FloatArray,
-    cut: BoolArray,
-    exposed: BoolArray,
+    is_cut: BoolArray,
+    is_exposed: BoolArray,
     resolution: FloatArray,
     length: float,
     progress: Progress,
@@ -82,9 +82,9 @@ def intersection_moments(
     elements : Elements
     normal : (3,) array
         Normal of the plane in the World frame.
-    cut : (n,) bool array
+    is_cut : (n,) bool array
         Pieces that are cut by the plane.
-    exposed : (n,) bool array
+    is_exposed : (n,) bool array
         Pieces that are parallel to the plane.
     resolution : (n,) array
         Local resolution of the model, m.
@@ -100,15 +100,17 @@ def intersection_moments(
     """
     n = len(elements)
     moments = np.full((n, 5), np.nan)
-    if not cut.any():
+    if not is_cut.any():
         return moments
     places = elements.places
     offset = places @ normal
-    offset = offset - offset[cut].min()
-    spread = np.sqrt(np.percentile(elements.areas[cut], 75.0) * (2 if elements.of == "face" else 1))
+    offset = offset - offset[is_cut].min()
+    spread = np.sqrt(
+        np.percentile(elements.areas[is_cut], 75.0) * (2 if elements.of == "face" else 1)
+    )
     width = strip_half_width(float(spread), length)
     representatives, representative_of, weight = _select_representatives(
-        elements, cut, normal, width
+        elements, is_cut, normal, width
     )
     first, second = _plane_axes(normal)
     slope = np.einsum("ij,j->i", np.nan_to_num(elements.normals[representatives]), normal)
@@ -138,7 +140,7 @@ def intersection_moments(
     progress.stage(tr("Measuring patches"), len(representatives))
     before = 0
     for bands, is_inside in ((quarter, middle), (shifted, ~middle)):
-        band = np.where(cut | exposed, np.floor(bands).astype(np.int64), -1)
+        band = np.where(is_cut | is_exposed, np.floor(bands).astype(np.int64), -1)
         label = connected_pieces(elements, np.where(band < 0, -1, band))[representatives]
         rows = np.flatnonzero(is_inside)
         if len(rows):
@@ -168,7 +170,7 @@ def intersection_moments(
         ],
         axis=1,
     )
-    moments[cut] = results[representative_of]
+    moments[is_cut] = results[representative_of]
     return moments
 
 
@@ -181,14 +183,14 @@ def _plane_axes(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _select_representatives(
-    elements: Elements, cut: BoolArray, normal: FloatArray, width: float
+    elements: Elements, is_cut: BoolArray, normal: FloatArray, width: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Select one piece to represent all pieces in each cell on either side of the plane.
 
     Return the rows of the representatives, the representative of each cut piece, and the area that
     each one represents.
     """
-    rows = np.flatnonzero(cut)
+    rows = np.flatnonzero(is_cut)
     areas = elements.areas[rows]
     typical = float(np.median(areas))
     if typical > 0.3 * width**2:
@@ -217,7 +219,7 @@ def _moments(
     rows: IntArray,
     coordinates: FloatArray,
     slopes: FloatArray,
-    steep: FloatArray,
+    steepness: FloatArray,
     weight: FloatArray,
     resolution: FloatArray,
     half_length: float,
@@ -245,7 +247,7 @@ def _moments(
     last = for_kernels(ends[label[order]], np.int64)
     first = for_kernels(np.concatenate([[0], ends[:-1]])[label[order]], np.int64)
     arrays = [
-        for_kernels(values[order], np.float64) for values in (slopes, steep, weight, resolution)
+        for_kernels(values[order], np.float64) for values in (slopes, steepness, weight, resolution)
     ]
     moments = np.empty((len(rows), 9))
 
@@ -259,7 +261,7 @@ def _moments(
     return moments
 
 
-class _OffsetProgress(Silent):
+class _OffsetProgress(SilentProgress):
     """Progress that continues the count of a previous step."""
 
     def __init__(self, progress: Progress, offset: int) -> None:

@@ -14,7 +14,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.geometry.kernels.pieces import split_work
 
-COSTS = ("colour", "dark", "light", "gradient", "curvature")
+COST_NAMES = ("colour", "dark", "light", "gradient", "curvature")
 """Names of the costs; any other name refers to a field."""
 COLOUR_COSTS = ("colour", "dark", "light", "gradient")
 
@@ -56,7 +56,7 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
     ----------
     graph : Graph
     cost : str
-        One of `COSTS`, or the name of a field whose low values are followed.
+        One of `COST_NAMES`, or the name of a field whose low values are followed.
     tints : (w, 3) array, optional
         Opponent colours to follow; required for the cost "colour".
 
@@ -89,18 +89,18 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
         value = (value - low) / max(high - low, 1e-12)
         if not is_complete:
             value[~finite] = 1.0
-    valley = _valley(graph, np.clip(value, 0.0, 1.0))
+    valley = _smoothed_lows(graph, np.clip(value, 0.0, 1.0))
     return np.asarray(_MIN_COST + (1.0 - _MIN_COST) * valley**2)
 
 
-def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArray:
+def smooth_values(graph: Graph, values: FloatArray, n_passes: int = 1) -> FloatArray:
     """Average the value of each node with those of its neighbours.
 
     Parameters
     ----------
     graph : Graph
     values : (n,) ndarray
-    times : int, optional
+    n_passes : int, optional
         Number of repetitions.
 
     Returns
@@ -111,7 +111,7 @@ def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArra
 
     current, following = np.array(values, np.float64), np.empty(len(values))
     with split_work(len(values)) as run:
-        for _ in range(times):
+        for _ in range(n_passes):
             run(partial(average_neighbours, graph.starts, graph.near, current, following))
             current, following = following, current
     return current
@@ -134,7 +134,7 @@ def contact_values(graph: Graph, cost: str) -> FloatArray:
 
     if cost == "curvature":
         return -graph.roughness
-    if cost not in COSTS:
+    if cost not in COST_NAMES:
         return np.array(graph.fields[cost], np.float64)
     assert graph.colours is not None
     lightness = smooth_values(
@@ -149,7 +149,7 @@ def contact_values(graph: Graph, cost: str) -> FloatArray:
     return np.asarray(-np.linalg.norm(gradients, axis=1))
 
 
-def _valley(graph: Graph, value: FloatArray) -> FloatArray:
+def _smoothed_lows(graph: Graph, value: FloatArray) -> FloatArray:
     """Average values (n,) with smoothed versions, so that the middle of a bed is lowest.
 
     Within a bed of uniform colour, the shortest path cuts corners from side to side. This tilts the

@@ -66,7 +66,7 @@ def find_jumps(
     legs = _candidates(points, costs, at, resolution)
     is_used = np.ones(len(points), np.bool_)
     excluded: list[Range] = []
-    while (best := _best(points, is_used, legs)) is not None:
+    while (best := _find_best_stretch(points, is_used, legs)) is not None:
         leg, stretch = best
         excluded.append(stretch)
         is_used[_rows(stretch)] = False
@@ -113,7 +113,7 @@ def _candidates(
     return legs
 
 
-def _best(
+def _find_best_stretch(
     points: FloatArray, is_used: BoolArray, legs: Sequence[Sequence[Range]]
 ) -> tuple[int, Range] | None:
     """Return the leg and the stretch whose exclusion leaves the points closest to one plane.

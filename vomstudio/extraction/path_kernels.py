@@ -12,7 +12,7 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i4[::1])")
-def list_neighbours(first, second, starts, near):  # type: ignore[no-untyped-def]
+def list_neighbours(first, second, starts, neighbours):  # type: ignore[no-untyped-def]
     """List the neighbours of nodes from the ends of arcs; `starts` (n + 1,) must be zero."""
     for arc in range(len(first)):
         starts[first[arc] + 1] += 1
@@ -22,9 +22,9 @@ def list_neighbours(first, second, starts, near):  # type: ignore[no-untyped-def
     # Filling a list advances its start; the starts are restored afterwards.
     for arc in range(len(first)):
         a, b = first[arc], second[arc]
-        near[starts[a]] = b
+        neighbours[starts[a]] = b
         starts[a] += 1
-        near[starts[b]] = a
+        neighbours[starts[b]] = a
         starts[b] += 1
     for node in range(len(starts) - 1, 0, -1):
         starts[node] = starts[node - 1]
@@ -32,24 +32,24 @@ def list_neighbours(first, second, starts, near):  # type: ignore[no-untyped-def
 
 
 @kernel("i8(i8[::1], i4[::1])")
-def remove_duplicates(starts, near):  # type: ignore[no-untyped-def]
+def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
     """Sort the neighbours of each node and remove duplicates in place; return their number."""
     count, begin = 0, starts[0]
     for node in range(len(starts) - 1):
         end = starts[node + 1]
         for at in range(begin + 1, end):
-            value, to = near[at], at
-            while to > begin and near[to - 1] > value:
-                near[to] = near[to - 1]
+            value, to = neighbours[at], at
+            while to > begin and neighbours[to - 1] > value:
+                neighbours[to] = neighbours[to - 1]
                 to -= 1
-            near[to] = value
+            neighbours[to] = value
         starts[node] = count
         # The write position never passes the read position.
         last = -1
         for at in range(begin, end):
-            value = near[at]
+            value = neighbours[at]
             if value != last:
-                near[count], last = value, value
+                neighbours[count], last = value, value
                 count += 1
         begin = end
     starts[len(starts) - 1] = count
@@ -65,7 +65,7 @@ def _detour(places, node, one, other):  # type: ignore[no-untyped-def]
 
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
-def list_component_in_ellipsoid(places, starts, near, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
+def list_component_in_ellipsoid(places, starts, neighbours, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
     """List the nodes connected to `first` within an ellipsoid, and return their number.
 
     Return -1 if there are too many nodes.
@@ -80,7 +80,7 @@ def list_component_in_ellipsoid(places, starts, near, first, one, other, reach, 
         node = rows[done]
         done += 1
         for at in range(starts[node], starts[node + 1]):
-            to = near[at]
+            to = neighbours[at]
             if mark[to] >= 0 or _detour(places, to, one, other) > reach:
                 continue
             if count == len(rows):
@@ -115,23 +115,23 @@ def list_nodes_in_ellipsoid(places, one, other, reach, rows):  # type: ignore[no
 
 
 @kernel("i8(i8[::1], i4[::1], i8, b1[::1], i8[::1])")
-def mark_component(starts, near, first, met, rows):  # type: ignore[no-untyped-def]
+def mark_component(starts, neighbours, first, is_connected, rows):  # type: ignore[no-untyped-def]
     """Mark the nodes connected to `first` in met (n,), and return their number."""
-    rows[0], met[first] = first, True
+    rows[0], is_connected[first] = first, True
     count, done = 1, 0
     while done < count:
         node = rows[done]
         done += 1
         for at in range(starts[node], starts[node + 1]):
-            if not met[near[at]]:
-                met[near[at]] = True
-                rows[count] = near[at]
+            if not is_connected[neighbours[at]]:
+                is_connected[neighbours[at]] = True
+                rows[count] = neighbours[at]
                 count += 1
     return count
 
 
 @kernel("i8(i8[::1], i4[::1], i8[::1], i8[::1], i8[::1], i4[::1])")
-def extract_subgraph(starts, near, rows, number, new_starts, new_near):  # type: ignore[no-untyped-def]
+def extract_subgraph(starts, neighbours, rows, number, new_starts, new_neighbours):  # type: ignore[no-untyped-def]
     """Extract the subgraph of given nodes, and return the length of its list of neighbours.
 
     `number` (n,) is the index of each node among `rows`; -1 for other nodes.
@@ -140,23 +140,23 @@ def extract_subgraph(starts, near, rows, number, new_starts, new_near):  # type:
     for i in range(len(rows)):
         new_starts[i] = count
         for at in range(starts[rows[i]], starts[rows[i] + 1]):
-            to = number[near[at]]
+            to = number[neighbours[at]]
             if to >= 0:
-                new_near[count] = to
+                new_neighbours[count] = to
                 count += 1
     new_starts[len(rows)] = count
     return count
 
 
 @kernel("void(i8[::1], i4[::1], f8[::1], f8[::1], i8, i8)")
-def average_neighbours(starts, near, values, out, first, last):  # type: ignore[no-untyped-def]
+def average_neighbours(starts, neighbours, values, out, first, last):  # type: ignore[no-untyped-def]
     """Average the value of each node with its neighbours, for the nodes first to last - 1."""
     begin = starts[first]
     for node in range(first, last):
         end = starts[node + 1]
         total = values[node]
         for at in range(begin, end):
-            total += values[near[at]]
+            total += values[neighbours[at]]
         out[node] = total / (1.0 + end - begin)
         begin = end
 
@@ -169,7 +169,7 @@ def _distance(places, a, b):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1], f8[:,::1])")
-def compute_gradients(places, starts, near, values, out):  # type: ignore[no-untyped-def]
+def compute_gradients(places, starts, neighbours, values, out):  # type: ignore[no-untyped-def]
     """Write the gradient of a value at each node, the mean of the gradients along its arcs.
 
     On a speckle, the gradients of the arcs cancel each other.
@@ -177,7 +177,7 @@ def compute_gradients(places, starts, near, values, out):  # type: ignore[no-unt
     for node in range(len(values)):
         x, y, z = 0.0, 0.0, 0.0
         for at in range(starts[node], starts[node + 1]):
-            to = near[at]
+            to = neighbours[at]
             far = max(_distance(places, node, to), 1e-12)
             change = (values[to] - values[node]) / (far * far)
             x += change * (places[to, 0] - places[node, 0])
@@ -189,7 +189,7 @@ def compute_gradients(places, starts, near, values, out):  # type: ignore[no-unt
 
 # --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
-def _raise(keys, heap, place, at):  # type: ignore[no-untyped-def]
+def _raise_node(keys, heap, place, at):  # type: ignore[no-untyped-def]
     """Move an entry of the heap toward its root."""
     node, key = heap[at], keys[at]
     while at > 0:
@@ -227,14 +227,14 @@ def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
 
 
 @part
-def _put(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
+def _insert_node(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
     """Insert a node into the heap or reduce its key, and return the new size."""
     at = place[node]
     if at < 0:
         at, size = size, size + 1
         heap[at], place[node] = node, at
     keys[at] = key
-    _raise(keys, heap, place, at)
+    _raise_node(keys, heap, place, at)
     return size
 
 
@@ -243,17 +243,17 @@ def _put(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
     "f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
 )
 def search_least_cost(  # type: ignore[no-untyped-def]
-    places, starts, near, costs, one, other, least, distance, before, keys, heap, place
+    places, starts, neighbours, costs, one, other, min_cost, distance, before, keys, heap, place
 ):
     """Search from one node to another (Dijkstra 1959), and return whether it is reached.
 
-    The cost of an arc is its length times the mean cost per metre at its ends. If `least`, a lower
-    bound of this cost, is positive, the remaining distance guides the search (A*, Hart, Nilsson &
-    Raphael 1968). `distance` must be infinite and `place` -1 on entry; the predecessors are written
-    to `before`; `keys` and `heap` (n,) are work arrays.
+    The cost of an arc is its length times the mean cost per metre at its ends. If `min_cost`, a
+    lower bound of this cost, is positive, the remaining distance guides the search (A*, Hart,
+    Nilsson & Raphael 1968). `distance` must be infinite and `place` -1 on entry; the predecessors
+    are written to `before`; `keys` and `heap` (n,) are work arrays.
     """
     distance[one], before[one] = 0.0, -1
-    size = _put(keys, heap, place, 0, one, 0.0)
+    size = _insert_node(keys, heap, place, 0, one, 0.0)
     while size > 0:
         node = heap[0]
         if node == other:
@@ -261,15 +261,15 @@ def search_least_cost(  # type: ignore[no-untyped-def]
         size = _remove_root(keys, heap, place, size)
         base = distance[node]
         for at in range(starts[node], starts[node + 1]):
-            to = near[at]
+            to = neighbours[at]
             # Coincident nodes are also connected by an arc.
             step = max(_distance(places, node, to) * 0.5 * (costs[node] + costs[to]), 1e-15)
             total = base + step
             if total < distance[to]:
                 distance[to] = total
                 before[to] = node
-                ahead = least * _distance(places, to, other) if least > 0.0 else 0.0
-                size = _put(keys, heap, place, size, to, total + ahead)
+                ahead = min_cost * _distance(places, to, other) if min_cost > 0.0 else 0.0
+                size = _insert_node(keys, heap, place, size, to, total + ahead)
     return False
 
 
@@ -293,12 +293,12 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     places,
     flat,
     starts,
-    near,
+    neighbours,
     costs,
     one,
     other,
     remaining,
-    turn,
+    turn_cost,
     headings,
     min_cosine,
     slots,
@@ -312,7 +312,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     """Search over states, each of which is a node with one of `headings` directions.
 
     Arcs within an angle (cosine `min_cosine`) of the heading in the plane flat (n, 2) lead to the
-    same heading at another node. Changing to the next heading on either side costs `turn`. Returns
+    same heading at another node. Changing to the next heading on either side costs `turn_cost`. Returns
     the state at the other node, -1 if it is not connected, or -2 if `nodes` is full.
 
     `remaining` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,) must be
@@ -322,7 +322,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     size = 0
     for state in range(headings):
         distance[state], before[state] = 0.0, -1
-        size = _put(keys, heap, place, size, state, remaining[one])
+        size = _insert_node(keys, heap, place, size, state, remaining[one])
     while size > 0:
         state = heap[0]
         slot, h = state // headings, state % headings
@@ -333,14 +333,14 @@ def search_least_turning(  # type: ignore[no-untyped-def]
         base = distance[state]
         for side in (1, headings - 1):
             to = slot * headings + (h + side) % headings
-            if base + turn < distance[to]:
-                distance[to] = base + turn
+            if base + turn_cost < distance[to]:
+                distance[to] = base + turn_cost
                 before[to] = state
-                size = _put(keys, heap, place, size, to, base + turn + remaining[node])
+                size = _insert_node(keys, heap, place, size, to, base + turn_cost + remaining[node])
         angle = 2.0 * math.pi * h / headings
         x, y = math.cos(angle), math.sin(angle)
         for at in range(starts[node], starts[node + 1]):
-            end = near[at]
+            end = neighbours[at]
             right, up = flat[end, 0] - flat[node, 0], flat[end, 1] - flat[node, 1]
             # An arc perpendicular to the plane has no direction within it.
             if right * x + up * y < min_cosine * math.sqrt(right * right + up * up):
@@ -354,5 +354,5 @@ def search_least_turning(  # type: ignore[no-untyped-def]
             if base + step < distance[to]:
                 distance[to] = base + step
                 before[to] = state
-                size = _put(keys, heap, place, size, to, base + step + remaining[end])
+                size = _insert_node(keys, heap, place, size, to, base + step + remaining[end])
     return -1

@@ -21,7 +21,11 @@ from vomstudio.core.findings import Finding, finding_of
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.path_costs import COLOUR_COSTS, node_costs, opponent_colours
 from vomstudio.extraction.photo_votes import Voter, count_agreeing_photos
-from vomstudio.extraction.pixel_graph import pixel_graph, pixels_along, pixels_around
+from vomstudio.extraction.pixel_graph import (
+    pixel_graph,
+    select_pixels_along_line,
+    select_pixels_in_ellipse,
+)
 from vomstudio.extraction.shortest_paths import straightest_path
 from vomstudio.extraction.surface_graph import Graph
 
@@ -97,7 +101,7 @@ class PhotoFollower:
     photos : CalibratedPhotos
     cost : {"colour", "dark", "light", "gradient"}
         See `Follower`.
-    voting : bool
+    uses_votes : bool
         Whether to compare with other photos.
 
     Raises
@@ -108,9 +112,9 @@ class PhotoFollower:
         If the photo cannot be read.
     """
 
-    def __init__(self, photos: CalibratedPhotos, cost: str = "colour", *, voting: bool = True):
+    def __init__(self, photos: CalibratedPhotos, cost: str = "colour", *, uses_votes: bool = True):
         _require_cost(cost)
-        self.photos, self.cost, self._voting = photos, cost, voting
+        self.photos, self.cost, self._voting = photos, cost, uses_votes
         self.view = photos.views.views[photos.view_row]
         self._pyramid = [photos.pixels(photos.view_row)]
         # Cache the photos of the last line, which the next line probably uses as well.
@@ -245,9 +249,9 @@ class PhotoFollower:
             picture, size = self._reduced_picture(current), 2.0**current
             ends = start / size, goal / size
             if current == level:
-                box, mask = pixels_around(*ends, span / size + _MARGIN_PX, picture.shape)
+                box, mask = select_pixels_in_ellipse(*ends, span / size + _MARGIN_PX, picture.shape)
             else:
-                box, mask = pixels_along(
+                box, mask = select_pixels_along_line(
                     np.vstack([ends[0], 2.0 * line, ends[1]]), _CORRIDOR_PX, picture.shape
                 )
             graph = pixel_graph(picture, box, mask)
@@ -257,7 +261,7 @@ class PhotoFollower:
                 typical = float(np.median(costs))
             if current == 0 and voters:
                 costs = self._add_votes(graph, costs, voters, marks)
-            first, last = (_nearest(graph, end) for end in ends)
+            first, last = (_nearest_node(graph, end) for end in ends)
             path = straightest_path(graph, first, last, costs)
             if path is None:
                 raise GeometryError(Finding("path.not-connected"))
@@ -340,5 +344,5 @@ class PhotoFollower:
         )
 
 
-def _nearest(graph: Graph, pixel: FloatArray) -> int:
+def _nearest_node(graph: Graph, pixel: FloatArray) -> int:
     return int(np.argmin(((graph.places[:, :2] - pixel) ** 2).sum(axis=1)))

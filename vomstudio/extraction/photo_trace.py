@@ -10,7 +10,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.words import tr
 from vomstudio.extraction.best_cost import AUTO, CostTrial, select_best_path
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
@@ -57,9 +57,9 @@ class PhotoTrace(FollowedTrace):
     photo: str
     voters: tuple[str, ...]
     agreeing_share: float | None
-    pixels: FloatArray = field(repr=False, metadata=HIDDEN)
-    seen: IntArray = field(repr=False, metadata=HIDDEN)
-    agreeing: IntArray = field(repr=False, metadata=HIDDEN)
+    pixels: FloatArray = field(repr=False, metadata=HIDDEN_IN_JSON)
+    seen: IntArray = field(repr=False, metadata=HIDDEN_IN_JSON)
+    agreeing: IntArray = field(repr=False, metadata=HIDDEN_IN_JSON)
 
 
 def photo_trace(
@@ -73,7 +73,7 @@ def photo_trace(
     frame: str,
     thresholds: Thresholds = DEFAULTS,
     priors: Sequence[SetPrior] = (),
-    called: str = "",
+    name: str = "",
 ) -> PhotoTrace:
     """Follow a contact in a photo and fit its plane.
 
@@ -92,7 +92,7 @@ def photo_trace(
         Names used in the orientation table.
     thresholds : Thresholds
     priors : sequence of SetPrior
-    called : str
+    name : str
         Name of the cost in the result, if it differs.
 
     Returns
@@ -130,7 +130,7 @@ def photo_trace(
         )
     else:
         path = follower.follow(pixels)
-    cost = called or cost
+    cost = name or cost
     snap_targets = marks if is_world else follower.project(pixels)
     notes = tr(
         "followed through {count} way-points by {cost} in the photo {photo}",

@@ -49,7 +49,7 @@ class Voter:
 
     @cached_property
     def _grey(self) -> Float32Array:
-        return blurred_grey(self._picture)
+        return blur_lightness(self._picture)
 
     def colours(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Sample the colours of the photo at given points.
@@ -88,7 +88,7 @@ class Voter:
         return pixels, visible
 
 
-def blurred_grey(picture: ByteArray) -> Float32Array:
+def blur_lightness(picture: ByteArray) -> Float32Array:
     """Convert a picture to slightly blurred lightness.
 
     The blur is required because the pixels of two photos never match exactly.
@@ -163,7 +163,7 @@ def count_agreeing_photos(
     height, width = picture.shape[:2]
     patches = np.clip(patches, 0.5, [width - 0.5, height - 0.5])
     places = project(patches)
-    patch_values = interpolate_pixels(blurred_grey(picture), patches).reshape(len(tested), -1)
+    patch_values = interpolate_pixels(blur_lightness(picture), patches).reshape(len(tested), -1)
     judged_count, agreeing_count = np.zeros(len(tested), np.int64), np.zeros(len(tested), np.int64)
     for voter in voters:
         values, visible = voter.greys(places)

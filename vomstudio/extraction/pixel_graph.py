@@ -9,13 +9,13 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, ByteArray, FloatArray
 from vomstudio.extraction.surface_graph import Graph, neighbour_lists
 
-Box = tuple[slice, slice]
+PixelBox = tuple[slice, slice]
 """Ranges of rows and columns of a picture."""
 
 _NEIGHBOUR_STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
-def pixel_graph(picture: ByteArray, box: Box, mask: BoolArray) -> Graph:
+def pixel_graph(picture: ByteArray, box: PixelBox, mask: BoolArray) -> Graph:
     """Build the graph of the masked pixels of a picture, each with up to eight neighbours.
 
     Parameters
@@ -50,9 +50,9 @@ def pixel_graph(picture: ByteArray, box: Box, mask: BoolArray) -> Graph:
     return Graph(places, starts, near, colours, {}, lambda: np.zeros(n), np.full(n, -1))
 
 
-def pixels_around(
+def select_pixels_in_ellipse(
     one: FloatArray, other: FloatArray, reach: float, shape: Sequence[int]
-) -> tuple[Box, BoolArray]:
+) -> tuple[PixelBox, BoolArray]:
     """Select the pixels in an ellipse around two pixels.
 
     Parameters
@@ -77,7 +77,9 @@ def pixels_around(
     return box, np.asarray(far <= reach)
 
 
-def pixels_along(line: FloatArray, width: float, shape: Sequence[int]) -> tuple[Box, BoolArray]:
+def select_pixels_along_line(
+    line: FloatArray, width: float, shape: Sequence[int]
+) -> tuple[PixelBox, BoolArray]:
     """Select the pixels within a distance of a line.
 
     Parameters
@@ -103,7 +105,7 @@ def pixels_along(line: FloatArray, width: float, shape: Sequence[int]) -> tuple[
     return box, mask.astype(np.bool_)
 
 
-def _box(low: FloatArray, high: FloatArray, shape: Sequence[int]) -> Box:
+def _box(low: FloatArray, high: FloatArray, shape: Sequence[int]) -> PixelBox:
     x0, y0 = np.clip(np.floor(low), 0, [shape[1] - 1, shape[0] - 1]).astype(int).tolist()
     x1, y1 = np.clip(np.ceil(high), 1, [shape[1], shape[0]]).astype(int).tolist()
     return slice(y0, max(y1, y0 + 1)), slice(x0, max(x1, x0 + 1))

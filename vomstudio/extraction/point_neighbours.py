@@ -16,7 +16,7 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
-NEIGHBOURS = 12
+N_NEIGHBOURS = 12
 """Number of neighbours to which a facet can grow from a point."""
 NORMAL_COUNTS = (16, 32, 64, 96)
 """Numbers of points for a normal; more are used if noise makes neighbouring normals differ."""
@@ -190,7 +190,7 @@ def find_surroundings(
         if known_count
         else _required_neighbours(tree, places, angle_deg, share)
     )
-    k, neighbour_count = len(rows), min(NEIGHBOURS, len(places) - 1)
+    k, neighbour_count = len(rows), min(N_NEIGHBOURS, len(places) - 1)
     surroundings = PointNeighbourhoods(
         np.empty((k, neighbour_count), np.int32),
         np.empty(k),

@@ -19,7 +19,7 @@ _MAX_UNIT_AREA = np.sqrt(3.0) / 4.0
 
 
 def subdivide_mesh(
-    vertices: FloatArray, faces: IntArray, longest: float
+    vertices: FloatArray, faces: IntArray, max_edge: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Subdivide a mesh until no edge exceeds a maximum length.
 
@@ -29,7 +29,7 @@ def subdivide_mesh(
     ----------
     vertices : (v, 3) array
     faces : (f, 3) int array
-    longest : float
+    max_edge : float
         Maximum length of an edge in the unit of the vertices.
 
     Returns
@@ -47,14 +47,14 @@ def subdivide_mesh(
     square = np.empty(len(faces))
     square_longest_sides(for_reading(vertices, np.float64), for_reading(faces, np.int64), square)
     has_long_face = np.zeros(len(vertices), np.bool_)
-    has_long_face[faces[square > longest**2].ravel()] = True
+    has_long_face[faces[square > max_edge**2].ravel()] = True
     # A face with a long edge contains at least two such vertices.
     is_candidate = has_long_face[faces].sum(axis=1) >= 2
     source = np.flatnonzero(is_candidate)
     done: list[tuple[IntArray, IntArray]] = [(faces[~is_candidate], np.flatnonzero(~is_candidate))]
     faces = faces[is_candidate]
     area = float(triangle_areas(*(vertices[faces[:, k]] for k in range(3))).sum())
-    if area > MAX_FACES * _MAX_UNIT_AREA * longest**2:
+    if area > MAX_FACES * _MAX_UNIT_AREA * max_edge**2:
         # Fail early: detecting this by subdivision would take half a minute.
         raise GeometryError(Finding("faces.length-too-small"))
     for _ in range(_MAX_ROUNDS):
@@ -64,7 +64,7 @@ def subdivide_mesh(
         length = np.linalg.norm(vertices[low] - vertices[high], axis=2)
         # Cut only the longest edge of a face, so that the pieces keep its shape (Rivara 1984). A
         # face is also cut at a shorter edge if this is the longest edge of its neighbour.
-        long = (length >= length.max(axis=1, keepdims=True) * (1.0 - 1e-9)) & (length > longest)
+        long = (length >= length.max(axis=1, keepdims=True) * (1.0 - 1e-9)) & (length > max_edge)
         if not long.any():
             done.append((faces, source))
             break
@@ -75,7 +75,7 @@ def subdivide_mesh(
         is_cut = cut[place] == key
         # A face without a cut edge will only be cut later if it is itself too large: every edge cut
         # later is longer than `longest`.
-        is_active = (length > longest).any(axis=1) | is_cut.any(axis=1)
+        is_active = (length > max_edge).any(axis=1) | is_cut.any(axis=1)
         done.append((faces[~is_active], source[~is_active]))
         faces, source, place, is_cut = (
             faces[is_active],
@@ -87,7 +87,7 @@ def subdivide_mesh(
         vertices = np.concatenate(
             [vertices, 0.5 * (vertices[cut // len(vertices)] + vertices[cut % len(vertices)])]
         )
-        faces, source = _cut(faces, middle, source)
+        faces, source = _split_faces(faces, middle, source)
         if len(faces) + sum(len(part) for part, _ in done) > MAX_FACES:
             raise GeometryError(Finding("faces.length-too-small"))
     return (
@@ -97,7 +97,7 @@ def subdivide_mesh(
     )
 
 
-def _cut(faces: IntArray, middle: IntArray, source: IntArray) -> tuple[IntArray, IntArray]:
+def _split_faces(faces: IntArray, middle: IntArray, source: IntArray) -> tuple[IntArray, IntArray]:
     """Split each face into two to four faces at the midpoints (k, 3) of its edges (-1: none)."""
     count = (middle >= 0).sum(axis=1)
     new_faces, new_source = [faces[count == 0]], [source[count == 0]]

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements, build_elements
 from vomstudio.extraction.facet_options import FacetOptions
@@ -41,7 +41,7 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
-NEIGHBOURS = 30
+N_NEIGHBOURS = 30
 MAX_VARIATION = 0.2
 MIN_SET_ANGLE_DEG = 10.0
 CORE_POINTS = 4
@@ -50,13 +50,13 @@ MAX_SETS = 20
 _MIN_RELATIVE_DENSITY = 0.05
 # Not from DSE: width of the kernel for the density of poles, and number of search directions.
 _KERNEL_DEG = 4.0
-_DIRECTIONS = 6000
-_REFINEMENTS = 5
+_N_DIRECTIONS = 6000
+_N_REFINEMENTS = 5
 _BLOCK_POINTS = 50_000
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence:
+class SetSequence:
     """Planes and their sets in the same order."""
 
     facets: FacetSegmentation
@@ -69,7 +69,7 @@ def find_sequence(
     *,
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
-) -> Sequence:
+) -> SetSequence:
     """Find sets, and then their planes, among the points or vertices of a model.
 
     Parameters
@@ -93,20 +93,20 @@ def find_sequence(
     Cancelled
         Through `progress`.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     points = data.vertices if isinstance(data, Mesh) else data.points
     cloud = PointCloud(np.asarray(points, np.float64), data.colors)
     elements = build_elements(cloud, options.used_angle_deg, progress)
     normals = _normals(elements, progress)
     progress.stage(tr("Finding sets"), None)
     means = find_set_poles(normals)
-    set_of = _assigned(normals, means, options.used_angle_deg)
+    set_of = _assign_sets(normals, means, options.used_angle_deg)
     labels, sets = _clusters(elements, set_of, len(means), progress)
     facets, cluster_of = build_facets(
         cloud, elements, labels, options, options.used_min_points, thresholds, progress
     )
     facet_normals = [facet.fit.normal for facet in facets.facets]
-    return Sequence(facets, sets_from_means(means, facet_normals, sets[cluster_of]))
+    return SetSequence(facets, sets_from_means(means, facet_normals, sets[cluster_of]))
 
 
 def _normals(elements: Elements, progress: Progress) -> FloatArray:
@@ -115,7 +115,7 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
 
     places = elements.places
     tree = cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
-    n, k = len(places), min(NEIGHBOURS, len(places))
+    n, k = len(places), min(N_NEIGHBOURS, len(places))
     normals, variation = np.empty((n, 3)), np.empty(n)
     progress.stage(tr("Computing normals"), n)
 
@@ -149,7 +149,7 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
     finite = normals[np.isfinite(normals).all(axis=1)]
     if not len(finite):
         return np.zeros((0, 3))
-    nodes = _half_sphere(_DIRECTIONS)
+    nodes = _half_sphere(_N_DIRECTIONS)
     tree = cKDTree(np.concatenate([nodes, -nodes]))
     _, nearest = tree.query(finite)
     count = np.bincount(nearest % len(nodes), minlength=len(nodes)).astype(np.float64)
@@ -173,7 +173,7 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
         # A node on the slope of a denser maximum is not a maximum.
         around = np.abs(nodes @ nodes[i]) >= np.cos(np.radians(_KERNEL_DEG))
         if density[i] >= density[around].max():
-            mean = _refined(finite, nodes[i])
+            mean = _refine_direction(finite, nodes[i])
             if all(abs(float(mean @ other)) < max_cosine for other in poles):
                 poles.append(mean)
     return np.array(poles).reshape(-1, 3)
@@ -188,10 +188,10 @@ def _half_sphere(count: int) -> FloatArray:
     return np.stack([horizontal * np.cos(azimuth), horizontal * np.sin(azimuth), z], axis=1)
 
 
-def _refined(axes: FloatArray, start: FloatArray) -> FloatArray:
+def _refine_direction(axes: FloatArray, start: FloatArray) -> FloatArray:
     """Refine a coarse direction by averaging the axes within half the minimum set separation."""
     mean = start
-    for _ in range(_REFINEMENTS):
+    for _ in range(_N_REFINEMENTS):
         near = axes[np.abs(axes @ mean) >= np.cos(np.radians(0.5 * MIN_SET_ANGLE_DEG))]
         if not len(near):
             break
@@ -199,7 +199,7 @@ def _refined(axes: FloatArray, start: FloatArray) -> FloatArray:
     return mean if mean[2] >= 0 else -mean
 
 
-def _assigned(normals: FloatArray, means: FloatArray, cone_deg: float) -> IntArray:
+def _assign_sets(normals: FloatArray, means: FloatArray, cone_deg: float) -> IntArray:
     """Return the set (n,) of each point; -1 if it belongs to none."""
     if not len(means):
         return np.full(len(normals), -1, np.int64)

@@ -7,7 +7,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from vomstudio.extraction.surface_graph import Graph
 
-HEADINGS = 16
+N_HEADINGS = 16
 MAX_HEADING_ERROR_DEG = 34.0
 """Maximum angle between an arc and its heading.
 
@@ -43,11 +43,11 @@ def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntA
     """
     least = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
     search = _search(graph, one, other, costs, max(least, 0.0))
-    return None if search is None else _trace_back(search[1], one, other)
+    return None if search is None else _backtrack_path(search[1], one, other)
 
 
 def straightest_path(
-    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN_COST
+    graph: Graph, one: int, other: int, costs: FloatArray, turn_cost: float = TURN_COST
 ) -> IntArray | None:
     """Find the path of least cost within the corridor of the path with the fewest turns.
 
@@ -61,7 +61,7 @@ def straightest_path(
         Start and end node.
     costs : (n,) array
         Cost per metre at each node.
-    turn : float
+    turn_cost : float
         Cost of a right-angle turn, in typical arcs of cost 1. If 0, `shortest_path` is used.
 
     Returns
@@ -69,15 +69,15 @@ def straightest_path(
     (k,) int array or None
         Nodes from `one` to `other`; None if the nodes are not connected.
     """
-    path = path_with_turns(graph, one, other, costs, turn)
-    if path is None or turn <= 0.0:
+    path = path_with_turns(graph, one, other, costs, turn_cost)
+    if path is None or turn_cost <= 0.0:
         return path
     corridor = _corridor(graph, path)
     return shortest_path(graph, one, other, np.where(corridor, costs, _FORBIDDEN_COST))
 
 
 def path_with_turns(
-    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN_COST
+    graph: Graph, one: int, other: int, costs: FloatArray, turn_cost: float = TURN_COST
 ) -> IntArray | None:
     """Find the path with the lowest total cost of length and turns.
 
@@ -91,7 +91,7 @@ def path_with_turns(
         Start and end node.
     costs : (n,) ndarray
         Cost per metre at each node.
-    turn : float, optional
+    turn_cost : float, optional
         Cost of a right-angle turn.
 
     Returns
@@ -100,7 +100,7 @@ def path_with_turns(
         Nodes of the path; None if no path connects the two nodes.
     """
     n = len(graph.places)
-    if turn <= 0.0:
+    if turn_cost <= 0.0:
         return shortest_path(graph, one, other, costs)
     # The remaining cost without turns guides the search (A*), so that only few states are visited.
     back = _search(graph, other, one, costs, 0.0)
@@ -110,7 +110,7 @@ def path_with_turns(
     from vomstudio.extraction.path_kernels import search_least_turning
 
     capacity = min(n, _MAX_NODES)
-    met, states = np.empty(capacity, np.int32), capacity * HEADINGS
+    met, states = np.empty(capacity, np.int32), capacity * N_HEADINGS
     before, heap, place = (np.empty(states, np.int32) for _ in range(3))
     state = search_least_turning(
         graph.places,
@@ -121,8 +121,8 @@ def path_with_turns(
         one,
         other,
         remaining,
-        turn * graph.typical_arc / (HEADINGS / 4),
-        HEADINGS,
+        turn_cost * graph.typical_arc / (N_HEADINGS / 4),
+        N_HEADINGS,
         np.cos(np.radians(MAX_HEADING_ERROR_DEG)),
         np.full(n, -1, np.int32),
         met,
@@ -133,18 +133,18 @@ def path_with_turns(
         place,
     )
     if state == -2:
-        return _trace_back(back[1], other, one)[::-1]
+        return _backtrack_path(back[1], other, one)[::-1]
     if state < 0:
         return None
     path = [state]
     while before[path[-1]] >= 0:
         path.append(int(before[path[-1]]))
-    nodes = met[np.array(path[::-1], np.int64) // HEADINGS].astype(np.int64)
+    nodes = met[np.array(path[::-1], np.int64) // N_HEADINGS].astype(np.int64)
     return np.asarray(nodes[np.append(True, np.diff(nodes) != 0)])
 
 
 def _search(
-    graph: Graph, one: int, other: int, costs: FloatArray, least: float
+    graph: Graph, one: int, other: int, costs: FloatArray, min_cost: float
 ) -> tuple[FloatArray, Int32Array] | None:
     """Return the cost of reaching each node, and its predecessor.
 
@@ -161,7 +161,7 @@ def _search(
         costs,
         one,
         other,
-        least,
+        min_cost,
         distance,
         before,
         np.empty(n),
@@ -171,7 +171,7 @@ def _search(
     return (distance, before) if is_connected else None
 
 
-def _trace_back(before: Int32Array, one: int, other: int) -> IntArray:
+def _backtrack_path(before: Int32Array, one: int, other: int) -> IntArray:
     path = [other]
     while path[-1] != one:
         path.append(int(before[path[-1]]))

@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
@@ -185,7 +185,7 @@ def surface_fields(
     """
     if not 0.0 < radius_m < np.inf:
         raise UsageError(Finding("number.not-a-length", text=str(radius_m)), field="radius")
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     progress.stage(tr("Preparing surface points"), None)
     places = np.asarray(points_of(data), np.float64)
     radius_warnings = _check_radius(data, radius_m)
@@ -201,7 +201,7 @@ def surface_fields(
     has_plane &= ~is_line
     if not has_plane.any():
         raise GeometryError(Finding("fields.too-few-points", radius_m=radius_m))
-    normals, warnings = _outward(data, planes.normal)
+    normals, warnings = _orient_outward(data, planes.normal)
     warnings = (*radius_warnings, *warnings)
     normals[~has_plane] = np.nan
     progress.stage(tr("Computing curvature"), len(places))
@@ -290,7 +290,7 @@ def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
     return points[np.sort(order[np.arange(len(order)) - first < _MAX_CELL_POINTS])]
 
 
-def _outward(
+def _orient_outward(
     data: Mesh | PointCloud, normals: FloatArray
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Orient normals out of the rock, using the faces of a mesh or the normals of a cloud.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 
-NEIGHBOURS = 10
+N_NEIGHBOURS = 10
 # Minimum length of an arc across a gap, in typical arcs.
 _MIN_GAP_ARCS = 3.0
 _MAX_NODES = 150_000
@@ -240,7 +240,7 @@ class SurfaceGraph:
     def _near(self) -> Int32Array:
         """Neighbours (n, k) of the nodes of a cloud; -1 across a gap."""
         n = len(self.places)
-        k = min(NEIGHBOURS, n - 1)
+        k = min(N_NEIGHBOURS, n - 1)
         near, far = np.empty((n, k), np.int32), np.empty((n, k), np.float32)
         for first in range(0, n, _BLOCK_NODES):
             part = slice(first, first + _BLOCK_NODES)
@@ -275,10 +275,12 @@ class SurfaceGraph:
         """Whether the faces of corridors are subdivided to the pixel size of textures."""
         return self.is_mesh and self.textures is not None
 
-    def corridor(self, one: FloatArray, other: FloatArray, stretch: float, margin: float) -> Graph:
+    def corridor(
+        self, one: FloatArray, other: FloatArray, stretch_factor: float, margin: float
+    ) -> Graph:
         """Build the graph of an ellipse around two positions.
 
-        The ellipse contains all paths between the positions that are not longer than `stretch`
+        The ellipse contains all paths between the positions that are not longer than `stretch_factor`
         times the straight distance plus a margin. Points and vertices are limited to those
         connected to the first position.
 
@@ -286,7 +288,7 @@ class SurfaceGraph:
         ----------
         one, other : (3,) arrays
             Positions relative to the origin.
-        stretch : float
+        stretch_factor : float
         margin : float
             Margin in the unit of the data.
 
@@ -294,7 +296,7 @@ class SurfaceGraph:
         -------
         Graph
         """
-        reach = stretch * float(np.linalg.norm(other - one)) + margin
+        reach = stretch_factor * float(np.linalg.norm(other - one)) + margin
         if not self.refines:
             return self._corridor_of_nodes(one, other, reach)
         rows = np.asarray(self.tree.query_ball_point((one + other) / 2.0, reach / 2.0), np.int64)
@@ -523,9 +525,9 @@ def _divide_all(
 
 
 def _divide_long_edges(
-    places: FloatArray, extra: FloatArray, triangles: IntArray, longest: float
+    places: FloatArray, extra: FloatArray, triangles: IntArray, max_edge: float
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Divide triangles at the midpoints of the edges that are longer than `longest`.
+    """Divide triangles at the midpoints of the edges that are longer than `max_edge`.
 
     The original triangle (m,) of each new triangle is also returned.
     """
@@ -533,7 +535,7 @@ def _divide_long_edges(
     ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
     key, edge_of = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_inverse=True)
     first, second = key // n, key % n
-    long = np.linalg.norm(places[first] - places[second], axis=1) > longest
+    long = np.linalg.norm(places[first] - places[second], axis=1) > max_edge
     middle = np.where(long, n + np.cumsum(long) - 1, -1)[edge_of].reshape(-1, 3)
     first, second = first[long], second[long]
     count = (middle >= 0).sum(axis=1)

@@ -170,7 +170,7 @@ class ProposalOptions(CostOptions):
 
 @dataclass(frozen=True)
 class DrawnTraceOptions(Options):
-    """Lines drawn on an orthophoto, for the command.
+    """Vocabulary, orientations, statistics, folds and quality of geological structures.
 
     Raises
     ------

@@ -91,7 +91,7 @@ def describe_band(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigur
 
 
 def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
-    """Fit a Fisher distribution to the planes of a set.
+    """Fit a Fisher distribution to the planes of a set as its prior.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class Turns:
 
     @property
     def known(self) -> bool:
-        """Whether at least one vector has a known registration error."""
+        """Whether at least one vector has a registration with a known error."""
         return bool((self.group >= 0).any())
 
     def of(self, rows: npt.ArrayLike) -> Turns:

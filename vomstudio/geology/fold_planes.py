@@ -105,11 +105,11 @@ def select_planes(
     use = np.ones(len(verdict), bool)
     left_out = []
 
-    def leave_out(excluded: BoolArray, what: str, reason: Finding) -> None:
+    def leave_out(is_excluded: BoolArray, what: str, reason: Finding) -> None:
         nonlocal use
-        if count := int((use & excluded).sum()):
+        if count := int((use & is_excluded).sum()):
             left_out.append(ExcludedRows(what, count, reason))
-        use = use & ~excluded
+        use = use & ~is_excluded
 
     if selection.set_name is not None:
         name = selection.set_name.strip().casefold()

@@ -11,7 +11,7 @@ CONE95 = math.sqrt(-2.0 * math.log(0.05))
 
 @dataclass(frozen=True)
 class Measured:
-    """Value with the half-width of its 95 % interval; None if the error is unknown."""
+    """Measured value with the half-width of its 95 % interval; None if the error is unknown."""
 
     value: float
     error95: float | None

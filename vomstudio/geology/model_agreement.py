@@ -140,7 +140,7 @@ def compare_orientations(
         [k for k in range(len(planes)) if k not in {pair[side] for pair in pairs}]
         for side, planes in enumerate((first, second))
     ]
-    pairs += [(i, j, "nearness") for i, j in _nearest(first, second, *remaining)]
+    pairs += [(i, j, "nearness") for i, j in _mutual_nearest_pairs(first, second, *remaining)]
     pairs.sort()
     matched = tuple(_match(first[i], second[j], by) for i, j, by in pairs)
     angles = np.array([plane.angle_deg for plane in matched])
@@ -166,7 +166,7 @@ def _unique_names(planes: Sequence[OrientedPlane]) -> dict[str, int]:
     return {name: rows[0] for name, rows in rows_by_name.items() if name and len(rows) == 1}
 
 
-def _nearest(
+def _mutual_nearest_pairs(
     first: Sequence[OrientedPlane],
     second: Sequence[OrientedPlane],
     left: Sequence[int],

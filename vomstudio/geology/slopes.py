@@ -34,7 +34,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, sin_cos_deg
 from vomstudio.geology.slope_options import SlopeOptions
 
@@ -336,7 +336,7 @@ def count_pairs(
     -------
     PairCounts
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     counts = np.zeros((6, len(normals)), np.int64)
     done = 0
     for lines, is_line, _ in intersections(normals, sets):

@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.progress import Progress, ResumedProgress, Silent
+from vomstudio.core.progress import Progress, ResumedProgress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
@@ -90,7 +90,7 @@ class TopplingMode(PairsMode):
 
 
 @dataclass(frozen=True)
-class Face:
+class SlopeAttitude:
     """Dip direction and dip of the face, degrees."""
 
     dip_direction_deg: float
@@ -115,7 +115,7 @@ class TableSlope(PrintableResult):
 
     n: int
     left_out: int
-    face: Face
+    face: SlopeAttitude
     friction_deg: float
     lateral_deg: float
     limits: str
@@ -165,7 +165,7 @@ def table_slope(
     GeometryError
         If the table has no planes.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
         raise GeometryError(
@@ -201,7 +201,9 @@ def table_slope(
     return TableSlope(
         n=len(rows),
         left_out=len(table) - len(rows),
-        face=Face(face.plane.dip_direction_deg, face.plane.dip_deg, face.plane.strike_rhr_deg),
+        face=SlopeAttitude(
+            face.plane.dip_direction_deg, face.plane.dip_deg, face.plane.strike_rhr_deg
+        ),
         friction_deg=float(face.options.friction_deg),
         lateral_deg=float(face.options.lateral_deg),
         limits=face.options.limits,

@@ -1,1 +1,1 @@
-"""Numbers only: arrays, frames, plane fits and their errors, mesh and cloud holders."""
+"""Geometry without geology: arrays, frames, fits and their errors, meshes and clouds."""

@@ -74,7 +74,7 @@ class PaintSurface(Surface, Protocol):
         """
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
-        """Return the unit normal (3,) of the surface in a ball, with arbitrary sign.
+        """Return the unit normal (3,) of the surface in a ball; its sign is arbitrary.
 
         Returns None if the normal is unknown.
         """

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from vomstudio.core.results import OPTIONAL
+from vomstudio.core.results import OPTIONAL_IN_JSON
 
 PIXELS_PER_RESOLUTION = 10.0
 """Resolution of a cloud from photos, about ten of their pixels (textbook 3.2.1)."""
@@ -109,7 +109,7 @@ class PlaneError:
 
     size_m: float | None
     error95_deg: float
-    size: float | None = field(default=None, metadata=OPTIONAL)
+    size: float | None = field(default=None, metadata=OPTIONAL_IN_JSON)
 
 
 @dataclass(frozen=True)

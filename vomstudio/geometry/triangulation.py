@@ -12,7 +12,7 @@ from vomstudio.geometry.cameras import View
 
 
 def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
-    """Find the point with the smallest residuals in photos.
+    """Find the point whose projections have the smallest residuals in photos.
 
     Nearest point of the rays, then Gauss-Newton on the pixels.
 

@@ -145,24 +145,26 @@ def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) 
     return f"{_format_rounded(value_m / 1000.0, digits)} km"
 
 
-def round_length(longest: float) -> float:
+def round_length(max_length: float) -> float:
     """Return the largest 1, 2 or 5 times a power of ten up to a limit, for scale bars.
 
     Parameters
     ----------
-    longest : float
+    max_length : float
         Limit.
 
     Returns
     -------
     float
     """
-    power = 10.0 ** math.floor(math.log10(longest))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
+    power = 10.0 ** math.floor(math.log10(max_length))
+    return max(
+        step * power for step in (1.0, 2.0, 5.0) if step * power <= max_length * (1.0 + 1e-9)
+    )
 
 
 def bar_text(length_m: float, *, metric: bool = True) -> str:
-    """Format the round length of a scale bar without additional digits.
+    """Format the round length of a scale bar with as few digits as possible.
 
     Parameters
     ----------

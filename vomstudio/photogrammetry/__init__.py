@@ -1,4 +1,4 @@
-"""Photos to model; the only user of pycolmap."""
+"""Reconstruction of models from photos; the only package that uses pycolmap."""
 
 from vomstudio.photogrammetry.base.library_order import load_shared_libraries
 

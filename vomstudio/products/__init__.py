@@ -1,1 +1,1 @@
-"""Pictures and sheets made from measurements."""
+"""Figures, sheets and reports of measurements."""

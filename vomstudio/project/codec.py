@@ -15,7 +15,7 @@ from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.core.plain_data import (
     NestedFields,
-    Plain,
+    PlainValues,
     decode_fields,
     encode_fields,
     known_fields,
@@ -77,7 +77,7 @@ _NAMES = {cls: name for name, cls in RECORD_TYPES.items()}
 NO_RECORDS: Mapping[str, Record] = MappingProxyType({})
 
 
-def encode(record: Record) -> Plain:
+def encode(record: Record) -> PlainValues:
     """Return a record as JSON values, including its kind."""
     # dataclasses.asdict copies every number, which takes seconds for a patch of 100,000 points.
     values = {field.name: getattr(record, field.name) for field in dataclasses.fields(record)}
@@ -102,10 +102,10 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS)
     return record
 
 
-def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
+def encode_edit(edit: Edit) -> tuple[PlainValues, PlainValues]:
     """Return the two maps of an edit from ID to None, a complete record, or changed fields."""
-    before: Plain = {}
-    after: Plain = {}
+    before: PlainValues = {}
+    after: PlainValues = {}
     for id_, new in edit.after.items():
         old = edit.before[id_]
         if old is None or new is None or type(old) is not type(new):
@@ -122,7 +122,9 @@ def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
     return before, after
 
 
-def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, Record]) -> Edit:
+def decode_edit(
+    label: str, before: PlainValues, after: PlainValues, records: Mapping[str, Record]
+) -> Edit:
     """Return the edit of a journal row.
 
     `records` contains the records before the edit; fields of changed records that are not in the
@@ -144,14 +146,14 @@ def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, R
     return Edit(label, olds, {id_: news[id_] for id_ in after})
 
 
-def _is_model(plain: Plain | None, record: Record | None) -> bool:
+def _is_model(plain: PlainValues | None, record: Record | None) -> bool:
     return isinstance(record, Model) or (
         isinstance(plain, Mapping) and plain.get("record") == "model"
     )
 
 
 def _read(
-    id_: str, plain: Plain | None, records: Mapping[str, Record], named: Mapping[str, Record]
+    id_: str, plain: PlainValues | None, records: Mapping[str, Record], named: Mapping[str, Record]
 ) -> Record | None:
     if plain is None:
         return None
@@ -172,11 +174,11 @@ def _read(
     return changed
 
 
-def _known(cls: type, values: Mapping[str, Any]) -> Plain:
+def _known(cls: type, values: Mapping[str, Any]) -> PlainValues:
     return known_fields(cls, values, _NAMES.get(cls, cls.__name__))
 
 
-def _encoded(values: Mapping[str, Any]) -> Plain:
+def _encoded(values: Mapping[str, Any]) -> PlainValues:
     plain = encode_fields(values, _NESTED)
     placement = values.get("placement")
     if isinstance(placement, Registration):
@@ -184,7 +186,7 @@ def _encoded(values: Mapping[str, Any]) -> Plain:
     return plain
 
 
-def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
+def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> PlainValues:
     placement = values.get("placement")
     if not isinstance(placement, Mapping) or set(placement) != {"registration"}:
         return decode_fields(cls, values, _NESTED)

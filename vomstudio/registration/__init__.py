@@ -1,1 +1,1 @@
-"""Similarity transforms from model coordinates to World, and their residuals. No COLMAP."""
+"""Similarity transforms from model coordinates to World, with their residuals and errors."""

@@ -164,12 +164,13 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
     """
     if not any(len(kind.labels) for kind in kinds):
         raise GeometryError(Finding("registration.no-observations"))
-    offset = _offset(kinds)
+    offset = _common_origin(kinds)
     kinds = [_shift(kind, offset) for kind in kinds]
     alone = _variances_alone(kinds, centre, size)
     problem = _Problem(kinds, centre, size, alone)
     solutions = [
-        _iterate(problem, start) for start in _supported_by_most(problem, _starts(problem))
+        _iterate(problem, start)
+        for start in _supported_by_most(problem, _start_similarities(problem))
     ]
     min_cost = min(cost for _, cost in solutions)
     equal_fits = [fit for fit, cost in solutions if cost <= min_cost + EQUAL_FIT_COST]
@@ -251,7 +252,7 @@ def _shift(kind: Observed, offset: FloatArray) -> Observed:
     return kind
 
 
-def _offset(kinds: Sequence[Observed]) -> FloatArray:
+def _common_origin(kinds: Sequence[Observed]) -> FloatArray:
     """Return a World position (3,) near the points, as an origin that preserves digits."""
     points = [kind.world for kind in kinds if isinstance(kind, Points)]
     points += [kind.about[None] for kind in kinds if isinstance(kind, Combined)]
@@ -259,7 +260,7 @@ def _offset(kinds: Sequence[Observed]) -> FloatArray:
 
 
 # --- starts -----------------------------------------------------------------------------------
-def _starts(problem: _Problem) -> list[Similarity]:
+def _start_similarities(problem: _Problem) -> list[Similarity]:
     from scipy.spatial.transform import Rotation
 
     kinds, centre = problem.kinds, problem.centre

@@ -339,13 +339,13 @@ def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
     return selection
 
 
-def _worst(judged: Sequence[_TestResult]) -> _TestResult | None:
+def _worst(tests: Sequence[_TestResult]) -> _TestResult | None:
     """Return the least likely significant observation, if any.
 
     The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is
     returned.
     """
-    wrong = [one for one in judged if one.chance < _SIGNIFICANCE / one.of]
+    wrong = [one for one in tests if one.chance < _SIGNIFICANCE / one.of]
     return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
 
 

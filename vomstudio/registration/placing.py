@@ -352,10 +352,10 @@ def _rotation_errors(result: Adjustment, known: Known) -> tuple[RotationError, R
     if known.north:
         is_undetermined[2] = False
 
-    def axis_errors(covariance: FloatArray, times: float) -> list[float | None]:
+    def axis_errors(covariance: FloatArray, scale_factor: float) -> list[float | None]:
         sigma = np.degrees(np.sqrt(np.maximum(np.diag(covariance)[:3], 0.0)))
         return [
-            None if is_missing else times * float(s)
+            None if is_missing else scale_factor * float(s)
             for s, is_missing in zip(sigma, is_undetermined, strict=True)
         ]
 

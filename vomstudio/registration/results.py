@@ -11,7 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN, OPTIONAL
+from vomstudio.core.results import HIDDEN_IN_JSON, OPTIONAL_IN_JSON
 from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
 from vomstudio.geometry.registrations import ObservationGroup
 from vomstudio.registration.blunders import Blunder, LeaveOneOut
@@ -144,12 +144,12 @@ class Placed(PrintableResult):
     known: Known
     blunders: tuple[Blunder, ...]
     warnings: tuple[Finding, ...]
-    covariance: tuple[tuple[float, ...], ...] = field(metadata=HIDDEN)
-    centre: tuple[float, float, float] = field(metadata=HIDDEN)
-    reach_m: float | None = field(default=None, metadata=HIDDEN)
-    normal: tuple[float, float, float] | None = field(default=None, metadata=HIDDEN)
-    without: tuple[LeaveOneOut, ...] = field(default=(), metadata=OPTIONAL)
-    observations: tuple[ObservationGroup, ...] = field(default=(), metadata=HIDDEN)
+    covariance: tuple[tuple[float, ...], ...] = field(metadata=HIDDEN_IN_JSON)
+    centre: tuple[float, float, float] = field(metadata=HIDDEN_IN_JSON)
+    reach_m: float | None = field(default=None, metadata=HIDDEN_IN_JSON)
+    normal: tuple[float, float, float] | None = field(default=None, metadata=HIDDEN_IN_JSON)
+    without: tuple[LeaveOneOut, ...] = field(default=(), metadata=OPTIONAL_IN_JSON)
+    observations: tuple[ObservationGroup, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
     north_sigma_deg: float | None = None
     click_sigma_m: float | None = None
     mark_scatter_px: float | None = None

@@ -109,7 +109,7 @@ def scatter_of(
     known = _covariances(stated, n)
     freedom = float(3 * n - 7)
     if known is not None:
-        roots, weights = _roots(known)
+        roots, weights = _matrix_roots(known)
         white = np.einsum("nij,nj->ni", weights, residuals)
         if (white**2).sum() * freedom / _expected_square(moves, inverse, known) <= chi2.ppf(
             _CONFIDENCE, freedom
@@ -156,7 +156,7 @@ def _covariances(stated: float | FloatArray | None, n: int) -> FloatArray | None
     return values if (np.einsum("nii->ni", values) > 0.0).all() else None
 
 
-def _roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _matrix_roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the symmetric square roots (n, 3, 3) of covariances, and their inverses."""
     values, vectors = np.linalg.eigh(covariances)
     sizes = np.sqrt(values)[:, None, :]

@@ -1,4 +1,4 @@
-"""The 95 % error of a model's rotation, and whether it makes planes on the model poor."""
+"""Error of a model's rotation (95 %), and its effect on planes measured on the model."""
 
 from __future__ import annotations
 

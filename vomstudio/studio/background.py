@@ -191,7 +191,7 @@ class Background:
             self.cancel(key)
 
     def stop(self, wait_s: float = 0.0) -> None:
-        """Cancel all requests and accept no new ones.
+        """Cancel all requests and reject new ones.
 
         Parameters
         ----------

@@ -83,7 +83,7 @@ def project_to_pixels(points: FloatArray, picture: PictureGeometry) -> FloatArra
 
 def merge_vertices(
     drawn_px: FloatArray,
-    brought: Sequence[FloatArray | None],
+    projections: Sequence[FloatArray | None],
     stored_px: FloatArray,
     stored: FloatArray,
 ) -> FloatArray:
@@ -93,14 +93,14 @@ def merge_vertices(
     ----------
     drawn_px : (m, 2) float64
         Vertices of the drawn line, in pixels.
-    brought : sequence of m (3,) arrays or None
+    projections : sequence of m (3,) arrays or None
         The same vertices projected onto the surface in the picture, or None for a vertex that
         misses it.
     stored_px, stored : (k, 2) and (k, 3) float64
         Vertices of the feature, in pixels and as stored.
     """
     vertices = []
-    for pixel, point in zip(drawn_px, brought, strict=True):
+    for pixel, point in zip(drawn_px, projections, strict=True):
         distances = np.linalg.norm(stored_px - pixel, axis=1)
         nearest = int(np.argmin(distances))
         if distances[nearest] <= MAX_ROUNDING_PX:

@@ -17,7 +17,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of, finding_of
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
@@ -176,7 +176,7 @@ class HeadlessProject:
         progress: Progress | None = None,
     ) -> None:
         self.project, self.settings, self.warnings = project, settings, tuple(warnings)
-        self._progress = progress or Silent()
+        self._progress = progress or SilentProgress()
         self.recovered, self._initial_top = self.session.recovered, self.session.top
         self._model_data: dict[str, _ModelData] = {}
 

@@ -7,7 +7,7 @@ Python interface are derived from it.
 
 from __future__ import annotations
 
-from vomstudio.core.operations import Door, Operation
+from vomstudio.core.operations import Interface, Operation
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
 from vomstudio.extraction.trace_options import (
@@ -49,22 +49,22 @@ from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 
-_OF_MODELS: dict[Door, str] = {
+_OF_MODELS: dict[Interface, str] = {
     "project method": "the function takes a model of a project",
     "project command": "`--project` of the command places the model",
 }
 
-_OF_FILES: dict[Door, str] = {
+_OF_FILES: dict[Interface, str] = {
     "project method": "the command reads files, not a project",
     "project command": "the command reads files, not a project",
 }
 
-_OF_TABLES: dict[Door, str] = {
+_OF_TABLES: dict[Interface, str] = {
     "project method": "the function takes the planes of a project",
     "project command": "the command reads an exported table",
 }
 
-_OF_PHOTOS: dict[Door, str] = {
+_OF_PHOTOS: dict[Interface, str] = {
     "project method": "a project needs no photos before the reconstruction",
     "project command": "the command reads photos, not a project",
 }

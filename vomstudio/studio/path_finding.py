@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.extraction.path_costs import COLOUR_COSTS, COSTS
+from vomstudio.extraction.path_costs import COLOUR_COSTS, COST_NAMES
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.studio.background import Background
 from vomstudio.studio.models import Models
@@ -67,7 +67,11 @@ class PathFinding:
                 and any(m.texture is not None for m in data.materials)
             )
         )
-        return COSTS if coloured else tuple(cost for cost in COSTS if cost not in COLOUR_COSTS)
+        return (
+            COST_NAMES
+            if coloured
+            else tuple(cost for cost in COST_NAMES if cost not in COLOUR_COSTS)
+        )
 
     def follow(
         self,

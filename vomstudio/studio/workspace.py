@@ -202,10 +202,10 @@ class Workspace:
 
     def _tell_left_out(self, problems: Sequence[Finding]) -> None:
         for problem in problems:
-            self.notices.warn(_left_out((problem,)))
+            self.notices.warn(_omitted_files_finding((problem,)))
         if len(problems) > 1:
             # The bar shows only the newest notice.
-            self.notices.warn(_left_out(problems))
+            self.notices.warn(_omitted_files_finding(problems))
 
     def _leave(self) -> None:
         self.repeats.forget()
@@ -331,7 +331,7 @@ class Workspace:
         return bool(ids) and self.editing.attempt(edits.delete, ids)
 
 
-def _left_out(problems: Sequence[Finding]) -> Finding:
+def _omitted_files_finding(problems: Sequence[Finding]) -> Finding:
     example = problems[0]
     return Finding(
         "project.parts-left-out",

@@ -11,7 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -115,7 +115,7 @@ def read_in_world(
     InputError, UsageError, Cancelled
     """
     check_place(options, project)
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     # Readers start their own stage after importing the libraries of the format.
     progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded = read_model(path, progress, options)
@@ -147,7 +147,7 @@ def read_comparison_model(
     """
     if project is None:
         return read_in_world(path, progress, options)
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded = read_model(path, progress)
     progress.stage(tr("Preparing the model"))

@@ -1,1 +1,1 @@
-"""Qt: main window, actions, panels, item models, dialogs, job bridge."""
+"""Window of the program: main window, panels, dialogs, commands and widgets."""

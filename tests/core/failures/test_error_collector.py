@@ -8,7 +8,7 @@ import pytest
 
 from tests.messages import figures
 from vomstudio.core.errors import InputError
-from vomstudio.core.failures.error_collector import QUIET_S, ErrorCollector, Failure
+from vomstudio.core.failures.error_collector import MIN_REPEAT_INTERVAL_S, ErrorCollector, Failure
 from vomstudio.core.findings import Finding
 
 
@@ -58,7 +58,7 @@ def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(
 ):
     for _ in range(4):
         collector.report(mistake())
-    clock.now += QUIET_S + 0.1
+    clock.now += MIN_REPEAT_INTERVAL_S + 0.1
     collector.report(mistake())
     assert [failure.count for failure in heard] == [1, 5]
     assert heard[0].repetitions == ()

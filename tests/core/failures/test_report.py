@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from vomstudio.core.failures import crashes, log, log_file, report
-from vomstudio.core.failures.redaction import scrub
+from vomstudio.core.failures.redaction import redact
 from vomstudio.project.journal.outline import outline
 from vomstudio.project.journal.replay import JournalRow
 
@@ -26,7 +26,7 @@ def logging_on(own_folders):
 
 def test_paths_keep_their_ending_and_nothing_else():
     home = str(Path.home())
-    text = scrub(f"'{home}/Val Camonica/cliff 12.obj' /media/anna/disk 1/a.jpg: no")
+    text = redact(f"'{home}/Val Camonica/cliff 12.obj' /media/anna/disk 1/a.jpg: no")
     assert "Camonica" not in text
     assert "anna" not in text
     assert "disk" not in text
@@ -43,7 +43,7 @@ def test_paths_keep_their_ending_and_nothing_else():
     ],
 )
 def test_paths_of_windows_go_as_well(text):
-    left = scrub(text)
+    left = redact(text)
     assert "anna" not in left
     assert "cliff" not in left
 
@@ -53,7 +53,7 @@ def test_the_program_s_own_files_stay_readable():
 
     from vomstudio.ui.base import studio
 
-    text = scrub(f'File "{studio.__file__}", line 12, in f\nFile "{numpy.__file__}", line 3, in g')
+    text = redact(f'File "{studio.__file__}", line 12, in f\nFile "{numpy.__file__}", line 3, in g')
     own, foreign = Path(studio.__file__), Path(numpy.__file__)
     program, packages = own.parents[2], foreign.parents[1]
     assert re.findall(r'"(.*?)", line (\d+)', text) == [
@@ -63,18 +63,18 @@ def test_the_program_s_own_files_stay_readable():
 
 
 def test_coordinates_go_and_versions_stay():
-    text = scrub("(432100.25, 5123456, -12.5) [1. 2.5e3] numpy 2.3.4, line 812, 2026-02-03")
+    text = redact("(432100.25, 5123456, -12.5) [1. 2.5e3] numpy 2.3.4, line 812, 2026-02-03")
     assert text == "(#, #, #) [# #] numpy 2.3.4, line 812, 2026-02-03"
 
 
 def test_names_that_the_user_gave_go():
     text = "Upper Cliff has no fit, nor has Upper"
-    left = scrub(text, ["Upper", "Upper Cliff"])
+    left = redact(text, ["Upper", "Upper Cliff"])
     assert left.split("…") == ["", *re.findall(" has no fit, nor has ", text), ""]
 
 
 def test_names_of_files_go_without_a_path_too():
-    assert scrub("anna_west.LAZ and error.py") == "….LAZ and error.py"
+    assert redact("anna_west.LAZ and error.py") == "….LAZ and error.py"
 
 
 def row(kind: str = "do", label: str = "", before=None, after=None) -> JournalRow:

@@ -19,7 +19,11 @@ from tests.tiers import first_in_default_tier
 from vomstudio.cli import main
 from vomstudio.core.errors import InputError
 from vomstudio.core.failures import stop_requests
-from vomstudio.core.files.untrusted.databases import harden, open_to_read, require_geopackage
+from vomstudio.core.files.untrusted.databases import (
+    open_to_read,
+    require_geopackage,
+    restrict_connection,
+)
 from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.line_reading import read_gis_lines
 
@@ -103,7 +107,7 @@ def test_functions_with_side_effects_do_not_run_from_a_schema() -> None:
         db.create_function("acts", 0, lambda: 1)
         db.execute("CREATE VIEW v AS SELECT acts()")
         assert db.execute("SELECT * FROM v").fetchone() == (1,)
-        harden(db)
+        restrict_connection(db)
         with pytest.raises(sqlite3.OperationalError, match="unsafe"):
             db.execute("SELECT * FROM v")
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, refused
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import sidecar_crs
@@ -91,7 +91,7 @@ def test_accessors_without_bytes(tmp_path: Path, measured: Any) -> None:
 
 
 def test_thousands_of_primitives_of_one_buffer_are_each_a_step(tmp_path: Path) -> None:
-    class Counted(Silent):
+    class Counted(SilentProgress):
         steps = 0
 
         def step(self, done: int) -> None:

@@ -13,7 +13,7 @@ from rasterio.transform import Affine
 
 from tests.messages import by_code, refused
 from vomstudio.core.errors import Cancelled, InputError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats import dem
 from vomstudio.io.models.model_copy import copy_model
@@ -207,7 +207,7 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        read_model(write(tmp_path / "a.tif", heights()), Silent(token))
+        read_model(write(tmp_path / "a.tif", heights()), SilentProgress(token))
 
 
 @pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")

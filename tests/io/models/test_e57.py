@@ -10,7 +10,7 @@ import pytest
 
 from tests.messages import by_code
 from vomstudio.core.errors import Cancelled, InputError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.opening import read_model
 
@@ -121,4 +121,4 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        read_model(tmp_path / "a.e57", Silent(token))
+        read_model(tmp_path / "a.e57", SilentProgress(token))

@@ -17,7 +17,7 @@ from PIL import Image
 
 from tests.messages import by_code, refused
 from vomstudio.core.errors import Cancelled, InputError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models import image_store, model_cache
@@ -477,7 +477,7 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        read_model(roof().glb(tmp_path / "roof.glb"), Silent(token))
+        read_model(roof().glb(tmp_path / "roof.glb"), SilentProgress(token))
 
 
 def test_the_survey_model_agrees_with_its_obj(data_dir: Path) -> None:

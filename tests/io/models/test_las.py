@@ -13,7 +13,7 @@ from pyproj import CRS
 
 from tests.messages import by_code, refused
 from vomstudio.core.errors import Cancelled, InputError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.preview import preview
@@ -162,7 +162,7 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
     path = make(tmp_path, n=100)
     token.cancel()
     with pytest.raises(Cancelled):
-        read_model(path, Silent(token))
+        read_model(path, SilentProgress(token))
 
 
 def test_the_outcrop_has_its_points_and_no_reference_system(data_dir: Path) -> None:

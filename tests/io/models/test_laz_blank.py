@@ -58,7 +58,7 @@ def test_a_blank_part_is_found_wherever_blocks_are_cut(
     block: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from vomstudio.core.errors import InputError
-    from vomstudio.core.progress import Silent
+    from vomstudio.core.progress import SilentProgress
     from vomstudio.io.models.formats import _las_header
 
     monkeypatch.setattr(_las_header, "BLOCK_BYTES", block)
@@ -68,7 +68,7 @@ def test_a_blank_part_is_found_wherever_blocks_are_cut(
     cloud.write(path)
     whole = path.read_bytes()
     begin = int.from_bytes(whole[96:100], "little")
-    _las_header.refuse_blank(path, Silent())
+    _las_header.refuse_blank(path, SilentProgress())
     for at in range(begin, begin + 3 * block, 7):
         for length, refused in ((127, False), (128, True), (2 * block + 128, True)):
             data = bytearray(whole)
@@ -77,7 +77,7 @@ def test_a_blank_part_is_found_wherever_blocks_are_cut(
             path.write_bytes(data)
             if refused:
                 with pytest.raises(InputError) as error:
-                    _las_header.refuse_blank(path, Silent())
+                    _las_header.refuse_blank(path, SilentProgress())
                 assert (error.value.code, error.value.values) == ("file.blank", {"byte": at + 1})
             elif at > begin:
-                _las_header.refuse_blank(path, Silent())
+                _las_header.refuse_blank(path, SilentProgress())

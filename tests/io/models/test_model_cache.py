@@ -12,7 +12,7 @@ from PIL import Image
 
 from tests.messages import refused
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.findings import uncoded
+from vomstudio.core.findings import uncoded_finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models import model_cache
@@ -65,7 +65,7 @@ def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
     fields = {odd: np.arange(7, dtype=np.int16), "t": np.linspace(0, 1, 7)}
     cloud = PointCloud(points, None, points.astype(np.float32), fields)
     loaded = LoadedModel(
-        cloud, "cloud", "EPSG:32615", (uncoded("A warning."),), tmp_path / "gone.laz", "abc"
+        cloud, "cloud", "EPSG:32615", (uncoded_finding("A warning."),), tmp_path / "gone.laz", "abc"
     )
     model_cache.save(loaded, tmp_path / "m")
     back = model_cache.open_cached(tmp_path / "m")

@@ -16,7 +16,7 @@ from PIL import Image
 
 from tests.messages import by_code
 from vomstudio.core.errors import Cancelled, InputError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats import obj
@@ -379,7 +379,7 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        read_model(write(tmp_path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"), Silent(token))
+        read_model(write(tmp_path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"), SilentProgress(token))
 
 
 def test_textures_are_found_beside_the_model(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from PIL import Image
 
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.opening import read_model
@@ -45,7 +45,7 @@ def written(data, mask, tmp_path, name="A piece: 1", crs=None):
     bits = np.packbits(np.asarray(mask, bool))
     source = tmp_path / "cliff.obj"
     given = loaded(data, source), bits, source, "hash", crs, tmp_path / "models", name
-    return write_piece(*given, Silent())
+    return write_piece(*given, SilentProgress())
 
 
 def test_a_piece_keeps_textures_coordinates_and_fields(tmp_path):
@@ -115,7 +115,7 @@ def test_what_cannot_be_a_piece_is_said_and_leaves_nothing(tmp_path):
             None,
             tmp_path / "models",
             "x",
-            Silent(),
+            SilentProgress(),
         )
     assert not (tmp_path / "models").exists() or not list((tmp_path / "models").iterdir())
 

@@ -23,8 +23,8 @@ from PIL import Image
 
 from tests.messages import by_code, refused
 from vomstudio.core.errors import Cancelled, GeometryError, TargetError, UsageError
-from vomstudio.core.findings import uncoded
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.findings import uncoded_finding
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models import writing
@@ -392,7 +392,7 @@ def test_a_prj_of_another_model_is_pointed_out(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz", ".dxf", ".shp"])
 def test_cancelling_leaves_nothing(tmp_path: Path, ending: str) -> None:
-    class Later(Silent):
+    class Later(SilentProgress):
         def step(self, done: int) -> None:
             if done:
                 token.cancel()
@@ -497,7 +497,7 @@ def test_a_writer_of_another_package_writes_its_files(
     writing.find_all.cache_clear()
     try:
         findings = write_model(cloud(3), None, tmp_path / "m.count")
-        assert findings == [uncoded("Numbers only.")]
+        assert findings == [uncoded_finding("Numbers only.")]
         assert (tmp_path / "m.count").read_text() == "3 points"
         with refused("output.unknown-format", UsageError) as error:
             write_model(cloud(3), None, tmp_path / "m.docx")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from tests.messages import by_code, refused
 from vomstudio.core.errors import Cancelled, InputError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats import _common, xyz
 from vomstudio.io.models.opening import read_model
@@ -296,7 +296,7 @@ def test_reading_a_table_is_ended_between_pieces(tmp_path: Path) -> None:
     token = CancelToken()
     steps: list[int] = []
 
-    class Watching(Silent):
+    class Watching(SilentProgress):
         def step(self, done: int) -> None:
             super().step(done)
             steps.append(done)

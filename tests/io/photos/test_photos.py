@@ -529,13 +529,13 @@ def test_a_hundred_megapixels_are_listed_without_being_decoded(tmp_path: Path) -
 
 def test_work_can_be_cancelled(tmp_path: Path) -> None:
     from vomstudio.core.errors import Cancelled
-    from vomstudio.core.progress import CancelToken, Silent
+    from vomstudio.core.progress import CancelToken, SilentProgress
 
     maker.write_photo(tmp_path / "a.jpg")
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        read_photos(tmp_path, Silent(token))
+        read_photos(tmp_path, SilentProgress(token))
 
 
 # -- pixels --------------------------------------------------------------------------------------

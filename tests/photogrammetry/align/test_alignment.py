@@ -15,7 +15,7 @@ from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align import adjustment, mapping
 from vomstudio.photogrammetry.align.adjustment import adjust, cross_validation_error
@@ -31,7 +31,7 @@ ONE = AlignmentOptions(threads=1)
 
 
 def aligned(made: Made, work: Path, options: AlignmentOptions = ONE) -> Alignment:
-    return align(made.photos, work, options, Finder([made]), Silent())
+    return align(made.photos, work, options, Finder([made]), SilentProgress())
 
 
 def camera_errors(alignment: Alignment, made: Made, part: int = 0) -> np.ndarray:
@@ -174,7 +174,7 @@ def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) 
     others = [replace(view, name=f"z{view.name}") for view in around(8)]
     two = make(tmp_path / "photos", others, face(seed=7))
     photos = one.photos + two.photos
-    alignment = align(photos, tmp_path / "work", ONE, Finder([one, two]), Silent())
+    alignment = align(photos, tmp_path / "work", ONE, Finder([one, two]), SilentProgress())
     assert [len(part.views) for part in alignment.parts] == [8, 5]
     assert np.median(camera_errors(alignment, two, 0)) < 0.01
     assert np.median(camera_errors(alignment, one, 1)) < 0.01
@@ -319,7 +319,7 @@ def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> N
     finder = Finder(
         [made, other], problems={"torn.jpg": Finding("alignment.photo-unreadable", reason="torn")}
     )
-    alignment = align([*photos, gone], tmp_path / "work", ONE, finder, Silent())
+    alignment = align([*photos, gone], tmp_path / "work", ONE, finder, SilentProgress())
     assert alignment.registered == 8
     reasons = dict(alignment.unregistered)
     assert set(reasons) == {"elsewhere.jpg", "torn.jpg", "gone.jpg"}
@@ -345,7 +345,7 @@ def test_photos_without_overlap_are_refused_with_the_reason(tmp_path: Path) -> N
     two = make(tmp_path / "photos", around()[1:2], face(seed=5))
     photos = one.photos + two.photos
     with refused("unmatched"):
-        align(photos, tmp_path / "work", ONE, Finder([one, two]), Silent())
+        align(photos, tmp_path / "work", ONE, Finder([one, two]), SilentProgress())
 
 
 def test_photos_of_one_spot_have_no_depth_and_are_refused(tmp_path: Path) -> None:
@@ -391,7 +391,7 @@ def test_matches_of_a_pair_can_be_shown(arc: tuple[Made, Alignment, Path]) -> No
     assert np.median(np.abs(gap)) < 0.01
 
 
-class Stop(Silent):
+class Stop(SilentProgress):
     """Raises Cancelled at a step of a stage."""
 
     def __init__(self, stage: str, at: int) -> None:
@@ -422,7 +422,7 @@ def test_a_stopped_run_goes_on_where_it_was(
     with pytest.raises(Cancelled):
         align(made.photos, work, ONE, finder, Stop(stage, at))
     before = _finished(work)
-    alignment = align(made.photos, work, ONE, finder, Silent())
+    alignment = align(made.photos, work, ONE, finder, SilentProgress())
     assert sorted(finder.asked) == sorted(p.name for p in made.photos)
     if stage == "Matching photos":
         assert at <= before < 28
@@ -470,8 +470,8 @@ def test_another_photo_in_the_set_starts_the_matching_anew(
 ) -> None:
     made, _, _ = arc
     finder, work = Finder([made]), tmp_path / "work"
-    assert align(made.photos[:5], work, ONE, finder, Silent()).registered == 5
-    assert align(made.photos, work, ONE, finder, Silent()).registered == 8
+    assert align(made.photos[:5], work, ONE, finder, SilentProgress()).registered == 5
+    assert align(made.photos, work, ONE, finder, SilentProgress()).registered == 8
     assert len(finder.asked) == 8
 
 

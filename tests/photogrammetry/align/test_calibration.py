@@ -12,7 +12,7 @@ from tests.messages import with_code
 from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around, face, make
 from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 from vomstudio.photogrammetry.align.scene_check import check_scene
@@ -20,7 +20,7 @@ from vomstudio.registration.similarity import fit_similarity
 
 
 def aligned(made: Made, work: Path) -> Alignment:
-    return align(made.photos, work, AlignmentOptions(threads=1), Finder([made]), Silent())
+    return align(made.photos, work, AlignmentOptions(threads=1), Finder([made]), SilentProgress())
 
 
 def worst_centre(alignment: Alignment, made: Made) -> float:

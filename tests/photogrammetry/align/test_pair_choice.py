@@ -8,7 +8,7 @@ import pytest
 
 from vomstudio.core.errors import Cancelled
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.matching import choose_pairs
 
@@ -52,7 +52,7 @@ def walls():
     return photos
 
 
-class Told(Silent):
+class Told(SilentProgress):
     def __init__(self, stop_at=None):
         super().__init__()
         self.stages, self.steps, self.stop_at = [], [], stop_at

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.reading import read_photos
@@ -25,7 +25,7 @@ OPTIONS = AlignmentOptions(max_size=1600, threads=2)
 def placed(folder: Path, work: Path, count: int) -> tuple[Sequence[Photo], Alignment]:
     """All `count` photos of a folder, aligned."""
     photos = read_photos(folder).photos
-    aligned = align(photos, work / "work", OPTIONS, Threads(2), Silent())
+    aligned = align(photos, work / "work", OPTIONS, Threads(2), SilentProgress())
     assert aligned.registered == len(photos) == count
     return photos, aligned
 

@@ -9,7 +9,7 @@ import pytest
 from tests.photogrammetry.align.made_surveys import centre_error, made, pixel_on_rock
 from tests.photogrammetry.align.surveys import SURVEYS
 from tests.photogrammetry.made_photos import Finder
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.align.alignment import AlignmentOptions, align
 
 
@@ -34,7 +34,9 @@ def test_cameras_of_a_survey_are_found_to_a_pixel_on_the_rock(
 ) -> None:
     survey = SURVEYS[name]()
     features = made(survey, tmp_path, per_photo=1500)
-    alignment = align(features.photos, tmp_path, AlignmentOptions(), Finder([features]), Silent())
+    alignment = align(
+        features.photos, tmp_path, AlignmentOptions(), Finder([features]), SilentProgress()
+    )
     part = alignment.parts[0]
     assert len(part.views) == len(survey.views)
     error, _ = centre_error([view.name for view in part.views], part.centres, survey)

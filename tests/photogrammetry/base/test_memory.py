@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.base import checkpoints, memory
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints
 from vomstudio.photogrammetry.dense import depthmaps, fusion, memory_limits, undistortion
@@ -38,7 +38,7 @@ def test_only_as_many_photos_are_worked_on_at_once_as_the_memory_holds(free):
             running -= 1
         return item
 
-    assert len(list(Threads(8).map(work, range(16), Silent(), GB))) == 16
+    assert len(list(Threads(8).map(work, range(16), SilentProgress(), GB))) == 16
     assert most == 2
 
 

@@ -14,7 +14,7 @@ from tests.photogrammetry.dense.dense_truth import look, lying_face, tie_points
 from tests.photogrammetry.rock_face import photograph
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.dense.colmap_workspace import has_cuda
@@ -51,7 +51,7 @@ def test_a_failing_gpu_is_said_and_the_processor_takes_over(tmp_path: Path) -> N
     put: list[Any] = []
 
     def log() -> StageLog:
-        return StageLog(tmp_path / "log.txt", Silent())
+        return StageLog(tmp_path / "log.txt", SilentProgress())
 
     first = log()
     assert not put_depths_of_gpu(scene, pairs, photos, put.append, PipelineSettings(), first)  # type: ignore[arg-type]

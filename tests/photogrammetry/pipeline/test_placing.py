@@ -13,7 +13,7 @@ import pytest
 from tests.photogrammetry.georeferencing.test_control import exchanged, marked
 from tests.photogrammetry.georeferencing.test_georeference import scene_of
 from tests.photogrammetry.made_photos import ORIGIN, MadePhoto, around, face
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -45,7 +45,7 @@ def placed(
             for photo, (x, y, z) in zip(photos, positions.tolist(), strict=True)
         ]
     tables = ControlTables(tuple(control), tuple(marks), "EPSG:32632", ("a", "b"))
-    scene, facts = place_scene(alignment, photos, settings, tables, Silent())
+    scene, facts = place_scene(alignment, photos, settings, tables, SilentProgress())
     return scene, facts, [f.code for f in registration_findings(settings, facts)]
 
 

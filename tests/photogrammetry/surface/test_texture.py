@@ -10,7 +10,7 @@ from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface.texture_truth import compare, sample_pages
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, GeometryError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
 from vomstudio.photogrammetry.surface.atlas import AtlasOptions
@@ -335,4 +335,4 @@ def test_it_stops_when_told(rock_wall):
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        make_texture(wall(), rock_wall[3], progress=Silent(token))
+        make_texture(wall(), rock_wall[3], progress=SilentProgress(token))

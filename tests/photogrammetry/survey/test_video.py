@@ -12,7 +12,7 @@ import pytest
 from tests.messages import refused, with_code
 from tests.photogrammetry.surface.wall_maker import texture
 from vomstudio.core.errors import Cancelled, TargetError, UsageError
-from vomstudio.core.progress import CancelToken, Silent
+from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import UNCHANGED, take_frames
 
@@ -128,7 +128,7 @@ def test_it_can_be_cancelled_and_leaves_nothing(tmp_path: Path) -> None:
     token = CancelToken()
     token.cancel()
     with pytest.raises(Cancelled):
-        take_frames(video, tmp_path / "out", progress=Silent(token))
+        take_frames(video, tmp_path / "out", progress=SilentProgress(token))
     assert [p.name for p in tmp_path.iterdir()] == ["a.avi"]
 
 

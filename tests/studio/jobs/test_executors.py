@@ -11,7 +11,7 @@ import pytest
 from tests.messages import refused
 from vomstudio.core.errors import Cancelled, InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import CancelToken, InlineExecutor, Silent
+from vomstudio.core.progress import CancelToken, InlineExecutor, SilentProgress
 from vomstudio.studio.jobs.executors import Cluster, Threads, make_executor
 
 
@@ -75,7 +75,7 @@ def test_items_are_made_only_as_they_are_needed():
             made.append(n)
             yield n
 
-    results = Threads(2).map(slow, items(), Silent())
+    results = Threads(2).map(slow, items(), SilentProgress())
     next(results)
     assert len(made) < 8
     results.close()
@@ -84,7 +84,7 @@ def test_items_are_made_only_as_they_are_needed():
 @pytest.mark.parametrize("make", [InlineExecutor, lambda: Threads(2)])
 def test_what_an_item_fails_with_is_said(make):
     with refused("file.empty", file="3.jpg"):
-        list(make().map(fail_at_three, range(6), Silent()))
+        list(make().map(fail_at_three, range(6), SilentProgress()))
 
 
 def test_a_cancel_is_heard_while_an_item_is_worked_on():
@@ -92,7 +92,7 @@ def test_a_cancel_is_heard_while_an_item_is_worked_on():
     threading.Timer(0.3, token.cancel).start()
     begun = time.monotonic()
     with pytest.raises(Cancelled):
-        list(Threads(1).map(time.sleep, [3.0, 3.0], Silent(token)))
+        list(Threads(1).map(time.sleep, [3.0, 3.0], SilentProgress(token)))
     assert time.monotonic() - begun < 2.0
 
 
@@ -112,9 +112,11 @@ def test_a_cluster_does_the_same_work():
         executor = Cluster(made.scheduler_address)
         try:
             assert executor.workers == 2
-            assert dict(executor.map(square, range(9), Silent())) == {n: n * n for n in range(9)}
+            assert dict(executor.map(square, range(9), SilentProgress())) == {
+                n: n * n for n in range(9)
+            }
             with refused("file.empty", file="3.jpg"):
-                list(executor.map(fail_at_three, range(6), Silent()))
+                list(executor.map(fail_at_three, range(6), SilentProgress()))
         finally:
             executor.close()
 

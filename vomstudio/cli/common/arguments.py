@@ -138,7 +138,7 @@ def _name_of(action: argparse.Action) -> str | None:
 
 
 def _alternatives(message: str) -> str | None:
-    """Return the arguments of which one is required, or None."""
+    """Return the arguments, one of which is required, or None."""
     match = re.search(r"^one of the arguments (.+) is", message)
     return None if match is None else match[1]
 
@@ -167,9 +167,9 @@ def add_shared_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_output(parser: Parser, what: str, *, required: bool = False) -> None:
+def add_output(parser: Parser, description: str, *, required: bool = False) -> None:
     """Add ``--output`` and ``--force``."""
-    parser.add_argument("-o", "--output", metavar="FILE", required=required, help=what)
+    parser.add_argument("-o", "--output", metavar="FILE", required=required, help=description)
     parser.add_argument(
         "--force", action="store_true", help=tr("replace FILE if it is there already")
     )
@@ -184,7 +184,7 @@ def add_azimuth(parser: Parser) -> None:
     )
 
 
-def progress_of(args: argparse.Namespace) -> Reporter:
+def progress_reporter(args: argparse.Namespace) -> Reporter:
     """Return the reporter for the long-running tasks of a command."""
     reporter: Reporter = args.reporter
     return reporter
@@ -192,6 +192,6 @@ def progress_of(args: argparse.Namespace) -> Reporter:
 
 def report_reading(args: argparse.Namespace, path: str | Path) -> Reporter:
     """Report that a file is being read, and return the reporter for the subsequent work."""
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     progress.stage(tr("Reading {file}", file=Path(path).name))
     return progress

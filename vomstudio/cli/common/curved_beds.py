@@ -6,18 +6,18 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.text.tables import PointGroups
 
 
-def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
-    """Return the result of `--curved`. Raises GeometryError."""
+def fit_curved_bed(path: str, groups: PointGroups) -> dict[str, Any]:
+    """Fit one curved bed to all traces for the option `--curved`. Raises GeometryError."""
     from vomstudio.geology.beds.curved import curved_bed
 
-    with numbers_of(path, "--curved"):
+    with name_input_in_errors(path, "--curved"):
         fit = curved_bed([str(name) for name in groups.ids], groups.points, groups.offsets)
     return {
         "degree": fit.degree,
@@ -43,7 +43,7 @@ def result_text(fit: dict[str, Any]) -> str:
     rows = [
         [
             dip["id"],
-            text_tables.measured_plane(dip, "error95_deg"),
+            text_tables.plane_with_error(dip, "error95_deg"),
         ]
         for dip in fit["dips"]
     ]

@@ -62,7 +62,7 @@ def metavar(declaration: Declaration) -> str:
     return "N" if declaration.kind is int else "X" if declaration.kind is float else "TEXT"
 
 
-def options_from(args: argparse.Namespace, options: type[Options]) -> Options:
+def parse_options(args: argparse.Namespace, options: type[Options]) -> Options:
     """Return the options object for the parsed command. Raises UsageError."""
     values = {each: getattr(args, each.name, None) for each in declarations(options)}
     return options(

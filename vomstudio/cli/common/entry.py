@@ -66,7 +66,7 @@ def _shows_progress(words: Sequence[str]) -> bool:
 def _run(words: list[str], channel: Channel) -> int:
     begun_s = time.monotonic()
     # Read before parsing so that parsing errors have the requested form.
-    output = Output(as_json="--json" in words, writes_events=_shows_progress(words))
+    output = Output(as_json="--json" in words, json_events=_shows_progress(words))
     failure: VomError | None = None
     debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:
@@ -79,7 +79,7 @@ def _run(words: list[str], channel: Channel) -> int:
             stop_requests.check()
             output.quiet = args.quiet
             with reporting(
-                quiet=args.quiet, writes_events=output.writes_events, begun_s=begun_s
+                quiet=args.quiet, json_events=output.writes_events, start_time_s=begun_s
             ) as args.reporter:
                 args.run(args, output)
             stop_requests.check()

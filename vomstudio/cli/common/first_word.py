@@ -46,11 +46,11 @@ COMMANDS = (
 """Names of the commands, which equal the names of their modules."""
 
 
-def is_for_window(words: Sequence[str]) -> bool:
+def opens_window(words: Sequence[str]) -> bool:
     """Return whether to open the window: without words, or with existing paths only."""
     if words and words[0] in COMMANDS:
         return False
-    return all(not word.startswith("-") and _is_there(word) for word in words)
+    return all(not word.startswith("-") and _path_exists(word) for word in words)
 
 
 def check_first_word(words: Sequence[str]) -> None:
@@ -61,8 +61,8 @@ def check_first_word(words: Sequence[str]) -> None:
     if missing is None:
         option = next(word for word in words if word.startswith("-"))
         raise UsageError(Finding("command.window-options"), field=option)
-    if missing != words[0] or _looks_like_a_path(missing):
-        raise _no_such_file(missing)
+    if missing != words[0] or _is_path_like(missing):
+        raise _missing_file_error(missing)
     nearest = nearest_word(missing.casefold(), COMMANDS)
     finding = Finding(
         "command.unknown", value=missing, nearest=nearest, commands=", ".join(COMMANDS)
@@ -71,22 +71,22 @@ def check_first_word(words: Sequence[str]) -> None:
 
 
 def _is_similar_to_command(word: str) -> bool:
-    return word.startswith("-") or _is_there(word)
+    return word.startswith("-") or _path_exists(word)
 
 
-def _is_there(word: str) -> bool:
+def _path_exists(word: str) -> bool:
     # pathlib raises errors for names that are too long and for inaccessible folders.
     return os.path.exists(word)
 
 
-def nearest_word(word: str, names: Sequence[str], alike: float = 0.6) -> str | None:
+def nearest_word(word: str, names: Sequence[str], min_similarity: float = 0.6) -> str | None:
     """Return the name nearest to a misspelt word, or None if no name is similar.
 
     Parameters
     ----------
     word : str
     names : sequence of str
-    alike : float, optional
+    min_similarity : float, optional
         Minimum similarity ratio, see `difflib`.
 
     Returns
@@ -95,15 +95,15 @@ def nearest_word(word: str, names: Sequence[str], alike: float = 0.6) -> str | N
     """
     import difflib
 
-    matches = difflib.get_close_matches(word, names, 1, alike)
+    matches = difflib.get_close_matches(word, names, 1, min_similarity)
     return matches[0] if matches else None
 
 
-def _looks_like_a_path(word: str) -> bool:
+def _is_path_like(word: str) -> bool:
     return len(Path(word).parts) > 1 or bool(Path(word).suffix)
 
 
-def _no_such_file(word: str) -> UsageError:
+def _missing_file_error(word: str) -> UsageError:
     path = Path(word)
     try:
         neighbours = sorted(other.name for other in path.parent.iterdir())

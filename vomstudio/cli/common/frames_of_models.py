@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Parser
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.gate.frame_options import FrameOptions
@@ -21,7 +21,7 @@ def add_frame(parser: Parser) -> None:
 
 
 def add_project(parser: Parser) -> None:
-    """Add --project, which places a model in the same way as in a project."""
+    """Add `--project`, which gives the model its placement in a project."""
     parser.add_argument(
         "--project",
         metavar="PROJECT",
@@ -37,4 +37,4 @@ def unknown_unit(model: WorldModel) -> list[Finding]:
 
 def frame_options(args: argparse.Namespace) -> FrameOptions:
     """Return the frame options of a command."""
-    return options_from(args, FrameOptions)
+    return parse_options(args, FrameOptions)

@@ -74,11 +74,11 @@ def _versions() -> dict[str, Any]:
         "system": platform.platform(),
         "machine": platform.machine(),
         "packages": packages(),
-        "graphics": _graphics(),
+        "graphics": _graphics_driver(),
     }
 
 
-def _graphics() -> dict[str, str] | None:
+def _graphics_driver() -> dict[str, str] | None:
     """Return the graphics driver, or None if unknown.
 
     The driver is queried in a separate process because a broken driver may end the process.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from vomstudio.cli.common.arguments import progress_of
+from vomstudio.cli.common.arguments import progress_reporter
 from vomstudio.core.findings import Finding
 
 if TYPE_CHECKING:
@@ -34,6 +34,6 @@ def write_labelled(
         args.labels if target is None else target,
         force=args.force,
         inputs=[model.loaded.path, *companions(model.loaded.path)],
-        progress=progress_of(args),
+        progress=progress_reporter(args),
         registration=model.registration_in_world,
     )

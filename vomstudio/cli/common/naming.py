@@ -1,4 +1,4 @@
-"""Addition of the file or option to errors raised by computations."""
+"""Completion of errors from computations with the file or option."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vomstudio.core.errors import GeometryError
 
 
 @contextmanager
-def numbers_of(file: str, option: str | None = None) -> Iterator[None]:
+def name_input_in_errors(file: str, option: str | None = None) -> Iterator[None]:
     """Add the file and the option to a GeometryError that names neither file nor field."""
     try:
         yield

@@ -26,9 +26,9 @@ from vomstudio.core.words import to_translate, tr
 class Output:
     """Output of a command, which is collected until it is complete."""
 
-    def __init__(self, *, as_json: bool, writes_events: bool = False) -> None:
+    def __init__(self, *, as_json: bool, json_events: bool = False) -> None:
         self.as_json = as_json
-        self.writes_events = writes_events
+        self.writes_events = json_events
         """Whether stderr contains only JSON lines, so that programs can parse the progress."""
         self.quiet = False
         """Whether to omit notes and warnings; errors are always shown."""
@@ -65,7 +65,7 @@ class Output:
     def for_stdout(self) -> str:
         if self.as_json:
             return "" if self._result is None else to_json(self._result) + "\n"
-        return for_terminal("".join(f"{text}\n" for text in self._text))
+        return escape_for_terminal("".join(f"{text}\n" for text in self._text))
 
     def for_stderr(self) -> str:
         lines = self._notes + (self._text if self.as_json else [])
@@ -76,7 +76,7 @@ class Output:
     def line_for_stderr(self, text: str, **extra: object) -> str:
         if self.writes_events:
             return to_json({"event": "text", "text": text, **extra})
-        return for_terminal(text)
+        return escape_for_terminal(text)
 
 
 _SEVERITIES = {
@@ -86,7 +86,7 @@ _SEVERITIES = {
 }
 
 
-def for_terminal(text: str) -> str:
+def escape_for_terminal(text: str) -> str:
     """Escape control characters and characters that change the direction of text.
 
     Names in files from unknown sources must not control the terminal.
@@ -96,16 +96,16 @@ def for_terminal(text: str) -> str:
 
 def to_json(value: object) -> str:
     """Return one line of strict JSON; undefined and infinite values become null."""
-    text = json.dumps(_plain(value), ensure_ascii=False, allow_nan=False)
-    return for_terminal(text)
+    text = json.dumps(_to_plain_value(value), ensure_ascii=False, allow_nan=False)
+    return escape_for_terminal(text)
 
 
-def _plain(value: object) -> object:
+def _to_plain_value(value: object) -> object:
     """Convert NumPy numbers and arrays, paths and tuples for JSON."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): _to_plain_value(item) for key, item in value.items()}
     if isinstance(value, Finding):
-        return _plain(value.to_dict())
+        return _to_plain_value(value.to_dict())
     if isinstance(value, str | PurePath):
         return str(value)
     if value is None or isinstance(value, bool | int):
@@ -113,9 +113,9 @@ def _plain(value: object) -> object:
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return _to_plain_value(value.tolist())
     if isinstance(value, Sequence | set | frozenset):
-        return [_plain(item) for item in value]
+        return [_to_plain_value(item) for item in value]
     raise TypeError(f"{type(value).__name__} has no place in JSON")
 
 
@@ -202,7 +202,7 @@ def _redirect_stdout() -> None:
 
 
 @contextlib.contextmanager
-def stderr_silenced() -> Iterator[None]:
+def silence_output() -> Iterator[None]:
     """Discard all output to stdout and stderr in the block, from both C and Python."""
     saved = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.cli.common.output import for_terminal
+from vomstudio.cli.common.output import escape_for_terminal
 from vomstudio.core.words import tr
 
 MAX_COUNT = 9999
@@ -41,7 +41,7 @@ class Snapshot:
     @property
     def label(self) -> str:
         """Return the name of the stage with the number of its part, escaped for a terminal."""
-        name = for_terminal(" ".join(self.stage.split())) or tr("Working")
+        name = escape_for_terminal(" ".join(self.stage.split())) or tr("Working")
         if self.part is None:
             return name
         number, count = self.part

@@ -10,10 +10,10 @@ import time
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol, TextIO
 
-from vomstudio.cli.common.output import stderr_silenced, to_json
+from vomstudio.cli.common.output import silence_output, to_json
 from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, StepClock, clock
 from vomstudio.core.errors import Cancelled
-from vomstudio.core.progress import CancelToken, Progress, Silent
+from vomstudio.core.progress import CancelToken, Progress, SilentProgress
 from vomstudio.core.threads import start_thread
 
 DELAY_VARIABLE = "VOMSTUDIO_PROGRESS_DELAY_S"
@@ -31,7 +31,7 @@ class Reporter(Progress, Protocol):
         """Begin part `number` (from 1) of `count`; subsequent stages belong to this part."""
 
 
-class NoReport(Silent):
+class NoReport(SilentProgress):
     """Reporter that shows nothing."""
 
     def part(self, number: int, count: int) -> None:
@@ -74,7 +74,7 @@ class Painter(Protocol):
         """Show the current state."""
 
     def close(self) -> None:
-        """Prepare the stream for other text."""
+        """Finish the display before other text is written to the stream."""
 
 
 class PlainLines:
@@ -111,8 +111,8 @@ class ProgressDisplay:
     nothing. No modules are imported for drawing before the delay has passed.
     """
 
-    def __init__(self, stream: TextIO, *, begun_s: float, delay_s: float) -> None:
-        self._stream, self._begun_s, self._delay_s = stream, begun_s, delay_s
+    def __init__(self, stream: TextIO, *, start_time_s: float, delay_s: float) -> None:
+        self._stream, self._begun_s, self._delay_s = stream, start_time_s, delay_s
         self._lock = threading.Lock()
         self._stage, self._clock = "", StepClock(None)
         self._part: tuple[int, int] | None = None
@@ -182,27 +182,27 @@ def choose_painter(stream: TextIO) -> Painter:
 
 
 @contextlib.contextmanager
-def reporting(*, quiet: bool, writes_events: bool, begun_s: float) -> Iterator[Reporter]:
+def reporting(*, quiet: bool, json_events: bool, start_time_s: float) -> Iterator[Reporter]:
     """Yield the reporter of a command and end its display afterwards.
 
     Parameters
     ----------
     quiet : bool
         Whether to show nothing and suppress the output of libraries.
-    writes_events : bool
+    json_events : bool
         Whether to write JSON lines.
-    begun_s : float
+    start_time_s : float
         Start time of the command (`time.monotonic`).
     """
     if quiet:
-        with stderr_silenced():
+        with silence_output():
             yield NoReport()
-    elif writes_events:
+    elif json_events:
         yield JsonProgress()
     elif sys.stderr is None:
         yield NoReport()
     else:
-        with ProgressDisplay(sys.stderr, begun_s=begun_s, delay_s=_delay_s()) as display:
+        with ProgressDisplay(sys.stderr, start_time_s=start_time_s, delay_s=_delay_s()) as display:
             yield display
 
 

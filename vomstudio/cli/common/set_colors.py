@@ -8,8 +8,8 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 
 
-def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:
-    """Return the colours by the names of the sets in a figure.
+def select_colors(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:
+    """Return the colours of the sets that occur in a figure, keyed by name.
 
     The planes and the lines of a set have the same colour.
 

@@ -80,14 +80,14 @@ def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
 
 
 def crossing_text(crossing: Mapping[str, Any]) -> str:
-    """Describe the plane through two crossing traces."""
+    """Describe the plane that contains two crossing traces."""
     return tr(
         "{first} and {second} cross at {angle:.0f} deg. If they are of one plane, it is {plane} "
         "(dip direction/dip, 95 %; {smallest:.2f} deg at least).",
         first=crossing["first"],
         second=crossing["second"],
         angle=crossing["crossing_deg"],
-        plane=text_tables.measured_plane(crossing, "max_confidence95_deg"),
+        plane=text_tables.plane_with_error(crossing, "max_confidence95_deg"),
         smallest=crossing["min_confidence95_deg"],
     )
 
@@ -98,7 +98,9 @@ def band_lines(band: BandFigures) -> list[str]:
 
     likely = band.likely
     plane = (
-        None if likely is None else text_tables.measured_plane(vars(likely), "max_confidence95_deg")
+        None
+        if likely is None
+        else text_tables.plane_with_error(vars(likely), "max_confidence95_deg")
     )
     line = _angles(band.trend_deg, band.plunge_deg)
     return [each.message for each in band_findings(band, line, plane)]

@@ -94,7 +94,7 @@ class TerminalLine:
         return self._console.width
 
     def _is_in_foreground(self) -> bool:
-        """Return False for a background job of a shell, which must not draw over the shell."""
+        """Return whether the process is in the foreground of its terminal; others must not draw."""
         try:
             return os.tcgetpgrp(self._stream.fileno()) == os.getpgrp()
         except (AttributeError, OSError, ValueError):  # Windows, or not the controlling terminal

@@ -10,13 +10,13 @@ from vomstudio.project.tables.number_format import figures as figures
 from vomstudio.project.tables.number_format import number as number
 
 
-def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table(headings: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return aligned columns with headings and units; numbers are right-aligned, words left."""
-    lines = [list(heads), list(units), *map(list, rows)]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
+    lines = [list(headings), list(units), *map(list, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(headings))]
     right = [
         all(row[i] == "-" or row[i][:1].isdigit() or row[i][:1] == "-" for row in rows)
-        for i in range(len(heads))
+        for i in range(len(headings))
     ]
     out = []
     for line in lines:
@@ -28,7 +28,7 @@ def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[st
     return "\n".join(out)
 
 
-def labelled(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "") -> str:
+def label_lines(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "") -> str:
     """Return one line per label and text; labels are padded to `width` or the longest label."""
     width = width or max(len(label) for label, _ in rows)
     return "\n".join(f"{indent}{label:<{width}} {text}" for label, text in rows)
@@ -58,7 +58,7 @@ def plane(attitude: Mapping[str, Any], decimals: int = 1) -> str:
     )
 
 
-def measured_line(row: Mapping[str, Any]) -> str:
+def line_with_error(row: Mapping[str, Any]) -> str:
     """Return `125/26 ± 3.1°` from trend_deg, plunge_deg and the total or fit error (95 %)."""
     from vomstudio.geology.notation import format_attitude
     from vomstudio.geology.orientation import Line
@@ -68,7 +68,7 @@ def measured_line(row: Mapping[str, Any]) -> str:
     return format_attitude(Line(row["trend_deg"], row["plunge_deg"]), error)
 
 
-def measured_plane(row: Mapping[str, Any], error: str = "total95_deg") -> str:
+def plane_with_error(row: Mapping[str, Any], error: str = "total95_deg") -> str:
     """Return `132/42 ± 2.4°` from dip_direction_deg, dip_deg and the column of the 95 % error."""
     from vomstudio.geology.notation import format_attitude
     from vomstudio.geology.orientation import Plane

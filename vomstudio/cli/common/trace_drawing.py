@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import progress_of
+from vomstudio.cli.common.arguments import progress_reporter
 from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
@@ -49,8 +49,10 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         args.output, force=args.force, inputs=[args.model, args.from_ortho, options.sidecar]
     )
     sidecar = back_projection.read_sidecar(options.sidecar)
-    lines, messages = back_projection.read_drawing(args.from_ortho, sidecar, progress_of(args))
-    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
+    lines, messages = back_projection.read_drawing(
+        args.from_ortho, sidecar, progress_reporter(args)
+    )
+    model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     try:
         brought = back_projection.project_lines(lines, sidecar, model.data, options.step_m)
     except InputError as error:
@@ -102,7 +104,7 @@ def _add(
     from vomstudio.project.records import get_feature
     from vomstudio.studio.headless_project import HeadlessProject
 
-    with HeadlessProject.open(Path(project), progress_of(args)) as desk:
+    with HeadlessProject.open(Path(project), progress_reporter(args)) as desk:
         traces = desk.add_drawing(
             brought,
             names,

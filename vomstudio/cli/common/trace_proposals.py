@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from vomstudio.cli.common.arguments import progress_of
+from vomstudio.cli.common.arguments import progress_reporter
 from vomstudio.cli.common.frames_of_models import frame_options
-from vomstudio.cli.common.naming import numbers_of
+from vomstudio.cli.common.naming import name_input_in_errors
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.words import tr, tr_n
@@ -40,10 +40,10 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     from vomstudio.studio.world_models import read_in_world
 
     check_target(args.output, force=args.force, inputs=[args.model])
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
-    with open_edge_finder(options.onnx_model, progress) as edges, numbers_of(args.model):
+    with open_edge_finder(options.onnx_model, progress) as edges, name_input_in_errors(args.model):
         proposed = propose_traces(
             SurfaceGraph(data if edges is None else colour_by_edges(data, spacing, *edges)),
             options,

@@ -13,9 +13,9 @@ from vomstudio.cli.common.arguments import (
     add_azimuth,
     add_command,
     add_output,
-    progress_of,
+    progress_reporter,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.frames_of_models import (
     add_frame,
     add_project,
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ------
     UsageError, InputError, GeometryError, TargetError
     """
-    from vomstudio.cli.common.naming import numbers_of
+    from vomstudio.cli.common.naming import name_input_in_errors
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.products.surface.measurable_map import (
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     from vomstudio.studio.world_models import read_in_world
 
-    options, target = options_from(args, MeasurableOptions), options_from(args, MeasurableTarget)
+    options, target = parse_options(args, MeasurableOptions), parse_options(args, MeasurableTarget)
     plane, reading = _plane(target, args.azimuth)
     raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_ENDINGS
     if args.output is not None:
@@ -89,9 +89,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         raise UsageError(
             Finding("option.requires", option="--gsd", other="-o NAME.tif"), field="--gsd"
         )
-    progress = progress_of(args)
+    progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
-    with numbers_of(args.model):
+    with name_input_in_errors(args.model):
         mapped = measurable_map(
             model.data, plane, _add_registration_error(options, model, plane), progress
         )

@@ -13,7 +13,7 @@ from vomstudio.cli.common.arguments import (
     add_command,
     report_reading,
 )
-from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_repeated_picks(Path(args.table), args.azimuth)
     progress.stage(tr("Comparing repeated picks"))
-    options = options_from(args, RepeatOptions)
+    options = parse_options(args, RepeatOptions)
     repeats = table_repeats(table, options.by, options.interpreter)
     out.result(repeats.to_dict())
     out.note(tr("read as {convention}", convention=repeats.convention))

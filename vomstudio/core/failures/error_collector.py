@@ -16,7 +16,7 @@ from vomstudio.core.findings import Finding, finding_of
 
 _log = logging.getLogger(__name__)
 
-QUIET_S = 3.0
+MIN_REPEAT_INTERVAL_S = 3.0
 """Minimum interval between two reports of the same error, which may occur in every paint event."""
 
 
@@ -70,19 +70,19 @@ class ErrorCollector:
         with self._lock:
             self._occurrences.clear()
 
-    def report(self, error: BaseException, where: str = "") -> bool:
+    def report(self, error: BaseException, context: str = "") -> bool:
         """Log, count and forward an unexpected error. Never raises.
 
         Parameters
         ----------
         error : BaseException
-        where : str
+        context : str
             Context for the log.
 
         Returns
         -------
         bool
-            Whether the error was forwarded; False if it repeats within `QUIET_S`.
+            Whether the error was forwarded; False if it repeats within `MIN_REPEAT_INTERVAL_S`.
         """
         what, finding = "an unknown error", Finding("program.internal-error", error="unknown")
         with contextlib.suppress(Exception):
@@ -90,17 +90,19 @@ class ErrorCollector:
             finding = _error_finding(error, what)
 
         def details() -> str:
-            return f"{where}\n{''.join(traceback.format_exception(error))}".strip()
+            return f"{context}\n{''.join(traceback.format_exception(error))}".strip()
 
         return self.report_finding(finding, what, details)
 
-    def report_finding(self, finding: Finding, what: str, details: Callable[[], str] = str) -> bool:
-        """Forward an error that is identified by `what`, in the same way as `report`.
+    def report_finding(
+        self, finding: Finding, error_key: str, details: Callable[[], str] = str
+    ) -> bool:
+        """Forward an error that is identified by `error_key`, in the same way as `report`.
 
         Parameters
         ----------
         finding : Finding
-        what : str
+        error_key : str
             Key of the error.
         details : callable
             Function that returns the text for the log.
@@ -110,26 +112,26 @@ class ErrorCollector:
             return False
         self._thread_state.busy = True
         try:
-            return self._forward(finding, what, details)
+            return self._forward(finding, error_key, details)
         except Exception:  # noqa: BLE001 - no other way to report it is left
             return False
         finally:
             self._thread_state.busy = False
 
-    def _forward(self, finding: Finding, what: str, details: Callable[[], str]) -> bool:
+    def _forward(self, finding: Finding, error_key: str, details: Callable[[], str]) -> bool:
         now_s = self._clock()
         with self._lock:
-            count, last_time_s = self._occurrences.get(what, (0, -float("inf")))
+            count, last_time_s = self._occurrences.get(error_key, (0, -float("inf")))
             count += 1
-            self._occurrences[what] = count, now_s
+            self._occurrences[error_key] = count, now_s
         if count == 1:
-            _log.error("%s", "\n".join(part for part in (what, details()) if part))
+            _log.error("%s", "\n".join(part for part in (error_key, details()) if part))
         elif count in (10, 100, 1000, 10_000):
-            _log.error("%s: %d times by now", what, count)
-        if now_s - last_time_s < QUIET_S:
+            _log.error("%s: %d times by now", error_key, count)
+        if now_s - last_time_s < MIN_REPEAT_INTERVAL_S:
             return False
         if self._listener is not None:
-            self._listener(Failure(finding, what, count))
+            self._listener(Failure(finding, error_key, count))
         return True
 
 
@@ -149,9 +151,9 @@ def error_location(error: BaseException) -> str:
     return f"{name} in {Path(frame.filename).name}, line {frame.lineno}"
 
 
-def _error_finding(error: BaseException, what: str) -> Finding:
+def _error_finding(error: BaseException, error_key: str) -> Finding:
     if isinstance(error, VomError):
         return finding_of(error)
     if isinstance(error, MemoryError):
         return Finding("program.memory-full")
-    return Finding("program.internal-error", error=what)
+    return Finding("program.internal-error", error=error_key)

@@ -38,8 +38,8 @@ def install(role: str) -> None:
     _log.info("begins: VOM Studio %s, Python %s", __version__, platform.python_version())
     crashes.begin(role)
     _previous_hooks = sys.excepthook, threading.excepthook, sys.unraisablehook
-    sys.excepthook, threading.excepthook = _uncaught, _uncaught_in_thread
-    sys.unraisablehook = _unraisable
+    sys.excepthook, threading.excepthook = _handle_uncaught, _handle_uncaught_in_thread
+    sys.unraisablehook = _handle_unraisable
 
 
 def uninstall() -> None:
@@ -64,7 +64,9 @@ def report_as_uncaught(error: BaseException) -> None:
     )
 
 
-def _uncaught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+def _handle_uncaught(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
     if isinstance(error, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
         return
@@ -73,7 +75,7 @@ def _uncaught(kind: type[BaseException], error: BaseException, trace: TracebackT
     _release_frames(error)
 
 
-def _uncaught_in_thread(args: threading.ExceptHookArgs) -> None:
+def _handle_uncaught_in_thread(args: threading.ExceptHookArgs) -> None:
     error = args.exc_value
     if error is None or isinstance(error, SystemExit):
         return
@@ -83,7 +85,7 @@ def _uncaught_in_thread(args: threading.ExceptHookArgs) -> None:
     _release_frames(error)
 
 
-def _unraisable(args: UnraisableHookArgs) -> None:
+def _handle_unraisable(args: UnraisableHookArgs) -> None:
     error = args.exc_value
     if error is None or sys.is_finalizing():
         sys.__unraisablehook__(args)

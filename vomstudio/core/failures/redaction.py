@@ -21,7 +21,7 @@ _NUMBER = re.compile(
 )
 
 
-def scrub(text: str, private: Iterable[str] = ()) -> str:
+def redact(text: str, private_words: Iterable[str] = ()) -> str:
     """Remove the user's paths and file names, private words and coordinates from a text.
 
     The function removes too much rather than too little: it treats every decimal or long number as
@@ -30,10 +30,10 @@ def scrub(text: str, private: Iterable[str] = ()) -> str:
     Parameters
     ----------
     text : str
-    private : iterable of str
+    private_words : iterable of str
         Words to remove, such as project names.
     """
-    words = sorted({word for word in private if len(word) > 2}, key=len, reverse=True)
+    words = sorted({word for word in private_words if len(word) > 2}, key=len, reverse=True)
     text = _PATH.sub(lambda match: _redact_path(match[0]), text)
     for word in words:
         text = re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "…", text)
@@ -44,7 +44,7 @@ def scrub(text: str, private: Iterable[str] = ()) -> str:
 def _redact_path(path: str) -> str:
     stripped = path.rstrip()
     tail = path[len(stripped) :]
-    for root, name in _roots():
+    for root, name in _program_folders():
         if stripped.startswith(root):
             return name + stripped[len(root) :].replace("\\", "/") + tail
     home = str(Path.home())
@@ -58,7 +58,7 @@ def _redact_path(path: str) -> str:
 
 
 @cache
-def _roots() -> list[tuple[str, str]]:
+def _program_folders() -> list[tuple[str, str]]:
     """Return the folders of the program and of Python, whose paths are not private."""
     package = Path(__file__).resolve().parents[2]
     places = {str(package): "<program>"}

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from importlib import metadata
 
 from vomstudio.core.failures import crashes, log
-from vomstudio.core.failures.redaction import scrub
+from vomstudio.core.failures.redaction import redact
 from vomstudio.core.version import __version__
 
 _LIBRARIES = (
@@ -45,16 +45,16 @@ Section = tuple[str, Callable[[], Sequence[str]]]
 """Title of a section and a function that returns its lines, which are not redacted."""
 
 
-def compose(extra_sections: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
+def compose(extra_sections: Iterable[Section] = (), private_words: Iterable[str] = ()) -> str:
     """Return the text of a report; a section that fails does not affect the others.
 
     Parameters
     ----------
     extra_sections : iterable of Section
-    private : iterable of str
+    private_words : iterable of str
         Names given by the user, which are removed from the log and the crash traces.
     """
-    words = list(private)
+    words = list(private_words)
     parts = [
         "# VOM Studio error report",
         "",
@@ -65,7 +65,7 @@ def compose(extra_sections: Iterable[Section] = (), private: Iterable[str] = ())
         ("Versions", versions),
         ("Crashes", lambda: _crash_lines(words)),
         *extra_sections,
-        ("Log", lambda: scrub(log.tail(_LOG_LINES), words).splitlines()),
+        ("Log", lambda: redact(log.tail(_LOG_LINES), words).splitlines()),
     ]
     for title, lines in sections:
         parts += ["", f"## {title}", "", *_section_lines(lines)]
@@ -99,10 +99,10 @@ def packages() -> dict[str, str]:
     return versions_by_name
 
 
-def _crash_lines(private: list[str]) -> list[str]:
+def _crash_lines(private_words: list[str]) -> list[str]:
     lines: list[str] = []
     for role, text in crashes.texts():
-        lines += [f"A {role} process:", *scrub(text, private).splitlines(), ""]
+        lines += [f"A {role} process:", *redact(text, private_words).splitlines(), ""]
     return lines
 
 

@@ -60,7 +60,7 @@ def end_on_second(number: int) -> None:
 def stop(number: int, frame: FrameType | None) -> None:
     """Record a signal and raise KeyboardInterrupt, as the default handler of Ctrl+C does."""
     _signals.append(number)
-    sys.unraisablehook = _unraisable
+    sys.unraisablehook = _handle_unraisable
     # The operating system has already reset the handler (`listen`), except on Windows.
     signal.signal(number, signal.SIG_DFL)
     raise KeyboardInterrupt
@@ -79,10 +79,10 @@ def watch() -> None:
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     # A signal sent to a forked child must not reach this process through the shared pipe.
     os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
-    start_thread(_watch, reading, name="stop signals")
+    start_thread(_watch_signals, reading, name="stop signals")
 
 
-def _watch(reading: int) -> None:
+def _watch_signals(reading: int) -> None:
     while os.read(reading, 64):
         end = time.monotonic() + _GRACE_PERIOD_S
         while not _signals and time.monotonic() < end:
@@ -108,11 +108,11 @@ def check() -> None:
 def forget() -> None:
     """Clear the received signals before other work begins."""
     _signals.clear()
-    if sys.unraisablehook is _unraisable:
+    if sys.unraisablehook is _handle_unraisable:
         sys.unraisablehook = sys.__unraisablehook__
 
 
-def _unraisable(unraisable: sys.UnraisableHookArgs, /) -> None:
+def _handle_unraisable(unraisable: sys.UnraisableHookArgs, /) -> None:
     """Suppress the traceback of an interrupt in a callback; the signal is recorded anyway."""
     if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(unraisable)

@@ -53,7 +53,7 @@ def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgro
         for folder, limit_name, used_name, files in _control_groups(groups, membership)
         if (limit := _number(folder / limit_name)) is not None
         and limit < _UNLIMITED
-        and (used := _used(folder, used_name, files)) is not None
+        and (used := _used_bytes(folder, used_name, files)) is not None
     ]
     return max(min(remaining), 0) if remaining else None
 
@@ -88,7 +88,7 @@ def _control_groups(
             yield root.joinpath(*parts[:count]), limit, used, files
 
 
-def _used(folder: Path, name: str, files: tuple[str, str]) -> int | None:
+def _used_bytes(folder: Path, name: str, files: tuple[str, str]) -> int | None:
     used = _number(folder / name)
     if used is None:
         return None

@@ -13,9 +13,9 @@ from vomstudio.core.errors import TargetError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_DISK_FULL_ERRNOS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
-_UNCLEAR = {0, errno.EIO}
+_UNSPECIFIC_ERRNOS = {0, errno.EIO}
 _DISK_MESSAGES = (
     "disk I/O error",
     "disk is full",
@@ -37,7 +37,7 @@ def is_full(folder: Path, error: BaseException) -> bool:
     """Return whether an error while writing in `folder` means that the disk is full."""
     if _sqlite_code(error) == sqlite3.SQLITE_FULL:
         return True
-    return _number(folder, error) in _FULL
+    return _number(folder, error) in _DISK_FULL_ERRNOS
 
 
 def is_read_only(folder: Path, error: BaseException) -> bool:
@@ -56,7 +56,7 @@ def _number(folder: Path, error: BaseException) -> int | None:
     if number is None:
         # The program raised this error because of a system error.
         number = getattr(error.__cause__, "errno", None)
-    if isinstance(number, int) and number not in _UNCLEAR:
+    if isinstance(number, int) and number not in _UNSPECIFIC_ERRNOS:
         return number
     return probe_write_errno(folder) or number
 
@@ -106,7 +106,7 @@ def write_error(path: str | Path, error: BaseException) -> TargetError:
     """Return the error for an output that could not be written, with its cause."""
     shown = Path(path)
     number = _number(shown.parent, error)
-    if number in _FULL or _sqlite_code(error) == sqlite3.SQLITE_FULL:
+    if number in _DISK_FULL_ERRNOS or _sqlite_code(error) == sqlite3.SQLITE_FULL:
         finding = Finding("disk.full")
     elif number == errno.EROFS:
         finding = Finding("disk.read-only")
@@ -121,6 +121,6 @@ def write_error(path: str | Path, error: BaseException) -> TargetError:
 
 
 def folder_write_error(folder: str | Path, error: BaseException) -> TargetError:
-    """Return the error for a results folder to which a library could not write."""
+    """Return the error for a results folder that a library could not write to."""
     shown = Path(folder)
     return TargetError(Finding("disk.failed", reason=failure_reason(shown, error)), file=shown)

@@ -47,7 +47,7 @@ _EXPORT_AS_CSV = to_translate(
     "Save its attributes as CSV, for example in QGIS, with coordinates in columns x, y and z."
 )
 _LINES_AS_CSV = to_translate("Save its points as CSV with columns x, y and z.")
-_SHEET = to_translate("Save the sheet as CSV.")
+_SPREADSHEET_REMEDY = to_translate("Save the sheet as CSV.")
 _MODEL = to_translate("It is a model: open it as one, or convert it to points with 'convert'.")
 _CAMERAS = to_translate(
     "Export the cameras as COLMAP text, Agisoft XML or a table of photo, x, y and z."
@@ -100,7 +100,7 @@ _KINDS = (
     FileKind("geopackage", "GeoPackage", _EXPORT_AS_CSV),
     FileKind("sqlite", to_translate("SQLite database"), _TABLE),
     FileKind("shapefile", "shapefile", _EXPORT_AS_CSV),
-    FileKind("dbase", to_translate("attribute table of a shapefile (dBASE)"), _SHEET),
+    FileKind("dbase", to_translate("attribute table of a shapefile (dBASE)"), _SPREADSHEET_REMEDY),
     FileKind("mapinfo", "MapInfo MIF", _EXPORT_AS_CSV),
     FileKind(
         "esri-grid",
@@ -128,11 +128,11 @@ _KINDS = (
         to_translate("point cloud of PCL (PCD)"),
         to_translate("Convert it to PLY or LAS, for example in CloudCompare."),
     ),
-    FileKind("xlsx", to_translate("Excel workbook"), _SHEET),
-    FileKind("ods", to_translate("OpenDocument spreadsheet"), _SHEET),
+    FileKind("xlsx", to_translate("Excel workbook"), _SPREADSHEET_REMEDY),
+    FileKind("ods", to_translate("OpenDocument spreadsheet"), _SPREADSHEET_REMEDY),
     FileKind("docx", to_translate("text document"), _DOCUMENT),
     FileKind("kmz", "KMZ", _EXPORT_AS_CSV),
-    FileKind("office", to_translate("Excel or Word file (before 2007)"), _SHEET),
+    FileKind("office", to_translate("Excel or Word file (before 2007)"), _SPREADSHEET_REMEDY),
     FileKind("pdf", "PDF", _DOCUMENT),
     FileKind("rtf", "RTF", _DOCUMENT),
     FileKind("postscript", "PostScript", _DOCUMENT),

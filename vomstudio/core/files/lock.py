@@ -16,7 +16,7 @@ from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.regular import is_regular
-from vomstudio.core.files.untrusted.databases import harden
+from vomstudio.core.files.untrusted.databases import restrict_connection
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
@@ -30,14 +30,16 @@ class FolderLock:
     ----------
     path : Path
         SQLite file of the lock.
-    busy, unwritable : str
+    busy_code, unwritable_code : str
         Codes of the findings for a lock that another process holds (value ``holder``) and for a
         lock that cannot be written (value ``reason``).
-    patience_s : float
+    timeout_s : float
         Time to wait for another process that holds the lock and may be ending, in seconds.
     """
 
-    def __init__(self, path: Path, busy: str, unwritable: str, patience_s: float = 0.0) -> None:
+    def __init__(
+        self, path: Path, busy_code: str, unwritable_code: str, timeout_s: float = 0.0
+    ) -> None:
         """Acquire the lock.
 
         Raises
@@ -52,9 +54,9 @@ class FolderLock:
         for attempt in (1, 2):
             try:
                 self._db = sqlite3.connect(
-                    path, isolation_level=None, timeout=patience_s, check_same_thread=False
+                    path, isolation_level=None, timeout=timeout_s, check_same_thread=False
                 )
-                harden(self._db)
+                restrict_connection(self._db)
                 self._require_plain()
                 self._db.execute(_HOLDER.replace("TABLE", "TABLE IF NOT EXISTS"))
                 self._db.execute("DELETE FROM holder")
@@ -66,14 +68,14 @@ class FolderLock:
                 holder = self._holder()
                 self.release()
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
-                    raise InputError(Finding(busy, holder=holder), file=path.parent) from error
+                    raise InputError(Finding(busy_code, holder=holder), file=path.parent) from error
                 # A damaged file is not a lock: a valid one would be reported as locked.
                 reason: str | None = failure_reason(path.parent, error)
                 if attempt == 1 and _remove(path) is None:
                     reason = None
                 if reason is not None:
                     raise TargetError(
-                        Finding(unwritable, reason=reason), file=path.parent
+                        Finding(unwritable_code, reason=reason), file=path.parent
                     ) from error
 
     def _require_plain(self) -> None:

@@ -17,7 +17,7 @@ _MIN_ARC_RAD = 1e-12
 
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[:,::1])")
-def flatten_points(points, axes, centre, flat, ends):  # type: ignore[no-untyped-def]
+def flatten_points(points, axes, centre, plane_coordinates, ends):  # type: ignore[no-untyped-def]
     """Project points onto two axes (2, 3), and write their coordinates and limits (2, 2)."""
     cx, cy, cz = centre[0], centre[1], centre[2]
     a, b, c = axes[0, 0], axes[0, 1], axes[0, 2]
@@ -25,7 +25,7 @@ def flatten_points(points, axes, centre, flat, ends):  # type: ignore[no-untyped
     for i in range(len(points)):
         x, y, z = points[i, 0] - cx, points[i, 1] - cy, points[i, 2] - cz
         u, v = a * x + b * y + c * z, d * x + e * y + f * z
-        flat[i, 0], flat[i, 1] = u, v
+        plane_coordinates[i, 0], plane_coordinates[i, 1] = u, v
         if i == 0:
             ends[0, 0], ends[0, 1], ends[1, 0], ends[1, 1] = u, v, u, v
         ends[0, 0], ends[0, 1] = min(ends[0, 0], u), min(ends[0, 1], v)
@@ -33,73 +33,75 @@ def flatten_points(points, axes, centre, flat, ends):  # type: ignore[no-untyped
 
 
 @kernel("void(f8[:,::1], f8, f8, f8, i8, i8[::1], i8[::1], f8[:,::1])")
-def sort_into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-untyped-def]
+def sort_into_cells(plane_coordinates, x, y, cells_per_unit, columns, cell_starts, cell, out):  # type: ignore[no-untyped-def]
     """Sort points by the square cells of a grid, row by row.
 
-    The corner of the grid is at x, y, and it has `per` cells per unit. `begins` (cells + 1,) must
+    The corner of the grid is at x, y, and it has `cells_per_unit` cells per unit. `cell_starts` (cells + 1,) must
     be zero on entry, and receives the start of each cell; `cell` (points,) is a work array; the
     sorted points are written to `out`.
     """
-    for i in range(len(flat)):
-        c = int((flat[i, 0] - x) * per) + columns * int((flat[i, 1] - y) * per)
+    for i in range(len(plane_coordinates)):
+        c = int((plane_coordinates[i, 0] - x) * cells_per_unit) + columns * int(
+            (plane_coordinates[i, 1] - y) * cells_per_unit
+        )
         cell[i] = c
-        begins[c + 1] += 1
-    for c in range(1, len(begins)):
-        begins[c] += begins[c - 1]
-    for i in range(len(flat) - 1, -1, -1):
+        cell_starts[c + 1] += 1
+    for c in range(1, len(cell_starts)):
+        cell_starts[c] += cell_starts[c - 1]
+    for i in range(len(plane_coordinates) - 1, -1, -1):
         c = cell[i]
         # Filled from the end, so that each end becomes the start of its cell.
-        begins[c + 1] -= 1
-        at = begins[c + 1]
-        out[at, 0], out[at, 1] = flat[i, 0], flat[i, 1]
-    for c in range(len(begins) - 1):
-        begins[c] = begins[c + 1]
-    begins[len(begins) - 1] = len(flat)
+        cell_starts[c + 1] -= 1
+        at = cell_starts[c + 1]
+        out[at, 0], out[at, 1] = plane_coordinates[i, 0], plane_coordinates[i, 1]
+    for c in range(len(cell_starts) - 1):
+        cell_starts[c] = cell_starts[c + 1]
+    cell_starts[len(cell_starts) - 1] = len(plane_coordinates)
 
 
 @kernel("i8(f8[:,::1], i8[::1], f8, f8, f8, i8, i8, b1[:,::1])")
-def thin_cells(points, begins, x, y, per, columns, max_points, is_occupied):  # type: ignore[no-untyped-def]
+def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, is_occupied):  # type: ignore[no-untyped-def]
     """Keep one point per square in cells with more than `max_points`; return the number kept.
 
     The points are sorted by `sort_into_cells`. `is_occupied` is a work array for the squares of one
     cell.
     """
     squares, total, first = len(is_occupied), 0, 0
-    for c in range(len(begins) - 1):
-        last = begins[c + 1]
+    for c in range(len(cell_starts) - 1):
+        last = cell_starts[c + 1]
         crowded = last - first > max_points
         if crowded:
             is_occupied[:] = False
         u, v = c % columns, c // columns
-        begins[c] = total
+        cell_starts[c] = total
         for p in range(first, last):
             a, b = points[p, 0], points[p, 1]
             if crowded:
-                i = min(max(int(((a - x) * per - u) * squares), 0), squares - 1)
-                j = min(max(int(((b - y) * per - v) * squares), 0), squares - 1)
+                i = min(max(int(((a - x) * cells_per_unit - u) * squares), 0), squares - 1)
+                j = min(max(int(((b - y) * cells_per_unit - v) * squares), 0), squares - 1)
                 if is_occupied[i, j]:
                     continue
                 is_occupied[i, j] = True
             points[total, 0], points[total, 1] = a, b
             total += 1
         first = last
-    begins[len(begins) - 1] = total
+    cell_starts[len(cell_starts) - 1] = total
     return total
 
 
 @part
-def _is_interior(begins, columns, c):  # type: ignore[no-untyped-def]
+def _is_interior(cell_starts, columns, c):  # type: ignore[no-untyped-def]
     """Return whether a cell and its eight neighbours all contain points."""
     for row in range(-1, 2):
         for column in range(-1, 2):
             at = c + row * columns + column
-            if begins[at] == begins[at + 1]:
+            if cell_starts[at] == cell_starts[at + 1]:
                 return False
     return True
 
 
 @part
-def _is_surrounded(points, begins, columns, c, p, reach, radius, table):  # type: ignore[no-untyped-def]
+def _is_surrounded(points, cell_starts, columns, c, p, reach, radius, table):  # type: ignore[no-untyped-def]
     """Return whether each of 64 sectors of directions is excluded by a single neighbour."""
     bins = table.shape[0]
     x, y = points[p, 0], points[p, 1]
@@ -109,7 +111,7 @@ def _is_surrounded(points, begins, columns, c, p, reach, radius, table):  # type
         # Start with the nearest rows of cells.
         for side in range(1 if row == 0 else 2):
             first = c + (row if side == 0 else -row) * columns
-            for q in range(begins[first - reach], begins[first + reach + 1]):
+            for q in range(cell_starts[first - reach], cell_starts[first + reach + 1]):
                 i = int((points[q, 0] - x) * per + half)
                 j = int((points[q, 1] - y) * per + half)
                 if i >= 0 and j >= 0 and i < bins and j < bins:
@@ -120,13 +122,13 @@ def _is_surrounded(points, begins, columns, c, p, reach, radius, table):  # type
 
 
 @part
-def _arcs(points, begins, columns, c, p, reach, radius, near, arcs):  # type: ignore[no-untyped-def]
+def _arcs(points, cell_starts, columns, c, p, reach, radius, near, arcs):  # type: ignore[no-untyped-def]
     """List neighbours with the arcs (start, width) that they exclude; return their number."""
     x, y = points[p, 0], points[p, 1]
     number = 0
     for row in range(-reach, reach + 1):
         first = c + row * columns
-        for q in range(begins[first - reach], begins[first + reach + 1]):
+        for q in range(cell_starts[first - reach], cell_starts[first + reach + 1]):
             dx, dy = points[q, 0] - x, points[q, 1] - y
             far = math.sqrt(dx * dx + dy * dy)
             if far >= 2.0 * radius or far == 0.0 or number == len(near):
@@ -151,12 +153,12 @@ def roll_disc(  # type: ignore[no-untyped-def]
     points,
     x,
     y,
-    per,
+    cells_per_unit,
     columns,
-    begins,
+    cell_starts,
     reach,
     radius,
-    sparing,
+    spacing_factor,
     table,
     is_queued,
     queue,
@@ -167,17 +169,19 @@ def roll_disc(  # type: ignore[no-untyped-def]
     """Write the pairs of points between which an empty disc rolls, and return their number.
 
     Return -1 if there are more pairs than fit into `edges`. The points are sorted by
-    `sort_into_cells`, with a margin of `reach` and one empty cells. If `sparing`, only gaps that
+    `sort_into_cells`, with a margin of `reach` and one empty cells. If `spacing_factor`, only gaps that
     reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
     `is_queued` must be False on entry; `queue`, `near` and `arcs` are work arrays.
     """
     tail, total = 0, 0
-    rows = (len(begins) - 1) // columns
+    rows = (len(cell_starts) - 1) // columns
     for row in range(reach + 1, rows - reach - 1):
         for c in range(row * columns + reach + 1, (row + 1) * columns - reach - 1):
-            if begins[c] == begins[c + 1] or (sparing and _is_interior(begins, columns, c)):
+            if cell_starts[c] == cell_starts[c + 1] or (
+                spacing_factor and _is_interior(cell_starts, columns, c)
+            ):
                 continue
-            for p in range(begins[c], begins[c + 1]):
+            for p in range(cell_starts[c], cell_starts[c + 1]):
                 is_queued[p] = True
                 queue[tail] = p
                 tail += 1
@@ -185,10 +189,12 @@ def roll_disc(  # type: ignore[no-untyped-def]
     while head < tail:
         p = queue[head]
         head += 1
-        c = int((points[p, 0] - x) * per) + columns * int((points[p, 1] - y) * per)
-        if _is_surrounded(points, begins, columns, c, p, reach, radius, table):
+        c = int((points[p, 0] - x) * cells_per_unit) + columns * int(
+            (points[p, 1] - y) * cells_per_unit
+        )
+        if _is_surrounded(points, cell_starts, columns, c, p, reach, radius, table):
             continue
-        number = _arcs(points, begins, columns, c, p, reach, radius, near, arcs)
+        number = _arcs(points, cell_starts, columns, c, p, reach, radius, near, arcs)
         if number == 0:
             continue
         last, passed = near[0], 0.0

@@ -74,7 +74,7 @@ def enclose_faces(
     lines = np.stack([flat, np.roll(flat, -1, axis=1)], axis=2).reshape(-1, 2, 2)
     pieces = _pieces(nodes)
     if not pieces.any():
-        return _polygonize(lines[_free(ends)]), axes
+        return _polygonize(lines[_find_free_edges(ends)]), axes
     side = float(np.median(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)))
     return _close_gaps(lines, ends, np.repeat(pieces, 3), _GAP_SIDES * side), axes
 
@@ -96,7 +96,7 @@ def _close_gaps(lines: FloatArray, ends: IntArray, pieces: IntArray, width: floa
 
     parts = []
     for rows in np.split(np.argsort(pieces, kind="stable"), np.cumsum(np.bincount(pieces))[:-1]):
-        parts.append(_polygonize(lines[rows[_free(ends[rows])]]))
+        parts.append(_polygonize(lines[rows[_find_free_edges(ends[rows])]]))
     whole = shapely.union_all(parts)
     wider = shapely.buffer(whole, width, join_style="mitre")
     return shapely.union(whole, shapely.buffer(wider, -width, join_style="mitre"))
@@ -130,12 +130,12 @@ def enclose_points(
         for_kernels(points, np.float64), axes, for_kernels(centre, np.float64), flat, ends
     )
     radius = _gap_radius(len(points)) * spacing
-    lines = _border_lines(flat, ends, spacing, radius)
-    return _polygonize(_lines_by_triangles(flat, radius) if lines is None else lines), axes
+    lines = _trace_boundary_lines(flat, ends, spacing, radius)
+    return _polygonize(_triangulated_boundary_lines(flat, radius) if lines is None else lines), axes
 
 
-def _border_lines(
-    flat: FloatArray, ends: FloatArray, spacing: float, radius: float
+def _trace_boundary_lines(
+    plane_coordinates: FloatArray, ends: FloatArray, spacing: float, radius: float
 ) -> FloatArray | None:
     """Trace the boundary lines (k, 2, 2) with a disc that rolls around the points.
 
@@ -146,11 +146,11 @@ def _border_lines(
     side = max(_CELL_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
     if side <= 0.0 or not (size < 1e4 * side).all():
         return None
-    n, reach = len(flat), int(2.0 * radius / side) + 1
+    n, reach = len(plane_coordinates), int(2.0 * radius / side) + 1
     columns, rows = ((size / side).astype(np.int64) + 2 * reach + 4).tolist()
     grid = float(low[0]) - (reach + 1) * side, float(low[1]) - (reach + 1) * side, 1.0 / side
     begins, sorted_points = np.zeros(columns * rows + 1, np.int64), np.empty((n, 2))
-    sort_into_cells(flat, *grid, columns, begins, np.empty(n, np.int64), sorted_points)
+    sort_into_cells(plane_coordinates, *grid, columns, begins, np.empty(n, np.int64), sorted_points)
     squares = np.zeros((_CELL_SQUARES, _CELL_SQUARES), np.bool_)
     sorted_points = sorted_points[
         : thin_cells(sorted_points, begins, *grid, columns, _MAX_CELL_POINTS, squares)
@@ -173,7 +173,7 @@ def _border_lines(
     if count < 0:
         return None
     pairs = edges[:count].astype(np.int64)
-    pairs = pairs[_free(pairs)] if count else pairs
+    pairs = pairs[_find_free_edges(pairs)] if count else pairs
     if (np.bincount(pairs.ravel(), minlength=1) % 2).any():
         return None
     return np.asarray(sorted_points[pairs])
@@ -201,7 +201,7 @@ def _sectors() -> IntArray:
     return np.asarray((bits << np.arange(64, dtype=np.uint64)).sum(axis=-1).view(np.int64))
 
 
-def _lines_by_triangles(flat: FloatArray, radius: float) -> FloatArray:
+def _triangulated_boundary_lines(plane_coordinates: FloatArray, radius: float) -> FloatArray:
     """Derive the boundary lines from a Delaunay triangulation, if the disc does not close.
 
     They are the free edges of the triangles whose circumcircle is not larger than the disc.
@@ -209,16 +209,20 @@ def _lines_by_triangles(flat: FloatArray, radius: float) -> FloatArray:
     from scipy.spatial import Delaunay, QhullError
 
     try:
-        triangles = Delaunay(flat).simplices.astype(np.int64)
+        triangles = Delaunay(plane_coordinates).simplices.astype(np.int64)
     except (QhullError, ValueError):
         return np.zeros((0, 2, 2))
-    a, b, c = (flat[triangles[:, i]] for i in range(3))
+    a, b, c = (plane_coordinates[triangles[:, i]] for i in range(3))
     ab, bc, ca = (np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a)))
     cross = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
         small_triangles = triangles[ab * bc * ca / (2.0 * cross) <= radius]
     ends = np.stack([small_triangles, np.roll(small_triangles, -1, axis=1)], axis=2).reshape(-1, 2)
-    return flat[ends[_free(ends)]] if len(small_triangles) else np.zeros((0, 2, 2))
+    return (
+        plane_coordinates[ends[_find_free_edges(ends)]]
+        if len(small_triangles)
+        else np.zeros((0, 2, 2))
+    )
 
 
 def _gap_radius(count: int) -> float:
@@ -267,7 +271,7 @@ def to_wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float)
     return text or None
 
 
-def _free(ends: IntArray) -> BoolArray:
+def _find_free_edges(ends: IntArray) -> BoolArray:
     """Return which edges (k, 2) belong to an odd number of faces, each edge once."""
     key = ends.min(axis=1) * (int(ends.max()) + 1) + ends.max(axis=1)
     _, edge_of, count = np.unique(key, return_inverse=True, return_counts=True)

@@ -19,80 +19,80 @@ _CLUTTER_RATIO = 4
 )
 def assign_points(  # type: ignore[no-untyped-def]
     points,
-    begins,
+    cell_starts,
     starts,
-    near,
+    neighbours,
     labels,
     normals,
-    reach,
+    max_distance,
     least_cosine,
     centres,
-    facing,
+    facing_normals,
     limits,
     out,
-    open_,
+    open_rows,
 ):
     """Assign points to the nearest plane of their cell and the adjacent cells, or to none.
 
     labels (cells,) contains the facet of each cell, negative for none; centres, facing (f, 3) and
-    limits (f,) describe the planes of the facets. `open_` receives whether a point must be analysed
+    limits (f,) describe the planes of the facets. `open_rows` receives whether a point must be analysed
     individually: if the adjacent cells belong to several facets, if they belong to none and contain
     more than stray points, or if the point is not on the plane of its cell.
     """
-    for c in range(len(begins) - 1):
+    for c in range(len(cell_starts) - 1):
         own_label = labels[c]
         mixed = own_label < 0
         known = not mixed
         for at in range(starts[c], starts[c + 1]):
-            other_label = labels[near[at]]
+            other_label = labels[neighbours[at]]
             if other_label >= 0:
                 known = True
             elif (
-                _CLUTTER_RATIO * (begins[near[at] + 1] - begins[near[at]])
-                < begins[c + 1] - begins[c]
+                _CLUTTER_RATIO * (cell_starts[neighbours[at] + 1] - cell_starts[neighbours[at]])
+                < cell_starts[c + 1] - cell_starts[c]
             ):
                 continue
             if other_label != own_label:
                 mixed = True
-        for p in range(begins[c], begins[c + 1]):
+        for p in range(cell_starts[c], cell_starts[c + 1]):
             out[p] = -1
-            open_[p] = True
+            open_rows[p] = True
             if not known:
                 continue
             best, least = -1, math.inf
             for at in range(starts[c] - 1, starts[c + 1]):
-                f = own_label if at < starts[c] else labels[near[at]]
+                f = own_label if at < starts[c] else labels[neighbours[at]]
                 if f < 0 or f == best:
                     continue
                 off = abs(
-                    (points[p, 0] - centres[f, 0]) * facing[f, 0]
-                    + (points[p, 1] - centres[f, 1]) * facing[f, 1]
-                    + (points[p, 2] - centres[f, 2]) * facing[f, 2]
+                    (points[p, 0] - centres[f, 0]) * facing_normals[f, 0]
+                    + (points[p, 1] - centres[f, 1]) * facing_normals[f, 1]
+                    + (points[p, 2] - centres[f, 2]) * facing_normals[f, 2]
                 )
-                limit = min(reach[c], limits[f])
+                limit = min(max_distance[c], limits[f])
                 if f != own_label:
                     cosine = abs(
-                        normals[c, 0] * facing[f, 0]
-                        + normals[c, 1] * facing[f, 1]
-                        + normals[c, 2] * facing[f, 2]
+                        normals[c, 0] * facing_normals[f, 0]
+                        + normals[c, 1] * facing_normals[f, 1]
+                        + normals[c, 2] * facing_normals[f, 2]
                     )
                     if not cosine >= least_cosine:
                         limit *= 0.5
                 if off <= limit and off < least:
                     best, least = f, off
             out[p] = best
-            open_[p] = mixed or best < 0
+            open_rows[p] = mixed or best < 0
 
 
 @kernel("void(i8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
 def copy_to_points(  # type: ignore[no-untyped-def]
-    begins, normals, variation, areas, noise, own_normals, own_variation, own_areas, own_noise
+    cell_starts, normals, variation, areas, noise, own_normals, own_variation, own_areas, own_noise
 ):
     """Copy the values of each cell to its points, dividing the area equally."""
-    for c in range(len(begins) - 1):
+    for c in range(len(cell_starts) - 1):
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
-        share = areas[c] / (begins[c + 1] - begins[c])
-        for p in range(begins[c], begins[c + 1]):
+        share = areas[c] / (cell_starts[c + 1] - cell_starts[c])
+        for p in range(cell_starts[c], cell_starts[c + 1]):
             own_normals[p, 0], own_normals[p, 1], own_normals[p, 2] = x, y, z
             own_variation[p], own_areas[p], own_noise[p] = variation[c], share, noise[c]
 
@@ -101,7 +101,7 @@ def copy_to_points(  # type: ignore[no-untyped-def]
     "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], i8, f8, f8[:,::1], f8[::1], f8[::1], f8[::1])"
 )
 def describe_cells(  # type: ignore[no-untyped-def]
-    begins, count, inner, spreads, min_points, max_variation, normals, area, variation, noise
+    cell_starts, count, inner, spreads, min_points, max_variation, normals, area, variation, noise
 ):
     """Describe the neighbourhood of each cell, given its number of points and eigenvalues.
 
@@ -116,7 +116,7 @@ def describe_cells(  # type: ignore[no-untyped-def]
         area[c] = 4.0 * math.pi * math.sqrt(max(middle * largest, 0.0)) / count[c]
         variation[c] = smallest / max(smallest + middle + largest, 1e-300)
         square = smallest
-        points = begins[c + 1] - begins[c]
+        points = cell_starts[c + 1] - cell_starts[c]
         if not middle > 1e-9 * largest:
             normals[c, 0], normals[c, 1], normals[c, 2] = math.nan, math.nan, math.nan
             x, y, z = 0.0, 0.0, 0.0

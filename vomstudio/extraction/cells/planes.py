@@ -54,7 +54,7 @@ def find_cell_planes(
     min_points: int,
     min_area: float,
     progress: Progress,
-    noisy: bool = False,
+    is_noisy: bool = False,
 ) -> tuple[CellGrid, CellPlanes]:
     """Find planes on cells and transfer them to the points.
 
@@ -69,7 +69,7 @@ def find_cell_planes(
         Minimum number of points and minimum area (m²) of a facet; smaller planes are left to the
         analysis of individual points.
     progress : Progress
-    noisy : bool
+    is_noisy : bool
         Whether to use only neighbourhoods wider than those of individual points; detected for large
         clouds.
 
@@ -84,7 +84,7 @@ def find_cell_planes(
     """
     search = (
         None
-        if noisy
+        if is_noisy
         else _find_flat_cells(
             local, _POINTS_PER_CELL, _CELL_GROWTH, _MAX_TYPICAL_VARIATION, progress
         )
@@ -115,7 +115,7 @@ def find_cell_planes(
         reach=reach,
         min_count=min_cells,
         min_area=np.inf,
-        typical_reach=typical_reach,
+        typical_tolerance=typical_reach,
         progress=progress,
     )
     planes = facet_planes(cells, labels)
@@ -168,17 +168,21 @@ class _CellSearch:
 
 
 def _find_flat_cells(
-    local: FloatArray, per_cell: float, growth: float, max_variation: float, progress: Progress
+    local: FloatArray,
+    points_per_cell: float,
+    growth: float,
+    max_variation: float,
+    progress: Progress,
 ) -> _CellSearch:
     """Find the smallest cells with flat neighbourhoods, up to ten times the number of points."""
-    max_per_cell, min_noise = 10.0 * per_cell, np.inf
+    max_per_cell, min_noise = 10.0 * points_per_cell, np.inf
     while True:
-        grid = create_cell_grid(local, per_cell)
-        per_cell *= growth
+        grid = create_cell_grid(local, points_per_cell)
+        points_per_cell *= growth
         described = _cell_elements(
             grid,
             max_variation
-            if max_variation <= _MAX_TYPICAL_VARIATION and per_cell <= max_per_cell
+            if max_variation <= _MAX_TYPICAL_VARIATION and points_per_cell <= max_per_cell
             else np.inf,
             progress,
         )
@@ -191,7 +195,7 @@ def _find_flat_cells(
         min_noise = min(min_noise, noise)
         if max_variation > _MAX_TYPICAL_VARIATION and noise > _MAX_NOISE_GROWTH * min_noise:
             typical_variation = np.inf
-        if typical_variation <= max_variation or per_cell > max_per_cell:
+        if typical_variation <= max_variation or points_per_cell > max_per_cell:
             width = approximate_median(np.repeat(np.sqrt(cells.areas / points * count), points))
             return _CellSearch(grid, cells, count, typical_variation, width)
 

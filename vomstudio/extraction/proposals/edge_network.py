@@ -79,7 +79,7 @@ class EdgeNetwork:
         tall, wide = self._tile(0, height), self._tile(1, width)
         up, left = _margin(tall, height), _margin(wide, width)
         probabilities = np.empty((height, width), np.float32)
-        rows, columns = _starts(height, tall, up), _starts(width, wide, left)
+        rows, columns = _tile_starts(height, tall, up), _tile_starts(width, wide, left)
         done = 0
         progress.stage(tr("Detecting edges"), len(rows) * len(columns))
         for row in rows:
@@ -138,13 +138,13 @@ class EdgeNetwork:
             raise self._error(Finding("network.not-loaded", reason=_reason(error))) from error
         return net
 
-    def _run(self, part: ByteArray, tall: int, wide: int) -> Float32Array:
+    def _run(self, part: ByteArray, height: int, width: int) -> Float32Array:
         """Run the network on a part of a picture, padded to (tall, wide)."""
         import cv2
 
         high, broad = part.shape[:2]
         full = cv2.copyMakeBorder(
-            np.ascontiguousarray(part), 0, tall - high, 0, wide - broad, cv2.BORDER_REPLICATE
+            np.ascontiguousarray(part), 0, height - high, 0, width - broad, cv2.BORDER_REPLICATE
         )
         values = full.astype(np.float32) / 255.0
         blob = (values @ _GREY_WEIGHTS)[None] if self.channels == 1 else values.transpose(2, 0, 1)
@@ -154,18 +154,18 @@ class EdgeNetwork:
                 output = np.asarray(self._net.forward())  # type: ignore[attr-defined]
         except (cv2.error, MemoryError) as error:
             raise self._error(
-                Finding("network.failed", width=wide, height=tall, reason=_reason(error))
+                Finding("network.failed", width=width, height=height, reason=_reason(error))
             ) from error
-        if output.size != tall * wide or output.shape[-2:] != (tall, wide):
+        if output.size != height * width or output.shape[-2:] != (height, width):
             raise self._error(
                 Finding(
                     "network.output-shape",
                     shape=" x ".join(map(str, output.shape)),
-                    width=wide,
-                    height=tall,
+                    width=width,
+                    height=height,
                 )
             )
-        answer = output.reshape(tall, wide).astype(np.float32)
+        answer = output.reshape(height, width).astype(np.float32)
         if not np.isfinite(answer).all():
             raise self._error(Finding("network.not-finite"))
         low, top = float(answer.min()), float(answer.max())
@@ -186,7 +186,7 @@ def _margin(tile: int, size: int) -> int:
     return 0 if tile >= size else min(_MARGIN_PX, tile // 4)
 
 
-def _starts(size: int, tile: int, margin: int) -> list[int]:
+def _tile_starts(size: int, tile: int, margin: int) -> list[int]:
     """Return the starts of the tiles, each of which overlaps the previous one by two margins."""
     if tile >= size:
         return [0]

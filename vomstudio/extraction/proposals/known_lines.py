@@ -31,13 +31,13 @@ def are_along_known_lines(
     """
     from scipy.spatial import cKDTree
 
-    dense = [_dense(line, reach) for line in known if len(line)]
+    dense = [_densify_line(line, reach) for line in known if len(line)]
     if not dense:
         return [False] * len(lines)
     tree = cKDTree(np.concatenate(dense))
     return [
         bool(
-            (tree.query(_dense(line, reach), distance_upper_bound=reach)[0] <= reach).mean()
+            (tree.query(_densify_line(line, reach), distance_upper_bound=reach)[0] <= reach).mean()
             >= _MIN_SHARED_LENGTH
         )
         for line in lines
@@ -62,7 +62,7 @@ def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
     """
     rows = [0, len(line) - 1]
     while len(rows) < max_points:
-        deviations = [_farthest(line, one, other) for one, other in pairwise(rows)]
+        deviations = [_find_farthest_vertex(line, one, other) for one, other in pairwise(rows)]
         off, row = max(deviations, default=(0.0, 0))
         if off <= reach:
             break
@@ -70,7 +70,7 @@ def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
     return np.array(sorted(set(rows)), np.int64)
 
 
-def _farthest(line: FloatArray, first: int, last: int) -> tuple[float, int]:
+def _find_farthest_vertex(line: FloatArray, first: int, last: int) -> tuple[float, int]:
     """Return the distance and row of the vertex farthest from the chord between two vertices."""
     if last - first < 2:
         return 0.0, first
@@ -82,7 +82,7 @@ def _farthest(line: FloatArray, first: int, last: int) -> tuple[float, int]:
     return float(off[row]), first + 1 + row
 
 
-def _dense(line: FloatArray, reach: float) -> FloatArray:
+def _densify_line(line: FloatArray, reach: float) -> FloatArray:
     """Add points between vertices, at most half of `reach` apart, up to a maximum number."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     far = np.concatenate([[0.0], np.cumsum(steps)])

@@ -21,7 +21,7 @@ from vomstudio.extraction.shortest_paths import shortest_path
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.extraction.trace_options import ONNX
 
-SURROGATES = 49
+N_SURROGATES = 49
 # Smoothing passes for the evidence, and for the background with which it is compared.
 _EVIDENCE_SMOOTHINGS, _BACKGROUND_SMOOTHINGS = 2, 64
 # Minimum evidence of a line, in standard deviations of the noise.
@@ -147,8 +147,8 @@ def simulate_strengths(
     times = _match_smoothing(graph, evidence, random)
     shares = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
     values = np.interp(shares, (np.arange(len(pool)) + 0.5) / len(pool), pool)
-    strongest = np.zeros(SURROGATES)
-    for i in range(SURROGATES):
+    strongest = np.zeros(N_SURROGATES)
+    for i in range(N_SURROGATES):
         check(i)
         noise = smooth_values(graph, random.standard_normal(len(evidence)), times)
         surrogate = np.empty(len(noise))

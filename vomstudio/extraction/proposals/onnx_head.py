@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-_GRAPH = 7
-_INITIALIZER, _INPUT, _OUTPUT = 5, 11, 12
+_GRAPH_FIELD = 7
+_INITIALIZER_FIELD, _INPUT_FIELD, _OUTPUT_FIELD = 5, 11, 12
 _NAME_OF_TENSOR = 8
 
 
@@ -33,7 +33,7 @@ def read_shapes(raw: bytes) -> NetworkShapes:
     ValueError
         If the bytes do not represent an ONNX file.
     """
-    graphs = [value for field, value in _fields(raw) if field == _GRAPH]
+    graphs = [value for field, value in _fields(raw) if field == _GRAPH_FIELD]
     if len(graphs) != 1 or not isinstance(graphs[0], memoryview):
         raise ValueError("no graph")
     initialized = set[bytes]()
@@ -41,15 +41,15 @@ def read_shapes(raw: bytes) -> NetworkShapes:
     for field, value in _fields(graphs[0]):
         if not isinstance(value, memoryview):
             continue
-        if field == _INITIALIZER:
+        if field == _INITIALIZER_FIELD:
             initialized |= {
                 bytes(v)
                 for f, v in _fields(value)
                 if f == _NAME_OF_TENSOR and isinstance(v, memoryview)
             }
-        elif field == _INPUT:
+        elif field == _INPUT_FIELD:
             inputs.append((_part(value, 1), _shape(value)))
-        elif field == _OUTPUT:
+        elif field == _OUTPUT_FIELD:
             outputs.append(_shape(value))
     return NetworkShapes(
         tuple(shape for name, shape in inputs if bytes(name or b"") not in initialized),
@@ -89,14 +89,14 @@ def _fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview
     """
     view, at = memoryview(message), 0
     while at < len(view):
-        key, at = _varint(view, at)
+        key, at = _read_varint(view, at)
         field, kind = key >> 3, key & 7
         if kind == 0:
-            value, at = _varint(view, at)
+            value, at = _read_varint(view, at)
             yield field, value
             continue
         if kind == 2:
-            size, at = _varint(view, at)
+            size, at = _read_varint(view, at)
         elif kind in (1, 5):
             size = 8 if kind == 1 else 4
         else:
@@ -107,7 +107,7 @@ def _fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview
         at += size
 
 
-def _varint(view: memoryview, at: int) -> tuple[int, int]:
+def _read_varint(view: memoryview, at: int) -> tuple[int, int]:
     value = shift = 0
     while at < len(view) and shift < 64:
         byte = view[at]

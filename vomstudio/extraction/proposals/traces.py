@@ -10,12 +10,12 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.words import tr
 from vomstudio.extraction.followed_trace import fit_trace_plane, index_vertices
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.proposals.edge_pictures import EDGE_COST
-from vomstudio.extraction.proposals.lines import SURROGATES as SURROGATES
+from vomstudio.extraction.proposals.lines import N_SURROGATES as SURROGATES
 from vomstudio.extraction.proposals.lines import (
     compute_evidence,
     find_lines,
@@ -56,7 +56,7 @@ class Proposal(PrintableResult):
     """
 
     line: str
-    points: FloatArray = field(repr=False, metadata=HIDDEN)
+    points: FloatArray = field(repr=False, metadata=HIDDEN_IN_JSON)
     length_m: float
     evidence: float
     doubt: float

@@ -17,7 +17,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
@@ -37,7 +37,7 @@ _SPARSE_RATIO = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class GrownPiece:
     """Piece of a surface that was grown from a seed.
 
     Parameters
@@ -59,7 +59,7 @@ class Neighbours(Protocol):
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
-    ) -> Piece:
+    ) -> GrownPiece:
         """Grow the planar piece of the surface around a seed.
 
         The piece contains connected elements whose normals are within the angle of its plane and
@@ -106,8 +106,8 @@ class MeshNeighbours:
 
     def __init__(self, mesh: Mesh) -> None:
         from vomstudio.extraction.selection.region_kernels import (
-            across_edges,
             face_normals,
+            find_adjacent_faces,
             smooth_normals,
         )
 
@@ -128,10 +128,10 @@ class MeshNeighbours:
 
         def average_normals(rows: slice) -> None:
             smooth_normals(self._corners[rows], starts, near, raw, rows.start, self._normals[rows])
-            across_edges(self._corners, starts, near, rows.start, self._across[rows])
+            find_adjacent_faces(self._corners, starts, near, rows.start, self._across[rows])
 
-        run_in_blocks(compute_normals, len(faces), Silent(), _BLOCK)
-        run_in_blocks(average_normals, len(faces), Silent(), _BLOCK)
+        run_in_blocks(compute_normals, len(faces), SilentProgress(), _BLOCK)
+        run_in_blocks(average_normals, len(faces), SilentProgress(), _BLOCK)
         self._connect_across_gaps(nodes)
 
     def _connect_across_gaps(self, nodes: Int32Array) -> None:
@@ -149,7 +149,7 @@ class MeshNeighbours:
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
-    ) -> Piece:
+    ) -> GrownPiece:
         from vomstudio.extraction.selection.region_kernels import grow_faces
 
         n = len(self._faces)
@@ -160,7 +160,7 @@ class MeshNeighbours:
             ring = np.flatnonzero(self.wider(_single_mask(seed, n)))
             usable = ring[np.isfinite(self._normals[ring, 0])]
             if not len(usable):
-                return Piece(_single_mask(seed, n), 1, False)
+                return GrownPiece(_single_mask(seed, n), 1, False)
             seed = int(usable[0])
         count = grow_faces(
             self._vertices,
@@ -177,7 +177,7 @@ class MeshNeighbours:
         )
         mask = np.zeros(n, np.bool_)
         mask[queue[:count]] = True
-        return Piece(mask, count, count == len(queue) < n)
+        return GrownPiece(mask, count, count == len(queue) < n)
 
     def wider(self, selection: BoolArray) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import find_marked_faces, mark_nodes
@@ -192,8 +192,8 @@ class MeshNeighbours:
         def read(rows: slice) -> None:
             find_marked_faces(self._corners[rows], marked, out[rows])
 
-        run_in_blocks(mark, len(out), Silent(), _BLOCK)
-        run_in_blocks(read, len(out), Silent(), _BLOCK)
+        run_in_blocks(mark, len(out), SilentProgress(), _BLOCK)
+        run_in_blocks(read, len(out), SilentProgress(), _BLOCK)
         return out
 
     def narrower(self, selection: BoolArray) -> BoolArray:
@@ -233,7 +233,7 @@ class CloudNeighbours:
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
-    ) -> Piece:
+    ) -> GrownPiece:
         from vomstudio.extraction.selection.region_kernels import grow_points
 
         n, cells = len(self._points), len(self._row)
@@ -242,7 +242,7 @@ class CloudNeighbours:
         mask = np.zeros(self._count, np.bool_)
         at = int(self._place[seed])
         if at < 0:
-            return Piece(mask, 0, False)
+            return GrownPiece(mask, 0, False)
         cell = int(np.searchsorted(self._begins, at, side="right")) - 1
         count = grow_points(
             self._points,
@@ -262,9 +262,9 @@ class CloudNeighbours:
             queue,
         )
         if count < 0:
-            return Piece(mask, 0, False)
+            return GrownPiece(mask, 0, False)
         mask[self._rows[queue[:count]]] = True
-        return Piece(mask, count, count == len(queue) < n)
+        return GrownPiece(mask, count, count == len(queue) < n)
 
     def wider(self, selection: BoolArray) -> BoolArray:
         return self._ring(selection, gains=True)
@@ -310,7 +310,7 @@ class CloudNeighbours:
                 lost,
             )
 
-        run_in_blocks(work, len(cells), Silent(), _BLOCK // 4)
+        run_in_blocks(work, len(cells), SilentProgress(), _BLOCK // 4)
         result = selection.copy()
         result[self._rows[gained if gains else lost]] = gains
         return result

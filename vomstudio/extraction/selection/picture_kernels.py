@@ -9,12 +9,12 @@ from vomstudio.geometry.kernels.jit import kernel, step
 
 
 @step
-def _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ignore[no-untyped-def]
+def _is_inside(x, y, z, m, scale, parallel, shape, max_depths, depth_tolerance):  # type: ignore[no-untyped-def]
     """Return whether a point is inside the shape and not hidden.
 
     `m` (3, 4) transforms from the file frame to right, up and depth in front of the eye. `scale` is
     the number of pixels per metre at depth 1, or at any depth in a parallel view. `shape` (h, w) is
-    non-zero inside. `farthest` (h, w) is the depth beyond which a point is hidden; if it is empty,
+    non-zero inside. `max_depths` (h, w) is the depth beyond which a point is hidden; if it is empty,
     no point is hidden.
     """
     depth = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
@@ -30,22 +30,22 @@ def _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ig
     i, j = int(row), int(column)
     if shape[i, j] == 0:
         return False
-    return len(farthest) == 0 or depth <= farthest[i, j] + slack
+    return len(max_depths) == 0 or depth <= max_depths[i, j] + depth_tolerance
 
 
 @kernel("void(f8[:,::1], f8[:,::1], f8, b1, u1[:,::1], f4[:,::1], f8, b1[::1])")
 def points_inside(  # type: ignore[no-untyped-def]
-    points, m, scale, parallel, shape, farthest, slack, out
+    points, m, scale, parallel, shape, max_depths, depth_tolerance, out
 ):
     """Test points (n, 3). See `_is_inside`."""
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        out[p] = _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack)
+        out[p] = _is_inside(x, y, z, m, scale, parallel, shape, max_depths, depth_tolerance)
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f8[:,::1], f8, b1, u1[:,::1], f4[:,::1], f8, b1[::1])")
 def faces_inside(  # type: ignore[no-untyped-def]
-    vertices, faces, m, scale, parallel, shape, farthest, slack, out
+    vertices, faces, m, scale, parallel, shape, max_depths, depth_tolerance, out
 ):
     """Test the centroids of faces (n, 3). See `_is_inside`."""
     for f in range(len(faces)):
@@ -53,4 +53,4 @@ def faces_inside(  # type: ignore[no-untyped-def]
         x = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0
         y = (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0
         z = (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0
-        out[f] = _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack)
+        out[f] = _is_inside(x, y, z, m, scale, parallel, shape, max_depths, depth_tolerance)

@@ -9,7 +9,7 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 
 @part
-def _clear(sums):  # type: ignore[no-untyped-def]
+def _clear_sums(sums):  # type: ignore[no-untyped-def]
     for j in range(10):
         sums[j] = 0.0
 
@@ -93,7 +93,7 @@ def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-u
 
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], i8, i4[:,::1])")
-def across_edges(corners, starts, near, first, out):  # type: ignore[no-untyped-def]
+def find_adjacent_faces(corners, starts, near, first, out):  # type: ignore[no-untyped-def]
     """Find the next face in the ring at each edge of the faces from `first` on.
 
     The result is -1 if the edge is free. `corners` (n, 3) are the corner positions of all faces.
@@ -131,7 +131,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
     """
     a = faces[seed, 0]
     ox, oy, oz = vertices[a, 0], vertices[a, 1], vertices[a, 2]
-    _clear(sums)
+    _clear_sums(sums)
     is_taken[seed] = True
     queue[0] = seed
     plane[3], plane[4], plane[5] = normals[seed, 0], normals[seed, 1], normals[seed, 2]
@@ -174,7 +174,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
 
 
 @part
-def _around(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-untyped-def]
+def _list_adjacent_cells(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-untyped-def]
     """List the cells adjacent to a cell, including itself, in `near`; return their number."""
     row, column, count = rows[cell], columns[cell], 0
     j0 = row % ny
@@ -195,15 +195,15 @@ def _around(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-unty
 
 
 @part
-def _cell_normal(points, begins, near, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
+def _cell_normal(points, cell_starts, near, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
     """Write the normal of a cell: the mean of the point normals, or that of their plane.
 
     The normal is infinite if the points do not define a plane.
     """
-    p = begins[cell]
+    p = cell_starts[cell]
     if len(point_normals) > 0:
         sx, sy, sz = 0.0, 0.0, 0.0
-        for o in range(p, begins[cell + 1]):
+        for o in range(p, cell_starts[cell + 1]):
             x, y, z = (
                 float(point_normals[o, 0]),
                 float(point_normals[o, 1]),
@@ -221,7 +221,7 @@ def _cell_normal(points, begins, near, count, cell, point_normals, normals):  # 
     n, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
     xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for at in range(count):
-        for o in range(begins[near[at]], begins[near[at] + 1]):
+        for o in range(cell_starts[near[at]], cell_starts[near[at] + 1]):
             dx, dy, dz = points[o, 0] - x, points[o, 1] - y, points[o, 2] - z
             n, sx, sy, sz = n + 1.0, sx + dx, sy + dy, sz + dz
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
@@ -248,7 +248,7 @@ def _cell_normal(points, begins, near, count, cell, point_normals, normals):  # 
 def grow_points(  # type: ignore[no-untyped-def]
     points,
     point_normals,
-    begins,
+    cell_starts,
     rows,
     columns,
     names,
@@ -256,7 +256,7 @@ def grow_points(  # type: ignore[no-untyped-def]
     ny,
     normals,
     left_out,
-    met,
+    is_reached,
     seed,
     cell,
     cosine,
@@ -273,21 +273,21 @@ def grow_points(  # type: ignore[no-untyped-def]
     points within `reach` are added. Return the number of points, or -1 if the cell of the seed has
     no plane.
 
-    `begins` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
+    `cell_starts` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
     points, or empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks
-    excluded points; `met` must be zero on entry; `near` and `cells` are work arrays for 27 cells
+    excluded points; `is_reached` must be zero on entry; `near` and `cells` are work arrays for 27 cells
     and for all cells.
     """
     ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
-    _clear(sums)
-    met[cell] = True
+    _clear_sums(sums)
+    is_reached[cell] = True
     cells[0] = cell
     head, tail, count, refit_size, max_count = 0, 1, 0, 24, len(queue)
     while head < tail:
         c = cells[head]
-        around = _around(rows, columns, names, ends, ny, c, near)
+        around = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
         if normals[c, 0] != normals[c, 0]:
-            _cell_normal(points, begins, near, around, c, point_normals, normals)
+            _cell_normal(points, cell_starts, near, around, c, point_normals, normals)
         if head == 0:
             if normals[c, 0] == math.inf:
                 return -1
@@ -297,7 +297,7 @@ def grow_points(  # type: ignore[no-untyped-def]
         if not (turn >= cosine and turn < 2.0):
             continue
         before = count
-        for o in range(begins[c], begins[c + 1]):
+        for o in range(cell_starts[c], cell_starts[c + 1]):
             if left_out[o]:
                 continue
             x, y, z = points[o, 0] - ox, points[o, 1] - oy, points[o, 2] - oz
@@ -315,8 +315,8 @@ def grow_points(  # type: ignore[no-untyped-def]
         if count == before:
             continue
         for at in range(around):
-            if not met[near[at]]:
-                met[near[at]] = True
+            if not is_reached[near[at]]:
+                is_reached[near[at]] = True
                 cells[tail] = near[at]
                 tail += 1
     return count
@@ -327,28 +327,40 @@ def grow_points(  # type: ignore[no-untyped-def]
     "i8[::1], b1[::1], b1[::1])"
 )
 def mark_ring(  # type: ignore[no-untyped-def]
-    points, begins, rows, columns, names, ends, ny, selected, cells, link, near, gained, lost
+    points,
+    cell_starts,
+    rows,
+    columns,
+    names,
+    ends,
+    ny,
+    selected,
+    cells,
+    link_distance,
+    near,
+    gained_rows,
+    lost_rows,
 ):
-    """Mark points within `link` of the other side of the boundary of a selection.
+    """Mark points within `link_distance` of the other side of the boundary of a selection.
 
-    `gained` receives the points to add, `lost` the points to remove. `cells` are the cells that
+    `gained_rows` receives the points to add, `lost_rows` the points to remove. `cells` are the cells that
     contain selected points; `near` is a work array for 27 cells.
     """
-    limit = link * link
+    limit = link_distance * link_distance
     for at in range(len(cells)):
         c = cells[at]
-        around = _around(rows, columns, names, ends, ny, c, near)
+        around = _list_adjacent_cells(rows, columns, names, ends, ny, c, near)
         for k in range(around):
-            for o in range(begins[near[k]], begins[near[k] + 1]):
+            for o in range(cell_starts[near[k]], cell_starts[near[k] + 1]):
                 if selected[o]:
                     continue
-                for p in range(begins[c], begins[c + 1]):
-                    if selected[p] and not (gained[o] and lost[p]):
+                for p in range(cell_starts[c], cell_starts[c + 1]):
+                    if selected[p] and not (gained_rows[o] and lost_rows[p]):
                         dx, dy = points[o, 0] - points[p, 0], points[o, 1] - points[p, 1]
                         dz = points[o, 2] - points[p, 2]
                         if dx * dx + dy * dy + dz * dz <= limit:
-                            gained[o] = True
-                            lost[p] = True
+                            gained_rows[o] = True
+                            lost_rows[p] = True
 
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")

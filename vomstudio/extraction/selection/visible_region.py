@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
@@ -164,7 +164,7 @@ class ViewSnapshot:
         def work(rows: slice) -> None:
             faces_inside(vertices, faces[rows], matrix, *view, out[rows])
 
-        run_in_blocks(work, len(faces), Silent(), _BLOCK)
+        run_in_blocks(work, len(faces), SilentProgress(), _BLOCK)
 
     def _points(self, cloud: PointCloud, matrix: FloatArray, view: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import points_inside
@@ -176,7 +176,7 @@ class ViewSnapshot:
             def work(rows: slice, points: FloatArray = points, mask: BoolArray = mask) -> None:
                 points_inside(points[rows], matrix, *view, mask[rows])
 
-            run_in_blocks(work, len(points), Silent(), _BLOCK)
+            run_in_blocks(work, len(points), SilentProgress(), _BLOCK)
 
     def _uncut(
         self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, selection: BoolArray

@@ -40,7 +40,7 @@ class SlipRows(Protocol):
 
 @dataclass(frozen=True)
 class Axis:
-    """Axis given by trend and plunge, degrees."""
+    """Axis of a fault, given by its trend and plunge, degrees."""
 
     trend_deg: float
     plunge_deg: float

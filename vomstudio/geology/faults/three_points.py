@@ -20,7 +20,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import FLAT
+from vomstudio.core.results import FLATTENED_IN_JSON
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geometry.rotation_errors import Z95
@@ -61,7 +61,7 @@ class ThreePoints(PrintableResult):
         Line numbers of the table that contain no coordinates.
     """
 
-    plane: Plane = field(metadata=FLAT)
+    plane: Plane = field(metadata=FLATTENED_IN_JSON)
     dip_error_deg: float | None
     dip_direction_error_deg: float | None
     max_confidence95_deg: float | None

@@ -16,7 +16,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, planes_to_normals
@@ -31,7 +31,7 @@ from vomstudio.geology.slopes import (
     planar_sliding,
     to_face_frame,
 )
-from vomstudio.geology.table_slopes import Face, set_numbers
+from vomstudio.geology.table_slopes import SlopeAttitude, set_numbers
 
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
 MAX_PARALLEL_SINE = 1e-6
@@ -82,7 +82,7 @@ class FacetSlope:
     """
 
     id: str
-    face: Face
+    face: SlopeAttitude
     overhangs: bool | None
     area_m2: float | None
     planar: CriticalShare
@@ -151,7 +151,7 @@ def facet_slopes(
     GeometryError
         If the table has no planes, or if no facet can be analysed as a slope.
     """
-    report = progress or Silent()
+    report = progress or SilentProgress()
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
         raise GeometryError(
@@ -186,7 +186,7 @@ def facet_slopes(
         pairs = int(pair_counts[k, 0])
         wedge, topple = (_share(int(count), pairs) for count in pair_counts[k, 1:])
         plane = slope.plane
-        face = Face(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
+        face = SlopeAttitude(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
         facets.append(
             FacetSlope(
                 facet.id, face, facet.overhangs, facet.area_m2, planar, wedge, flexural, topple

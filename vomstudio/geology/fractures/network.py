@@ -12,7 +12,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import OPTIONAL
+from vomstudio.core.results import OPTIONAL_IN_JSON
 from vomstudio.geology.fractures.intervals import (
     UNKNOWN,
     Interval,
@@ -180,7 +180,7 @@ class FractureNetwork(PrintableResult):
     terzaghi_cap: float | None
     warnings: tuple[Finding, ...]
     notes: tuple[Finding, ...]
-    plane: TracePlane | None = field(default=None, metadata=OPTIONAL)
+    plane: TracePlane | None = field(default=None, metadata=OPTIONAL_IN_JSON)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
@@ -128,11 +128,11 @@ class SetProposal(PrintableResult):
     convention: str
     dropped_lines: tuple[int, ...]
     warnings: tuple[Finding, ...]
-    assignment: tuple[str, ...] = field(default=(), metadata=HIDDEN)
-    probability: tuple[float, ...] = field(default=(), metadata=HIDDEN)
-    rows: tuple[int, ...] = field(default=(), metadata=HIDDEN)
+    assignment: tuple[str, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
+    probability: tuple[float, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
+    rows: tuple[int, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
     discontinuities: tuple[Discontinuity, ...] = field(default=())
-    discontinuity: tuple[str, ...] = field(default=(), metadata=HIDDEN)
+    discontinuity: tuple[str, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
 
 
 def propose_sets(
@@ -177,7 +177,7 @@ def propose_sets(
     if scanline is not None and pieces is None:
         raise UsageError(Finding("sets.no-places"), field="--scanline")
     poles = table.vectors()[rows]
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     progress.stage(tr("Clustering planes"))
     proposal = propose_sets_of_poles(poles, options)
     members = None if pieces is None else pieces.rows(rows)
@@ -265,7 +265,7 @@ def describe_proposal(
     sets: list[DescribedSet] = []
     discontinuities: list[Discontinuity] = []
     ids = np.full(len(poles), "", dtype=object)
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     progress.stage(tr("Describing the sets"), len(proposal.sets))
     for index, proposed in enumerate(proposal.sets):
         progress.step(index)

@@ -38,7 +38,7 @@ class SetOptions(Options):
         metavar="DD/D,...",
         label=to_translate("Seeds"),
         tip=to_translate("Dip direction/dip of a plane of each set, in place of a number"),
-        empty="120/45, 300/80",
+        empty_text="120/45, 300/80",
         help=to_translate("one plane of each set, such as 120/45,300/80, in place of a number"),
     )
     scanline: str | None = option(

@@ -1,1 +1,1 @@
-"""Compiled inner loops and the one place that compiles them."""
+"""Compiled inner loops (kernels) and their compilation."""

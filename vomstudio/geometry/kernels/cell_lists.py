@@ -50,11 +50,11 @@ def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-d
 
 
 @kernel("b1(f8[:,::1], i8[::1])")
-def has_twins(points, begins):  # type: ignore[no-untyped-def]
+def has_twins(points, cell_starts):  # type: ignore[no-untyped-def]
     """Return whether two points of a cell have the same coordinates."""
-    for c in range(len(begins) - 1):
-        for a in range(begins[c], begins[c + 1]):
-            for b in range(a + 1, begins[c + 1]):
+    for c in range(len(cell_starts) - 1):
+        for a in range(cell_starts[c], cell_starts[c + 1]):
+            for b in range(a + 1, cell_starts[c + 1]):
                 if (
                     points[a, 0] == points[b, 0]
                     and points[a, 1] == points[b, 1]
@@ -88,34 +88,34 @@ def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
 
 
 @part
-def _number(points, p, per, row, layer):  # type: ignore[no-untyped-def]
+def _number(points, p, cells_per_unit, row, layer):  # type: ignore[no-untyped-def]
     return (
-        int(points[p, 0] * per)
+        int(points[p, 0] * cells_per_unit)
         + 1
-        + row * (int(points[p, 1] * per) + 1)
-        + layer * (int(points[p, 2] * per) + 1)
+        + row * (int(points[p, 1] * cells_per_unit) + 1)
+        + layer * (int(points[p, 2] * cells_per_unit) + 1)
     )
 
 
 @kernel("void(f8[:,::1], f8, i8, i8, i8[::1])")
-def cell_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
+def cell_numbers(points, cells_per_unit, row, layer, keys):  # type: ignore[no-untyped-def]
     """Compute the cell number i + row j + layer k of each point.
 
-    i, j and k start at 1; `per` is the number of cells per unit. Coordinates are not negative.
+    i, j and k start at 1; `cells_per_unit` is the number of cells per unit. Coordinates are not negative.
     """
     for p in range(len(points)):
-        keys[p] = _number(points, p, per, row, layer)
+        keys[p] = _number(points, p, cells_per_unit, row, layer)
 
 
 @kernel("i8(f8[:,::1], f8, i8, i8, i8[::1])")
-def some_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
+def some_numbers(points, cells_per_unit, row, layer, keys):  # type: ignore[no-untyped-def]
     """Compute the cell numbers of the points in one of 16 cells, and return their count.
 
     The cells are selected by a hash of their number; see also `cell_numbers`.
     """
     count = 0
     for p in range(len(points)):
-        key = _number(points, p, per, row, layer)
+        key = _number(points, p, cells_per_unit, row, layer)
         if (key * _HASH_FACTOR) >> 60 == 0:
             keys[count] = key
             count += 1
@@ -149,7 +149,7 @@ def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-d
 
 
 @kernel("i8(i8[::1], i8, f8[:,::1], i8[::1], i8[::1], f8[:,::1], i8[::1], i8[::1])")
-def lined_up(packed, bits, points, rows, row_of, places, keys, begins):  # type: ignore[no-untyped-def]
+def lined_up(packed, bits, points, rows, sorted_rows, places, keys, cell_starts):  # type: ignore[no-untyped-def]
     """Sort points by cell and return the number of cells.
 
     Parameters
@@ -158,23 +158,23 @@ def lined_up(packed, bits, points, rows, row_of, places, keys, begins):  # type:
         Sorted cell numbers, with the row of the point in the lower `bits`.
     bits : int
     points : (n, 3) ndarray
-    rows, row_of : (n,) ndarray
+    rows, sorted_rows : (n,) ndarray
         Output: row of each sorted point, and sorted position of each row.
     places : (n, 3) ndarray
         Output: sorted points.
-    keys, begins : ndarray
+    keys, cell_starts : ndarray
         Output: number of each cell and its first sorted point.
     """
     cells, last = 0, -1
     low = (1 << bits) - 1
     for at in range(len(packed)):
         key, row = packed[at] >> bits, packed[at] & low
-        rows[at], row_of[row] = row, at
+        rows[at], sorted_rows[row] = row, at
         places[at, 0], places[at, 1], places[at, 2] = points[row, 0], points[row, 1], points[row, 2]
         if key != last:
-            keys[cells], begins[cells] = key, at
+            keys[cells], cell_starts[cells] = key, at
             cells, last = cells + 1, key
-    begins[cells] = len(packed)
+    cell_starts[cells] = len(packed)
     return cells
 
 
@@ -183,13 +183,25 @@ def lined_up(packed, bits, points, rows, row_of, places, keys, begins):  # type:
     "i4[:,::1], f8[:,::1], b1[::1])"
 )
 def nearest_in_block(  # type: ignore[no-untyped-def]
-    points, begins, starts, near_cells_, keys, row, layer, side, rows, cells, near, squares, known
+    points,
+    cell_starts,
+    starts,
+    near_cells_,
+    keys,
+    row,
+    layer,
+    side,
+    rows,
+    cells,
+    near,
+    squares,
+    known,
 ):
     """Find the nearest points of each row in its cell and the cells around it.
 
     Parameters
     ----------
-    points, begins, starts, near_cells_, keys
+    points, cell_starts, starts, near_cells_, keys
         Sorted points and their cells, as returned by `lined_up` and `near_cells`.
     row, layer, side
         Increments of the cell number, and side length of a cell.
@@ -207,7 +219,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
         count, worst = 0, math.inf
         for turn in range(starts[c] - 1, starts[c + 1]):
             o = c if turn < starts[c] else near_cells_[turn]
-            for p in range(begins[o], begins[o + 1]):
+            for p in range(cell_starts[o], cell_starts[o + 1]):
                 dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
                 square = dx * dx + dy * dy + dz * dz
                 if square >= worst:
@@ -230,10 +242,10 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
-def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
+def cell_moments(points, cell_starts, means, inner):  # type: ignore[no-untyped-def]
     """Compute the mean and covariance (xx, yy, zz, xy, xz, yz) of the points of each cell."""
-    for c in range(len(begins) - 1):
-        first, last = begins[c], begins[c + 1]
+    for c in range(len(cell_starts) - 1):
+        first, last = cell_starts[c], cell_starts[c + 1]
         n = last - first
         x, y, z = points[first, 0], points[first, 1], points[first, 2]
         sx, sy, sz = 0.0, 0.0, 0.0
@@ -261,7 +273,7 @@ def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
     "void(i8, i8, i8[::1], f8[:,::1], f8[:,::1], i8[::1], i4[::1], i8[::1], f8[:,::1], f8[:,::1])"
 )
 def block_planes(  # type: ignore[no-untyped-def]
-    first, last, begins, means, inner, starts, near, count, normals, spreads
+    first, last, cell_starts, means, inner, starts, near, count, normals, spreads
 ):
     """Fit a plane to the points of each cell from `first` to `last` and the cells around it.
 
@@ -275,7 +287,7 @@ def block_planes(  # type: ignore[no-untyped-def]
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for at in range(starts[c] - 1, starts[c + 1]):
             o = c if at < starts[c] else near[at]
-            w = float(begins[o + 1] - begins[o])
+            w = float(cell_starts[o + 1] - cell_starts[o])
             dx, dy, dz = means[o, 0] - x, means[o, 1] - y, means[o, 2] - z
             n += w
             sx, sy, sz = sx + w * dx, sy + w * dy, sz + w * dz

@@ -21,14 +21,14 @@ def slot_of(names, name):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i8[:,::1])")
-def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
+def tabulate(rows, cell_starts, names, ends):  # type: ignore[no-untyped-def]
     """Fill the table of rows of cells that contain points.
 
     Parameters
     ----------
     rows : (r,) ndarray
         Numbers of the rows of cells.
-    begins : (r + 1,) ndarray
+    cell_starts : (r + 1,) ndarray
         First point of each row.
     names : ndarray
         Output, -1 on entry; its length is a power of two above r.
@@ -38,7 +38,7 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
     for at in range(len(rows)):
         slot = slot_of(names, rows[at])
         names[slot] = rows[at]
-        ends[slot, 0], ends[slot, 1] = begins[at], begins[at + 1]
+        ends[slot, 0], ends[slot, 1] = cell_starts[at], cell_starts[at + 1]
 
 
 @part

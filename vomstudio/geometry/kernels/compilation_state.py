@@ -19,7 +19,7 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def noted() -> bool:
-    """Return whether this version of the program compiled all kernels on this machine."""
+    """Return whether this version of the program has compiled all kernels on this machine."""
     return load_code(_name()) is not None
 
 

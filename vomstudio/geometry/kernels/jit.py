@@ -190,7 +190,7 @@ def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
 
 
 class _Borrowed:
-    """Memory of an array with another flag, as long as the array exists."""
+    """Memory of an array with another writable flag, which keeps the array alive."""
 
     def __init__(self, array: AnyArray) -> None:
         self.array = array

@@ -325,7 +325,7 @@ def compiler() -> tuple[str, ...]:
 
 
 def _meaning(function: Callable[..., Any]) -> Iterator[str]:
-    """Yield everything that determines the machine code of a function.
+    """Yield everything that the machine code of a function depends on.
 
     These are the instructions, the constants and the values of the names that the function and the
     functions it calls use.

@@ -1,4 +1,4 @@
-"""Kernels over many elements on all processors, each over a piece of them."""
+"""Parallel execution of kernels, each on a part of the elements."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def split_work(count: int) -> Iterator[Run]:
     """
     pieces = min(PROCESSORS, count // MIN_PIECE_SIZE)
     if pieces < 2:
-        yield partial(_alone, count)
+        yield partial(_run_in_one_piece, count)
         return
     ends = [count * i // pieces for i in range(pieces + 1)]
     with thread_pool(pieces - 1) as pool:
@@ -42,5 +42,5 @@ def split_work(count: int) -> Iterator[Run]:
         yield run
 
 
-def _alone(count: int, work: Callable[[int, int], object]) -> None:
+def _run_in_one_piece(count: int, work: Callable[[int, int], object]) -> None:
     work(0, count)

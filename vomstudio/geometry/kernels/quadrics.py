@@ -43,8 +43,8 @@ def _solved(rows):  # type: ignore[no-untyped-def]
 
 
 @part
-def _across(x, y, z):  # type: ignore[no-untyped-def]
-    """Return two directions across a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
+def _perpendicular_directions(x, y, z):  # type: ignore[no-untyped-def]
+    """Return two directions perpendicular to a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
     side = math.copysign(1.0, z)
     a = -1.0 / (side + z)
     b = x * y * a
@@ -71,7 +71,7 @@ def curvatures_near(  # type: ignore[no-untyped-def]
         ax, ay, az = normals[row, 0], normals[row, 1], normals[row, 2]
         if not math.isfinite(x + y + z + ax + ay + az):
             continue
-        ux, uy, uz, vx, vy, vz = _across(ax, ay, az)
+        ux, uy, uz, vx, vy, vz = _perpendicular_directions(ax, ay, az)
         i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
         j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
         k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)

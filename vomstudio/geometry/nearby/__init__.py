@@ -1,1 +1,1 @@
-"""Sums over the points near millions of places."""
+"""Sums over the neighbours of millions of positions."""

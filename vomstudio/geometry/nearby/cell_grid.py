@@ -81,7 +81,7 @@ class CellGrid:
         return np.asarray(np.searchsorted(self.begins, places, side="right") - 1)
 
 
-def create_cell_grid(local: FloatArray, per_cell: float) -> CellGrid:
+def create_cell_grid(local: FloatArray, points_per_cell: float) -> CellGrid:
     """Sort points into cubic cells.
 
     Coincident points become one.
@@ -90,7 +90,7 @@ def create_cell_grid(local: FloatArray, per_cell: float) -> CellGrid:
     ----------
     local : (n, 3) ndarray
         Coordinates, not negative.
-    per_cell : float
+    points_per_cell : float
         Approximate number of points in the cell of the median point.
 
     Returns
@@ -100,7 +100,7 @@ def create_cell_grid(local: FloatArray, per_cell: float) -> CellGrid:
     local = for_kernels(local, np.float64)
     high = np.full(3, -np.inf)
     bounds_of(local, np.full(3, np.inf), high)
-    side = _side(local, high, per_cell)
+    side = _side(local, high, points_per_cell)
     grid = _sort_into_cells(local, high, side)
     is_crowded = int(np.diff(grid.begins).max()) > MAX_POINTS_FOR_TWINS
     if not is_crowded and not has_twins(grid.places, grid.begins):
@@ -123,7 +123,7 @@ def create_cell_grid(local: FloatArray, per_cell: float) -> CellGrid:
     )
 
 
-def _side(local: FloatArray, high: FloatArray, per_cell: float) -> float:
+def _side(local: FloatArray, high: FloatArray, points_per_cell: float) -> float:
     """Determine the side of a cell iteratively.
 
     On a surface, counts grow with the square of the side.
@@ -131,7 +131,7 @@ def _side(local: FloatArray, high: FloatArray, per_cell: float) -> float:
     n = len(local)
     size = np.sort(high)[::-1]
     min_side = max(float(size[0]) / MAX_CELLS_PER_AXIS, 1e-12)
-    side = max(float(np.sqrt(size[0] * max(size[1], 1e-12) * per_cell / n)), min_side)
+    side = max(float(np.sqrt(size[0] * max(size[1], 1e-12) * points_per_cell / n)), min_side)
     buffer = np.empty(n, np.int64)
     for _ in range(4):
         row, layer = _steps(high, side)
@@ -144,7 +144,7 @@ def _side(local: FloatArray, high: FloatArray, per_cell: float) -> float:
         median_count = (
             count[np.searchsorted(np.cumsum(count), 0.5 * len(numbers))] if len(count) else 1
         )
-        ratio = float(np.sqrt(per_cell / median_count))
+        ratio = float(np.sqrt(points_per_cell / median_count))
         side = max(side * min(max(ratio, 0.2), 5.0), min_side)
         if 0.8 < ratio < 1.25:
             break

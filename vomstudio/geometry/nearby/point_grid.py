@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.geometry.kernels.jit import for_kernels
 
@@ -126,7 +126,7 @@ class PointGrid:
             count[rows] = n
             mean[rows], normal[rows], spread[rows] = results
 
-        run_in_blocks(work, k, progress or Silent())
+        run_in_blocks(work, k, progress or SilentProgress())
         return LocalPlanes(count, mean + self.corner, normal, spread)
 
     def curvatures(
@@ -166,7 +166,7 @@ class PointGrid:
             )
             curvatures[rows] = block_curvatures
 
-        run_in_blocks(work, len(places), progress or Silent())
+        run_in_blocks(work, len(places), progress or SilentProgress())
         return curvatures
 
     def along(
@@ -209,7 +209,7 @@ class PointGrid:
             count[rows] = n
             mean[rows], deviation[rows] = results
 
-        run_in_blocks(work, k, progress or Silent())
+        run_in_blocks(work, k, progress or SilentProgress())
         return CylinderStatistics(count, mean, deviation)
 
     def _cells_of(self, local: FloatArray) -> IntArray:

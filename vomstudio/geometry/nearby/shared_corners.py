@@ -57,7 +57,7 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def neighbours_across_gaps(
-    nodes: IntArray, corners: FloatArray, alone: BoolArray | None = None
+    nodes: IntArray, corners: FloatArray, is_free_side: BoolArray | None = None
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Find faces with adjacent free sides.
 
@@ -69,7 +69,7 @@ def neighbours_across_gaps(
     nodes : (k, 3) ndarray of int
         Numbers of the vertices.
     corners : (k, 3, 3) ndarray
-    alone : (k, 3) ndarray of bool, optional
+    is_free_side : (k, 3) ndarray of bool, optional
         Sides of one face only, if `nodes` are not all faces.
 
     Returns
@@ -80,9 +80,11 @@ def neighbours_across_gaps(
     from scipy.spatial import cKDTree
 
     no_rows = np.zeros(0, np.int64)
-    free_sides = np.flatnonzero(_are_alone(nodes) if alone is None else alone.ravel())
+    free_sides = np.flatnonzero(_are_alone(nodes) if is_free_side is None else is_free_side.ravel())
     if len(free_sides) < 2 or (
-        alone is None and len(nodes) >= MIN_FACES and len(free_sides) > MAX_LOOSE_SHARE * nodes.size
+        is_free_side is None
+        and len(nodes) >= MIN_FACES
+        and len(free_sides) > MAX_LOOSE_SHARE * nodes.size
     ):
         return no_rows, no_rows, no_rows
     face, side = free_sides // 3, free_sides % 3

@@ -1,1 +1,1 @@
-"""Rays against meshes and clouds."""
+"""Intersections of rays with meshes and clouds."""

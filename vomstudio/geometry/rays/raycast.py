@@ -1,4 +1,4 @@
-"""Parallel rays through a grid, outside the window.
+"""Parallel rays through the pixels of a grid, independent of the window.
 
 Each triangle is tested against the rays rather than each ray against triangles, in float64 and
 without a tree: the same hits as Embree (float32), about ten times faster.

@@ -95,7 +95,7 @@ class RayTree:
     def cast(
         self, starts: npt.ArrayLike, ways: npt.ArrayLike, last: npt.ArrayLike = np.inf
     ) -> RayHits:
-        """Return the first hits of rays from starts (n, 3) or (3,) along ways (n, 3).
+        """Return the first hits of rays from starts (n, 3) or (3,) along vectors (n, 3).
 
         `last` is the maximum distance, in multiples of the direction vector. For a cloud, the hit
         is the point on the first surface that is nearest to the ray. Non-finite rays have no hit.

@@ -31,7 +31,9 @@ def _collection(layer: Layer, crs: str | None) -> str:
     features = [
         {
             "type": "Feature",
-            "properties": {name: _plain(column[row]) for name, column in layer.columns.items()},
+            "properties": {
+                name: _to_plain_value(column[row]) for name, column in layer.columns.items()
+            },
             "geometry": {"type": _GEOMETRY[layer.kind], "coordinates": _coordinates(layer, shape)},
         }
         for row, shape in enumerate(layer.shapes)
@@ -60,7 +62,7 @@ def _coordinates(layer: Layer, shape: Any) -> list[Any]:
     return points if layer.kind == "line" else [[*points, points[0]]]
 
 
-def _plain(value: Any) -> Any:
+def _to_plain_value(value: Any) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not np.isfinite(value):
@@ -70,5 +72,5 @@ def _plain(value: Any) -> Any:
 
 def properties_of(layer: Layer, row: int) -> Mapping[str, Any]:
     """Return the known figures of one feature."""
-    values = {name: _plain(column[row]) for name, column in layer.columns.items()}
+    values = {name: _to_plain_value(column[row]) for name, column in layer.columns.items()}
     return {name: value for name, value in values.items() if value not in (None, "")}

@@ -341,7 +341,7 @@ def _frame(
     bounds: FloatArray,
     options: FrameOptions,
     *,
-    alone: bool,
+    is_only_layer: bool,
 ) -> tuple[StatedCrs, FrameOptions]:
     """Return the CRS stated by a drawing, and the options that complement it.
 
@@ -351,14 +351,14 @@ def _frame(
         CRS as reported by GDAL: WGS 84 for GeoJSON without a ``crs``, according to its standard.
     bounds : (2, 2) float
         Minimum and maximum of x and y.
-    alone : bool
+    is_only_layer : bool
         Whether the drawing does not belong to a model to whose CRS it would be converted.
     """
     if is_geojson_without_crs(path):
         if options.crs is not None:
             return StatedCrs(), options
         is_in_degrees = float(np.abs(bounds).max(initial=0.0)) <= MAX_DEGREES
-        if alone and options.to_crs is None and is_in_degrees:
+        if is_only_layer and options.to_crs is None and is_in_degrees:
             options = replace(options, to_crs=suggested_zone(bounds))
         return StatedCrs(crs), options
     if crs is None:
@@ -386,7 +386,7 @@ def _convert_to_world(
     points[is_flat, 2] = 0.0
     finite = points[np.isfinite(points).all(axis=1), :2]
     bounds = np.array([finite.min(axis=0), finite.max(axis=0)]) if len(finite) else np.zeros((2, 2))
-    stated, options = _frame(path, crs, bounds, options, alone=model is None)
+    stated, options = _frame(path, crs, bounds, options, is_only_layer=model is None)
     world = points_to_world(points, file=path, stated=stated, options=options, model=model)
     if world.points is points or np.array_equal(world.points, points, equal_nan=True):
         return shapes, world

@@ -279,17 +279,17 @@ def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | No
     try:
         axes = stated_axes(text)
     except InputError:
-        return None, Finding("frame.crs-unreadable", file=name, crs=_shown(text))
+        return None, Finding("frame.crs-unreadable", file=name, crs=_quote_shortened(text))
     if bounds is not None and _can_have_kind(axes.kind, bounds):
         return text, None
     if axes.kind != "projected":
-        return None, Finding("frame.crs-unused", file=name, crs=_shown(text))
+        return None, Finding("frame.crs-unused", file=name, crs=_quote_shortened(text))
     if axes.height_factor != 1.0 or axes.unusual_directions:
         return text, None
     return axes.crs, None
 
 
-def _shown(text: str) -> str:
+def _quote_shortened(text: str) -> str:
     return " ".join(text.split())[:80] or tr("nothing")
 
 

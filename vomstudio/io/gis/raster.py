@@ -89,7 +89,9 @@ class Raster:
 
 
 @contextlib.contextmanager
-def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) -> Iterator[Any]:
+def open_geotiff(
+    path: Path, raster: Raster, display_path: str | Path | None = None
+) -> Iterator[Any]:
     """Yield a rasterio dataset into which windows can be written with `write_tile`.
 
     Parameters
@@ -97,7 +99,7 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
     path : Path
         Path of the file, usually a temporary name.
     raster : Raster
-    shown : str or Path, optional
+    display_path : str or Path, optional
         File name for error messages.
 
     Raises
@@ -144,9 +146,9 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
         with rasterio.Env(), rasterio.open(path) as written:
             is_complete = _is_complete(written, path.stat().st_size) and _has_tiles(written, tiles)
     except RasterioError as error:
-        raise _incomplete_error(shown or path) from error
+        raise _incomplete_error(display_path or path) from error
     if not is_complete:
-        raise _incomplete_error(shown or path)
+        raise _incomplete_error(display_path or path)
 
 
 def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:

@@ -230,7 +230,13 @@ _ARC_STEPS = np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:-1]
 
 
 def _arc(
-    at: complex, end: complex, rx: float, ry: float, rotation_deg: float, large: bool, sweep: bool
+    at: complex,
+    end: complex,
+    rx: float,
+    ry: float,
+    rotation_deg: float,
+    is_large_arc: bool,
+    sweep: bool,
 ) -> list[complex]:
     """Return the points of an elliptical arc between two end points (SVG 1.1, F.6.5)."""
     rx, ry = abs(rx), abs(ry)
@@ -243,7 +249,7 @@ def _arc(
     if scale > 1:
         rx, ry = rx * math.sqrt(scale), ry * math.sqrt(scale)
     square = (rx * ry) ** 2 / ((rx * y) ** 2 + (ry * x) ** 2) - 1
-    root = math.sqrt(max(square, 0.0)) * (-1 if large == sweep else 1)
+    root = math.sqrt(max(square, 0.0)) * (-1 if is_large_arc == sweep else 1)
     middle = complex(root * rx * y / ry, -root * ry * x / rx)
     centre = middle * axis + (at + end) / 2
     first, last = (

@@ -19,7 +19,7 @@ from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.files.untrusted import reader_process
 from vomstudio.core.files.untrusted.databases import SQLITE_MARK
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.io.gis.dxf_blocks import count_block_entities
 from vomstudio.io.gis.layer_reading import readable_layers
@@ -124,7 +124,7 @@ def _request_layers(
     progress: Progress | None,
 ) -> list[VectorLayer]:
     require_regular(path)
-    reporter = Silent() if progress is None else progress
+    reporter = SilentProgress() if progress is None else progress
     reporter.step(0)
     if _is_small(path):
         with readable_layers(path, unreadable) as readable:

@@ -11,7 +11,7 @@ from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_in_project, make_folder, require_inside
 from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.formats._gltf_document import companion_files
@@ -94,7 +94,7 @@ def copy_model(
     InputError, TargetError, Cancelled
         In this case nothing is copied.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     base = model.parent.resolve()
     files = [(file, file.resolve().relative_to(base)) for file in (model, *companions(model))]
     cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME))

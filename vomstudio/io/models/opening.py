@@ -17,7 +17,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.memory_limit import limit_for_file
 from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.threads import run_in_thread
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
@@ -88,7 +88,7 @@ def read_model(
 
 def _read(path: Path, progress: Progress | None) -> LoadedModel:
     """Return the model in the form in which the reader of the format returns it."""
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     reader = choose_reader(path, read_head(path))
     is_stopped = threading.Event()
     # hashlib releases the GIL, and the file is read only once while it is in memory.

@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.files.atomic import check_target
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
@@ -109,7 +109,7 @@ def write_model(
     )
     check_registration_target(path, registration, force=is_replacing)
     messages = writer.write(
-        WriteRequest(data, crs, path, force, progress or Silent(), input_paths, axes)
+        WriteRequest(data, crs, path, force, progress or SilentProgress(), input_paths, axes)
     )
     if registration is not None:
         write_registration(registration, [path], force=is_replacing)

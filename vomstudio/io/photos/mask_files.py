@@ -16,7 +16,7 @@ from vomstudio.io.photos.pixels import open_photo
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
-PICTURES = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
+MASK_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
 # A photo may be cropped by one or two rows and still have the same shape.
 MAX_SHAPE_DIFFERENCE = 0.01
 _MASK = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
@@ -25,7 +25,7 @@ _FOLDER_NAMES = {"mask", "masks"}
 
 def is_mask(path: Path, root: Path) -> bool:
     """Return whether a picture is a mask according to its name or folder."""
-    if path.suffix.lower() not in PICTURES:
+    if path.suffix.lower() not in MASK_SUFFIXES:
         return False
     inside = path.relative_to(root).parts[:-1]
     return bool(_MASK.search(path.stem)) or any(p.casefold() in _FOLDER_NAMES for p in inside)
@@ -82,7 +82,7 @@ class MaskFinder:
         folder = path.parent
         if folder not in self._stems:
             try:
-                names = [p for p in folder.iterdir() if p.suffix.lower() in PICTURES]
+                names = [p for p in folder.iterdir() if p.suffix.lower() in MASK_SUFFIXES]
             except OSError:
                 names = []
             self._stems[folder] = Counter(p.stem.casefold() for p in names)

@@ -19,14 +19,14 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular
 from vomstudio.core.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
-from vomstudio.io.photos.mask_files import MAX_SHAPE_DIFFERENCE, PICTURES, MaskFinder, is_mask
+from vomstudio.io.photos.mask_files import MASK_SUFFIXES, MAX_SHAPE_DIFFERENCE, MaskFinder, is_mask
 from vomstudio.io.photos.metadata_checks import (
     altitude_findings,
     drop_unmeasured_angles,
@@ -37,7 +37,7 @@ from vomstudio.io.photos.pixels import open_photo
 from vomstudio.io.photos.user_comment import comment_angles
 from vomstudio.io.photos.xmp import Angles, DroneTags, read_drone_tags
 
-PHOTO_ENDINGS = PICTURES
+PHOTO_ENDINGS = MASK_SUFFIXES
 _UNSUPPORTED_CODES = {
     **dict.fromkeys(
         (".heic", ".heif", ".avif"),
@@ -129,7 +129,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
         If the folder contains no usable photos.
     """
     root = Path(folder)
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     files = _list_files(root)
     masks = {path for path in files if is_mask(path, root)}
     candidates = [

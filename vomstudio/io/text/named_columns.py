@@ -133,7 +133,7 @@ class NamedTable:
         order : sequence of str
             Order of the columns if the table has no header.
         """
-        table = read_table(path, named=True, max_lines=MAX_OBJECTS)
+        table = read_table(path, has_header=True, max_lines=MAX_OBJECTS)
         if table.names is None:
             table = _add_header(table, order)
         if not len(table):

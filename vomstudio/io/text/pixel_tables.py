@@ -25,7 +25,7 @@ def read_pixels(path: str | Path) -> FloatArray | None:
     InputError
         If the table is not valid; states line and column.
     """
-    table = read_table(path, named=True)
+    table = read_table(path, has_header=True)
     if table.names is None:
         if table.width != 2:
             return None

@@ -94,13 +94,13 @@ def cut(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.split(delimiter)]
 
 
-def read_rows(path: Path, *, named: bool = False, max_lines: int = MAX_LINES) -> TextRows:
+def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINES) -> TextRows:
     """Read a text file into rows of cells.
 
     Parameters
     ----------
     path : Path
-    named : bool
+    has_header : bool
         Whether rows contain words, such as labels of points. If True, a first row that mostly
         contains numbers is not a header.
     max_lines : int
@@ -155,7 +155,7 @@ def read_rows(path: Path, *, named: bool = False, max_lines: int = MAX_LINES) ->
     else:
         first = cut(data[0], delimiter)
     header = _trim(first) if is_header(first, delimiter) else None
-    if named and header is not None and _is_mostly_numbers(header, delimiter):
+    if has_header and header is not None and _is_mostly_numbers(header, delimiter):
         header = None
     header_line = None
     if header is not None:

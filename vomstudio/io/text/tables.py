@@ -252,13 +252,15 @@ def line_numbers_text(lines: Sequence[int], limit: int = 8) -> str:
     return tr("lines {numbers} and {count} more", numbers=head, count=len(lines) - limit)
 
 
-def read_table(path: str | Path, *, named: bool = False, max_lines: int = MAX_LINES) -> TextTable:
+def read_table(
+    path: str | Path, *, has_header: bool = False, max_lines: int = MAX_LINES
+) -> TextTable:
     """Read a text table.
 
     Parameters
     ----------
     path : str or Path
-    named, max_lines
+    has_header, max_lines
         As for `read_rows`.
 
     Raises
@@ -267,7 +269,7 @@ def read_table(path: str | Path, *, named: bool = False, max_lines: int = MAX_LI
         If the file is missing, empty, not text, or not a table; states file and line.
     """
     path = Path(path)
-    text = read_rows(path, named=named, max_lines=max_lines)
+    text = read_rows(path, has_header=has_header, max_lines=max_lines)
     return TextTable(
         path=path,
         names=None if text.header is None else tuple(text.header),

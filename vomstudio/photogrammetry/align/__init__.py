@@ -1,1 +1,1 @@
-"""Features, matches, cameras and lenses: photos to an aligned scene."""
+"""Alignment of photos: features, matches, cameras and lenses."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.photogrammetry.align.priors import ALL_FIXED, Freedom, parameter_names
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 
@@ -60,7 +60,7 @@ def adjust(
     covariances: dict[int, FloatArray] = {}
     for remaining in range(rounds, 0, -1):
         adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_PX)
-        cancellable(lambda _token, a=adjuster: a.solve(), progress or Silent())  # type: ignore[misc]
+        cancellable(lambda _token, a=adjuster: a.solve(), progress or SilentProgress())  # type: ignore[misc]
         if covariance and remaining == 1:
             # With equal weights, like the RMS by which the covariance is multiplied.
             unweighted = create_adjuster(reconstruction, freedoms, threads)
@@ -97,14 +97,14 @@ def cross_validation_error(
     for i in ids:
         (fitted if i in unseen else judged).delete_point3D(i)
     adjuster = create_adjuster(fitted, freedoms, threads, loss_px=LOSS_PX)
-    cancellable(lambda _token: adjuster.solve(), progress or Silent())
+    cancellable(lambda _token: adjuster.solve(), progress or SilentProgress())
     for number in fitted.cameras:
         judged.camera(number).params = fitted.camera(number).params
     for image in judged.reg_image_ids():
         pose = fitted.image(image).frame.rig_from_world
         judged.image(image).frame.rig_from_world = pose
     points = create_adjuster(judged, {}, threads, poses=False)
-    cancellable(lambda _token: points.solve(), progress or Silent())
+    cancellable(lambda _token: points.solve(), progress or SilentProgress())
     judged.update_point_3d_errors()
     return float(judged.compute_mean_reprojection_error())
 

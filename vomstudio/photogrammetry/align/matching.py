@@ -16,7 +16,7 @@ import numpy as np
 
 from vomstudio.core.arrays import Float32Array, FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.align.features import Features, sizes
 from vomstudio.photogrammetry.align.match_database import (
@@ -94,7 +94,7 @@ def choose_pairs(
             "alignment.matched-by-gps", neighbours=_NEIGHBOURS, pairs=len(pairs), total=every
         )
     else:
-        pairs |= _most_similar(features, progress or Silent())
+        pairs |= _most_similar(features, progress or SilentProgress())
         finding = Finding(
             "alignment.matched-by-likeness", neighbours=_NEIGHBOURS, pairs=len(pairs), total=every
         )

@@ -1,1 +1,1 @@
-"""Basics of all stages: COLMAP as a library, memory, settings, folders of stages."""
+"""Foundations of all stages: COLMAP, memory limits, settings and stage folders."""

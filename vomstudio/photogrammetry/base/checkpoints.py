@@ -187,10 +187,10 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _write(path: Path, facts: dict[str, Any]) -> None:
-    path.write_text(json.dumps(facts, indent=1, default=_plain), encoding="utf-8")
+    path.write_text(json.dumps(facts, indent=1, default=_to_plain_value), encoding="utf-8")
 
 
-def _plain(value: object) -> object:
+def _to_plain_value(value: object) -> object:
     return value.to_dict() if isinstance(value, Finding) else str(value)
 
 

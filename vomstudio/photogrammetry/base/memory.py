@@ -34,17 +34,17 @@ def peak_bytes() -> int:
     return int(most) if sys.platform == "darwin" else int(most) * 1024
 
 
-def workers_at_once(needed: int, threads: int) -> int:
-    """Return how many of `threads` fit into memory at `needed` bytes each, at least one."""
-    if needed <= 0 or threads <= 1:
+def workers_at_once(needed_bytes: int, threads: int) -> int:
+    """Return how many of `threads` fit into memory at `needed_bytes` bytes each, at least one."""
+    if needed_bytes <= 0 or threads <= 1:
         return max(threads, 1)
-    return int(min(max(SHARE * available_bytes() // needed, 1), threads))
+    return int(min(max(SHARE * available_bytes() // needed_bytes, 1), threads))
 
 
-def fitting_size(wanted_px: int, needed: Callable[[int], int]) -> int:
+def fitting_size(wanted_px: int, needed_bytes: Callable[[int], int]) -> int:
     """Return the largest long side, up to `wanted_px`, for which enough memory is available."""
     free = SHARE * available_bytes()
     size = wanted_px
-    while size > _SMALLEST_PX and needed(size) > free:
+    while size > _SMALLEST_PX and needed_bytes(size) > free:
         size = max(_SMALLEST_PX, int(size * 0.9))
     return size

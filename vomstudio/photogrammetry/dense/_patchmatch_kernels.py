@@ -31,7 +31,7 @@ def _random(seeds, at):  # type: ignore[no-untyped-def]
 
 
 @fast_part
-def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, weights, moments):  # type: ignore[no-untyped-def]
+def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch, weights, moments):  # type: ignore[no-untyped-def]
     """Return 1 minus the weighted correlation of a patch with its projection into one source.
 
     The patch is projected by the plane at depth z with normal (nx, ny, nz).
@@ -59,7 +59,7 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, we
                 return np.float32(WORST)
             w = one / w
             p, q = (h00 * x + h01 * y + h02) * w, (h10 * x + h11 * y + h12) * w
-            if not (p >= 0.0 and q >= 0.0 and p < wide - 1 and q < tall - 1):
+            if not (p >= 0.0 and q >= 0.0 and p < width - 1 and q < height - 1):
                 return np.float32(WORST)
             i, j = int(p), int(q)
             fx, fy = p - np.float32(i), q - np.float32(j)

@@ -79,7 +79,9 @@ def cuda_depth_maps(
         depth.read(folder / "stereo" / "depth_maps" / name)
         normal = pycolmap.NormalMap()
         normal.read(folder / "stereo" / "normal_maps" / name)
-        maps.append(_checked(photos[plan.view], depth.to_array(), normal.to_array(), plan))
+        maps.append(
+            _depth_map_from_colmap(photos[plan.view], depth.to_array(), normal.to_array(), plan)
+        )
     return maps
 
 
@@ -146,7 +148,7 @@ def write_workspace(
     return files
 
 
-def _checked(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap:
+def _depth_map_from_colmap(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap:
     lens = photo.view.intrinsics
     depth, normal = np.array(depth, np.float32), np.array(normal, np.float32)
     if depth.shape != (lens.height, lens.width):

@@ -19,7 +19,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
@@ -96,7 +96,7 @@ def fuse(
     GeometryError
         If no maps agree.
     """
-    options, progress = options or FusionOptions(), progress or Silent()
+    options, progress = options or FusionOptions(), progress or SilentProgress()
     if len(names) != len(maps) or (photos is not None and len(photos) != len(maps)):
         raise ValueError("names, maps and photos differ in number")
     rows = {name: row for row, name in enumerate(names)}

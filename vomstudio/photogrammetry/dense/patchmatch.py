@@ -92,7 +92,7 @@ def match(
                 depth, normal = _start(setting.lens, fixed, view, points, near, far, rng)
                 sweeps, spread, reach = _LEVELS[0][1:]
             else:
-                depth, normal = _refined(planes, setting.lens, near, far)
+                depth, normal = _refine_planes(planes, setting.lens, near, far)
             has = fixed > 0
             depth[has] = 1.0 / fixed[has]
             todo = for_kernels(setting.active & ~has, np.uint8)
@@ -322,7 +322,7 @@ def _into(view: View, points: FloatArray) -> FloatArray:
     return np.asarray(points @ view.rotation.T + view.translation)
 
 
-def _refined(
+def _refine_planes(
     planes: tuple[Float32Array, Float32Array], lens: Intrinsics, near: float, far: float
 ) -> tuple[Float32Array, Float32Array]:
     """Intersect the planes of a coarser level with the rays of a finer one."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.photogrammetry.align.adjustment import (
@@ -97,7 +97,7 @@ def bundle_adjust(
     for _ in range(_MAX_ROUNDS):
         noise = noise_px(scene)
         problem = _Problem(scene, points, centres, free, noise, threads, LOSS_PX)
-        cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or Silent())  # type: ignore[misc]
+        cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or SilentProgress())  # type: ignore[misc]
         scene, lenses = _updated(scene, problem.reconstruction)
         free = [lenses[lens] for lens in free]
         if abs(math.log(noise_px(scene) / noise)) < _WEIGHT_TOLERANCE:

@@ -153,7 +153,7 @@ def _verdict(
     scene: SparseScene,
     lens: Intrinsics,
     became: Intrinsics,
-    alone: float,
+    sigma_without_ties: float,
     sigma: float,
     freed: bool,
 ) -> LensVerdict:
@@ -162,7 +162,7 @@ def _verdict(
     values = {
         "focal_px": focal,
         "required_percent": 100 * MAX_SIGMA,
-        "ground_percent": 100 * alone,
+        "ground_percent": 100 * sigma_without_ties,
         "sigma_px": sigma * focal,
         "change_percent": 100 * (focal / before - 1),
     }

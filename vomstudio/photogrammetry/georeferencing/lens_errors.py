@@ -205,13 +205,13 @@ def _thin_points(scene: SparseScene) -> SparseScene:
 def _add_second_radial(scene: SparseScene, known: dict[Intrinsics, float]) -> SparseScene:
     """Add k2, which bends a block most, to lenses without it."""
 
-    def wider(view: View) -> View:
+    def widen_view(view: View) -> View:
         lens = view.intrinsics
         if lens.model != "SIMPLE_RADIAL" or lens not in known:
             return view
         return replace(view, intrinsics=replace(lens, model="RADIAL", params=(*lens.params, 0.0)))
 
-    return replace(scene, views=tuple(wider(view) for view in scene.views))
+    return replace(scene, views=tuple(widen_view(view) for view in scene.views))
 
 
 def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[FloatArray]:

@@ -182,7 +182,7 @@ def _observations(
 
 
 def _derivatives(
-    views: Sequence[View], places: FloatArray, observations: _Observed, wide: int
+    views: Sequence[View], places: FloatArray, observations: _Observed, n_unknowns: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the weighted derivatives (m, 2, k) of observations for pose, point and lens.
 
@@ -191,7 +191,7 @@ def _derivatives(
     """
     count = len(observations.views)
     pose_derivatives, point_derivatives = np.zeros((count, 2, 6)), np.zeros((count, 2, 3))
-    lens_derivatives = np.zeros((count, 2, wide))
+    lens_derivatives = np.zeros((count, 2, n_unknowns))
     for row, view in enumerate(views):
         rows_of_view = np.flatnonzero(observations.views == row)
         if not len(rows_of_view):

@@ -102,7 +102,7 @@ def overview(out: Path) -> dict[str, Any]:
         "pairs": [[i, j, *counts[i, j]] for i, j in sorted(counts)],
         "weak_below": WEAK_BELOW,
         "cameras": [_camera(camera) for camera in alignment.cameras],
-        "reprojection_error_px": _plain(alignment.reprojection_error_px),
+        "reprojection_error_px": _finite_or_none(alignment.reprojection_error_px),
         "tie_points": len(scene.points),
         "scaled": scene.scaled,
         "crs": scene.crs,
@@ -126,7 +126,7 @@ def _photo_folder(out: Path) -> str | None:
         return None
 
 
-def _plain(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
@@ -135,8 +135,8 @@ def _camera(camera: Any) -> dict[str, Any]:
         "model": camera.model,
         "names": list(camera.names),
         "values": list(camera.values),
-        "sigma": [_plain(value) for value in camera.sigma],
-        "correlation": [[_plain(value) for value in row] for row in camera.correlation],
+        "sigma": [_finite_or_none(value) for value in camera.sigma],
+        "correlation": [[_finite_or_none(value) for value in row] for row in camera.correlation],
         "photos": list(camera.photos),
         "focal": camera.focal,
         "reason": " ".join(reason.message for reason in camera.reasons),

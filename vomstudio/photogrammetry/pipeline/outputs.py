@@ -112,9 +112,9 @@ def lock_folder(outputs: Outputs) -> Iterator[None]:
     """Lock the folder for this run, and remove the partial files of a killed run."""
     lock = FolderLock(
         outputs.folder / WORK / "lock",
-        busy="output.folder-in-use",
-        unwritable="output.unwritable",
-        patience_s=_PATIENCE_S,
+        busy_code="output.folder-in-use",
+        unwritable_code="output.unwritable",
+        timeout_s=_PATIENCE_S,
     )
     try:
         for path in outputs.folder.glob(".vom-*.part*"):

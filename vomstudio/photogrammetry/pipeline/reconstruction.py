@@ -329,7 +329,7 @@ class _Run:
         results: PhotoResults[Result],
         work: Callable[[Item], Result],
         task: Callable[[int], Item],
-        needed: int,
+        needed_bytes: int,
     ) -> None:
         """Compute the missing results of a stage with one result per photo."""
         if stage.done:
@@ -337,7 +337,7 @@ class _Run:
         missing = [number for number in range(len(results)) if not results.has(number)]
         self.log.stage(title, len(results))
         progress = ResumedProgress(self.log, len(results) - len(missing))
-        for done, result in self.executor.map(work, map(task, missing), progress, needed):
+        for done, result in self.executor.map(work, map(task, missing), progress, needed_bytes):
             results.put(missing[done], result)
         stage.finish()
 

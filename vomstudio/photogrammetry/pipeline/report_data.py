@@ -76,10 +76,10 @@ def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> dict[str, flo
 
     In metres, and in the unit of a scene without scale. dense_px : long side of the depth maps
     """
-    return {f"dense_{name}": _dense(rows, name, dense_px) for name in ("gsd_m", "gsd")}
+    return {f"dense_{name}": _dense_resolution(rows, name, dense_px) for name in ("gsd_m", "gsd")}
 
 
-def _dense(rows: Sequence[Mapping[str, Any]], name: str, dense_px: int) -> float | None:
+def _dense_resolution(rows: Sequence[Mapping[str, Any]], name: str, dense_px: int) -> float | None:
     sizes = [
         row[name] * max(1.0, max(row["width"], row["height"]) / dense_px)
         for row in rows

@@ -12,7 +12,7 @@ NORMAL_WIDTH = 0.5
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i8[:,::1], f8[:,::1], f4[:,::1], f8, f8)")
-def pull_to_points(vertices, normals, near, points, point_normals, width, farthest):  # type: ignore[no-untyped-def]
+def pull_to_points(vertices, normals, near, points, point_normals, width, max_distance):  # type: ignore[no-untyped-def]
     """Move each vertex along the normal of its facet onto the points near it.
 
     An implicit moving least squares surface whose weights decrease with the distance, the residual
@@ -62,5 +62,5 @@ def pull_to_points(vertices, normals, near, points, point_normals, width, farthe
                 break
             x, y, z = x - value * gx, y - value * gy, z - value * gz
         shift = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2)
-        if is_valid and shift <= farthest:
+        if is_valid and shift <= max_distance:
             vertices[v, 0], vertices[v, 1], vertices[v, 2] = x, y, z

@@ -42,7 +42,18 @@ def draw_depths(pixels, depths, faces, selection, buffer):  # type: ignore[no-un
     " f4[::1], f4[::1])"
 )
 def count_seen(  # type: ignore[no-untyped-def]
-    pixels, depths, faces, selection, buffer, nearest, usable, pixel, radius, slack, visible, clear
+    pixels,
+    depths,
+    faces,
+    selection,
+    buffer,
+    nearest,
+    usable,
+    pixel,
+    radius,
+    depth_tolerance,
+    visible,
+    clear,
 ):
     """Compute the visible share of each selected face's pixels, and that with a margin.
 
@@ -90,7 +101,7 @@ def count_seen(  # type: ignore[no-untyped-def]
                     z = 1.0 / near
                     # The depth that this face's own slope allows nearby.
                     steep = slope * z * z
-                    tolerance = slack * pixel * z + (steep if attempt == 1 else 0.0)
+                    tolerance = depth_tolerance * pixel * z + (steep if attempt == 1 else 0.0)
                     if z <= buffer[j, i] + tolerance:
                         visible_count += 1
                         if z <= nearest[j, i] + tolerance + radius * steep:

@@ -19,7 +19,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.topology import components, cross_products, neighbours
 
@@ -120,7 +120,7 @@ def make_atlas(
     GeometryError
         If the mesh has no faces, or if the charts do not fit.
     """
-    options, progress = options or AtlasOptions(), progress or Silent()
+    options, progress = options or AtlasOptions(), progress or SilentProgress()
     if not len(faces):
         raise GeometryError(Finding("texture.no-triangles"))
     if not (texel > 0 and math.isfinite(texel)):
@@ -217,7 +217,7 @@ def _flatten(
         for start, stop in itertools.pairwise(bounds):
             rows = remaining[order[start:stop]]
             is_facing_away = _project(vertices, faces, rows, cross, exact, flat)
-            for part in _cut(flat, rows[~is_facing_away], longest, texel):
+            for part in _cut_chart(flat, rows[~is_facing_away], longest, texel):
                 clash = _overlapping(flat, part, texel)
                 fitting = part[~clash]
                 if len(fitting):
@@ -360,13 +360,13 @@ def _smallest_box_angle(points: FloatArray) -> float:
     return float(angles[(np.ptp(x, axis=0) * np.ptp(y, axis=0)).argmin()])
 
 
-def _cut(flat: FloatArray, rows: IntArray, longest: float, texel: float) -> list[IntArray]:
+def _cut_chart(flat: FloatArray, rows: IntArray, max_side: float, texel: float) -> list[IntArray]:
     """Divide a chart, by its face centres, into parts that fit a page and fill their boxes."""
     if not len(rows):
         return []
     low = flat[rows].reshape(-1, 2).min(axis=0)
     extent = flat[rows].reshape(-1, 2).max(axis=0) - low
-    large = (extent > longest).any()
+    large = (extent > max_side).any()
     if not large:
         drawn = np.abs(_doubled_areas(flat[rows])).sum() / 2
         # A ring or a winding ledge keeps more of a page free than its parts do.
@@ -384,8 +384,8 @@ def _cut(flat: FloatArray, rows: IntArray, longest: float, texel: float) -> list
     if far.all() or not far.any():
         far = np.arange(len(rows)) >= len(rows) // 2
     return [
-        *_cut(flat, rows[~far], longest, texel),
-        *_cut(flat, rows[far], longest, texel),
+        *_cut_chart(flat, rows[~far], max_side, texel),
+        *_cut_chart(flat, rows[far], max_side, texel),
     ]
 
 

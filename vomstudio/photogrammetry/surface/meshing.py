@@ -18,7 +18,7 @@ from vomstudio.core.arrays import (
 )
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -131,7 +131,7 @@ def build_surface(
     GeometryError
         If the cloud has no normals, too few points, or no extent.
     """
-    options, progress = options or MeshingOptions(), progress or Silent()
+    options, progress = options or MeshingOptions(), progress or SilentProgress()
     points, normals, colors, warnings = _check(cloud, options)
     shift = points.mean(axis=0)
     points = np.ascontiguousarray(points - shift)

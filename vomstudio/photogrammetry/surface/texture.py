@@ -13,7 +13,7 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, Int32Array
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Executor, InlineExecutor, Progress, Silent
+from vomstudio.core.progress import Executor, InlineExecutor, Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
@@ -205,7 +205,7 @@ def make_texture(
     options, executor, progress = (
         options or TextureOptions(),
         executor or InlineExecutor(),
-        progress or Silent(),
+        progress or SilentProgress(),
     )
     if not len(mesh.faces):
         raise GeometryError(Finding("texture.no-triangles"))

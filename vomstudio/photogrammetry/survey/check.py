@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.geometry.units import length_text
@@ -41,7 +41,7 @@ def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> Sur
 
     If a photo cannot be decoded, the `error` of its quality states the reason. Raises Cancelled.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     photos = tuple(folder.photos)
     progress.stage(tr("Measuring photo quality"), len(photos))
     quality, features = [], []

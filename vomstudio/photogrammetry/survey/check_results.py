@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import OPTIONAL, Result
+from vomstudio.core.results import OPTIONAL_IN_JSON, Result
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
@@ -42,7 +42,7 @@ class PhotoFigures:
     brightness: float | None = None
     overlap: float | None = None
     oblique_deg: float | None = None
-    gsd: float | None = field(default=None, metadata=OPTIONAL)
+    gsd: float | None = field(default=None, metadata=OPTIONAL_IN_JSON)
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class SurveyReport(Result):
     smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
     plane_error: tuple[PlaneError, ...] = ()
-    gsd: float | None = field(default=None, metadata=OPTIONAL)
-    smallest_plane: float | None = field(default=None, metadata=OPTIONAL)
+    gsd: float | None = field(default=None, metadata=OPTIONAL_IN_JSON)
+    smallest_plane: float | None = field(default=None, metadata=OPTIONAL_IN_JSON)
     verdict: str = ""
 
     def __post_init__(self) -> None:

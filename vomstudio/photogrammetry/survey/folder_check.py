@@ -9,7 +9,7 @@ from typing import Any
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import OPTIONAL
+from vomstudio.core.results import OPTIONAL_IN_JSON
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.photogrammetry.survey.check import check_photos
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
@@ -33,7 +33,7 @@ class FolderCheck(PrintableResult, SurveyReport):
     folder: str
     skipped: tuple[tuple[str, Finding], ...]
     warnings: tuple[Finding, ...]
-    aligned: SurveyReport | None = field(default=None, metadata=OPTIONAL)
+    aligned: SurveyReport | None = field(default=None, metadata=OPTIONAL_IN_JSON)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints, with the reasons as texts."""

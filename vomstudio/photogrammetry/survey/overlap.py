@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
@@ -267,7 +267,7 @@ def compare_photos(
     progress: Progress | None = None,
 ) -> SetOverlap:
     """Compare all useful pairs of photos; photos without features do not match any."""
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     count = len(features)
     compared = choose_pairs(count, positions)
     progress.stage(tr("Matching photos"), len(compared))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.words import tr
 from vomstudio.io.text.rows import shorten
 
@@ -27,7 +27,7 @@ class PlanCamera:
     focal_mm: float
     width_px: int
     height_px: int
-    f_number: float | None = field(default=None, metadata=HIDDEN)
+    f_number: float | None = field(default=None, metadata=HIDDEN_IN_JSON)
 
     @property
     def pixel_pitch_mm(self) -> float:

@@ -17,7 +17,7 @@ from vomstudio.core.arrays import IntArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN, Result, to_dict
+from vomstudio.core.results import HIDDEN_IN_JSON, Result, to_dict
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.photogrammetry.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.photogrammetry.survey.plan_camera import PlanCamera
@@ -116,10 +116,10 @@ class SurveyPlan(PrintableResult):
     """
 
     camera: PlanCamera
-    manner: Manner = field(metadata=HIDDEN)
+    manner: Manner = field(metadata=HIDDEN_IN_JSON)
     distance_m: float
-    width_m: float = field(metadata=HIDDEN)
-    height_m: float = field(metadata=HIDDEN)
+    width_m: float = field(metadata=HIDDEN_IN_JSON)
+    height_m: float = field(metadata=HIDDEN_IN_JSON)
     overlap: float
     gsd_m: float
     footprint_m: tuple[float, float]

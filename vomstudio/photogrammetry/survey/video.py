@@ -20,8 +20,8 @@ from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.names import decode_name, utf8_name
 from vomstudio.core.files.regular import open_regular, read_json
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
-from vomstudio.core.results import HIDDEN, Result
+from vomstudio.core.progress import Progress, SilentProgress
+from vomstudio.core.results import HIDDEN_IN_JSON, Result
 from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.survey.photo_quality import blur
 from vomstudio.photogrammetry.survey.survey_options import DEFAULT_FPS
@@ -108,7 +108,7 @@ class FrameReport(Result):
     verdict : str
     """
 
-    folder: Path = field(metadata=HIDDEN)
+    folder: Path = field(metadata=HIDDEN_IN_JSON)
     width: int
     height: int
     video_fps: float
@@ -145,7 +145,7 @@ def take_frames(
         If the file is not a video.
     UsageError, TargetError, Cancelled
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     target = _checked_target(Path(folder), force)
     with _Video(Path(video)) as source:
         parent = target.parent
@@ -401,7 +401,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
 
 
 def is_ours(folder: Path) -> bool:
-    """Return whether a folder contains only the results of an earlier call."""
+    """Return whether a folder contains only the results of an earlier extraction."""
     try:
         record = read_json(folder / _RECORD_FILE)
         names = {frame["name"] for frame in record["frames"]} | {_RECORD_FILE}

@@ -1,1 +1,1 @@
-"""Elevation models: heights of a surface over a plane of reference, as rasters."""
+"""Elevation models: rasters of the height of a surface over a reference plane."""

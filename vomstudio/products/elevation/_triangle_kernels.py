@@ -39,7 +39,7 @@ def _rows(ny, low, high, top, side):  # type: ignore[no-untyped-def]
 
 @part
 def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  # type: ignore[no-untyped-def]
-    """Return whether three points in the square about a position enclose it.
+    """Return whether three points in the square around a position enclose it.
 
     These are the nearest point, and the points with the largest angle to it on either side.
     """

@@ -19,7 +19,7 @@ SIDE_SPACINGS = 5.0
 Between random points, the longest sides are about four times the typical length; longer ones bridge
 a hole."""
 
-NEIGHBOURS = 16
+N_NEIGHBOURS = 16
 GAP_SPREADS = 2.0
 """Minimum gap between sheets, relative to the spread of the neighbours of a point."""
 
@@ -101,7 +101,7 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
     unique = np.ascontiguousarray(ordered[first])
     is_open = np.ones(len(unique), bool)
     for _ in range(PASSES):
-        if len(unique) <= NEIGHBOURS or not is_open.any():
+        if len(unique) <= N_NEIGHBOURS or not is_open.any():
             break
         under, doubtful = _under_another(unique, np.flatnonzero(is_open))
         unique, is_open = unique[~under], doubtful[~under]
@@ -119,7 +119,7 @@ def _under_another(points: FloatArray, open_rows: IndexArray) -> tuple[BoolArray
     tree = cKDTree(points[:, :2])
     for start in range(0, len(open_rows), _BLOCK_POINTS):
         rows = open_rows[start : start + _BLOCK_POINTS]
-        reach, near = tree.query(points[rows, :2], k=NEIGHBOURS, workers=-1)
+        reach, near = tree.query(points[rows, :2], k=N_NEIGHBOURS, workers=-1)
         above = np.sort(np.maximum(points[rows, None, 2] - points[near, 2], 0.0), axis=1)
         gaps = np.diff(above, axis=1, prepend=0.0)
         wide = gaps > GAP_SPREADS * np.maximum(reach[:, -1:], 1e-300)

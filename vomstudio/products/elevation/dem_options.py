@@ -26,7 +26,7 @@ class DemOptions(Options):
         help=to_translate("side of a cell, m"),
         tip=to_translate("Side of a cell"),
         automatic=to_translate("the mean edge of a mesh, the mean spacing of a cloud"),
-        empty=to_translate("as the model"),
+        empty_text=to_translate("as the model"),
         decimals=4,
     )
     plane: str | None = option(
@@ -84,5 +84,5 @@ class DemFiles(Options):
         label=to_translate("Contours"),
         help=to_translate("also NAME_contours.gpkg, lines at multiples of this height, m"),
         tip=to_translate("Contour lines at multiples of this height"),
-        empty=to_translate("none"),
+        empty_text=to_translate("none"),
     )

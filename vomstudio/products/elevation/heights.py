@@ -7,7 +7,7 @@ import numpy as np
 from vomstudio.core.arrays import Float32Array, FloatArray, Int32Array
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
@@ -65,7 +65,7 @@ def draw_heights(
     """
     if limit is not None and isinstance(data, Mesh):
         raise UsageError(Finding("option.clouds-only", option="--limit"), field="--limit")
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     progress.stage(tr("Preparing the model"))
     source: Drawer[FloatArray]
     if isinstance(data, Mesh):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import FLAT, Result
+from vomstudio.core.results import FLATTENED_IN_JSON, Result
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class WrittenElevation(Result):
     """Files of an elevation model (None if not requested), with its figures and warnings."""
 
     raster: str
-    figures: ElevationFigures = field(metadata=FLAT)
+    figures: ElevationFigures = field(metadata=FLATTENED_IN_JSON)
     sidecar: str
     hillshade: str | None
     slope: str | None

@@ -219,9 +219,9 @@ def _facts(
     }
 
 
-def _write(part: Path, raster: Raster, values: AnyArray, shown: Path) -> None:
+def _write(part: Path, raster: Raster, values: AnyArray, display_path: Path) -> None:
     with contextlib.ExitStack() as files:
-        file = files.enter_context(open_geotiff(part, raster, shown))
+        file = files.enter_context(open_geotiff(part, raster, display_path))
         for row in range(0, values.shape[0], TILE):
             for column in range(0, values.shape[1], TILE):
                 write_tile(file, column, row, values[row : row + TILE, column : column + TILE])

@@ -14,7 +14,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -194,7 +194,7 @@ def read_drawing(
         drawing = read_svg(path)
         _check_marks(drawing.marks, sidecar, path)
         to_pixels = _page_to_pixels(drawing, sidecar, path)
-        lines = [_through(line, to_pixels) for line in drawing.lines]
+        lines = [_transform_line(line, to_pixels) for line in drawing.lines]
     else:
         lines, findings = _gis_lines(path, sidecar, progress)
         warnings += findings
@@ -215,7 +215,7 @@ def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]
 
     If the name of the drawing begins with that of one of these pictures, only this one is returned.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     matches = []
     candidates = sorted(drawing.parent.glob("*.json"))
     for done, path in enumerate(candidates):
@@ -329,12 +329,14 @@ def _gis_lines(
     lines, findings = _transform_layers(read, sidecar, path)
     warnings += findings
     inverse = np.asarray(np.linalg.inv(sidecar.transform), np.float64)
-    pixels = [_through(line, inverse) for line in lines]
+    pixels = [_transform_line(line, inverse) for line in lines]
     if not pixels or _inside_share(pixels, sidecar) >= MIN_INSIDE_SHARE:
         return pixels, warnings
     unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     if unit not in (None, 1.0):
-        scaled = [_through(replace(line, points=line.points * unit), inverse) for line in lines]
+        scaled = [
+            _transform_line(replace(line, points=line.points * unit), inverse) for line in lines
+        ]
         if _inside_share(scaled, sidecar) >= MIN_INSIDE_SHARE:
             warnings.append(Finding("drawing.unit-converted", unit_m=unit))
             return scaled, warnings
@@ -436,7 +438,7 @@ def _head_of(path: Path) -> str:
         return file.read(400).decode("latin-1")
 
 
-def _through(line: ReadLine, matrix: FloatArray) -> ReadLine:
+def _transform_line(line: ReadLine, matrix: FloatArray) -> ReadLine:
     points = line.points @ matrix[:2, :2].T + matrix[:2, 2]
     return replace(line, points=points)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -60,7 +60,7 @@ def draw_picture(
     ------
     Cancelled
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     progress.stage(tr("Preparing the model"))
     grid = plan.grid
     source = create_source(data, plan)

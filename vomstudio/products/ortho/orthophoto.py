@@ -24,7 +24,7 @@ from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.findings import Finding, plain
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import plain_azimuth
@@ -131,7 +131,7 @@ def write_orthophoto(
     ------
     TargetError, Cancelled, InputError
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     image = Path(image)
     depth, sidecar, world = orthophoto_outputs(image)
     is_map = plan.frame.is_vertical
@@ -154,7 +154,7 @@ def write_orthophoto(
     progress.stage(tr("Preparing the model"))
     source = _mask_domain(drawn or create_source(data, plan), plan, only)
     small = _Reduced(grid) if sheet is not None or drawings else None
-    with atomic_group(targets, force, named=pages) as parts_of:
+    with atomic_group(targets, force, named_files=pages) as parts_of:
         paths = dict(zip(targets, parts_of, strict=True))
         with (
             open_geotiff(paths[image], raster, image) as picture_file,

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import FLAT, Result
+from vomstudio.core.results import FLATTENED_IN_JSON, Result
 from vomstudio.core.words import tr
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.fold_planes import ExcludedRows
@@ -285,7 +285,7 @@ class WrittenOrthophoto(Result):
     world_file: str
     sheet: str | None
     drawing: dict[str, str] | None
-    figures: OrthophotoFigures = field(metadata=FLAT)
+    figures: OrthophotoFigures = field(metadata=FLATTENED_IN_JSON)
     fold: FoldView | None
     warnings: tuple[Finding, ...]
 

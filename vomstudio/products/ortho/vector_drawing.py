@@ -27,7 +27,7 @@ from vomstudio.products.ortho.legend_entries import LegendEntry, entries_of, exp
 
 _MAX_CELLS = 1000
 """Maximum number of cells along a side of a table of coverage."""
-Box = tuple[float, float, float, float]
+LabelBox = tuple[float, float, float, float]
 """Bounding box: left, bottom, right, top."""
 
 INK = "#141414"
@@ -344,7 +344,7 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
     lines = [s.points for s in drawing.shapes if len(s.points) > 1 and not s.filled]
     symbols, strokes = (_Coverage(each, drawing.bounds, 0.25 * tall) for each in (bars, lines))
-    occupied: list[Box] = []
+    occupied: list[LabelBox] = []
     labels = []
     for shape in drawing.shapes:
         if not shape.label:
@@ -390,7 +390,7 @@ class _Coverage:
         np.add.at(counts, (at[:, 0] + 1, at[:, 1] + 1), 1)
         self._sums = counts.cumsum(axis=0).cumsum(axis=1)
 
-    def count(self, box: Box) -> int:
+    def count(self, box: LabelBox) -> int:
         corners = (np.array(box).reshape(2, 2) - self._low) / self._step
         (x0, y0), (x1, y1) = np.clip(
             np.round(corners).astype(int), 0, np.array(self._sums.shape) - 1
@@ -399,13 +399,13 @@ class _Coverage:
         return int(sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0])
 
 
-def _is_free(box: Box, bounds: FloatArray, occupied: list[Box]) -> bool:
+def _is_free(box: LabelBox, bounds: FloatArray, occupied: list[LabelBox]) -> bool:
     (x_min, y_min), (x_max, y_max) = bounds.tolist()
     within = box[0] >= x_min and box[2] <= x_max and box[1] >= y_min and box[3] <= y_max
     return within and not any(_meet(box, other) for other in occupied)
 
 
-def _covers(box: Box, dots: FloatArray) -> int:
+def _covers(box: LabelBox, dots: FloatArray) -> int:
     """Count the dots in a box."""
     x, y = dots[:, 0], dots[:, 1]
     return int(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).sum())
@@ -421,7 +421,7 @@ def _along(line: FloatArray, step: float) -> FloatArray:
     )
 
 
-def _meet(a: Box, b: Box) -> bool:
+def _meet(a: LabelBox, b: LabelBox) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 

@@ -1,1 +1,1 @@
-"""Reports and sheets to print."""
+"""Printable reports and sheets."""

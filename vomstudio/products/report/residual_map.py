@@ -141,6 +141,6 @@ def _weakest(registration: Mapping[str, Any]) -> FloatArray | None:
 
 
 def _nice(value: float) -> float:
-    """Round a value down to a round number."""
+    """Round a value down to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value) * power)

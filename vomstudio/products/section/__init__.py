@@ -1,1 +1,1 @@
-"""Sections: a plane or curtain that cuts a model, and features projected onto it."""
+"""Sections: intersections of models with planes or curtains, and projected features."""

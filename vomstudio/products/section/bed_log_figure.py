@@ -214,7 +214,7 @@ def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: Ne
 
 
 def _draw_bricks(
-    ax: Axes, bed: object, wide: float, low: float, high: float, slanting: bool, style: NetStyle
+    ax: Axes, bed: object, width: float, low: float, high: float, slanting: bool, style: NetStyle
 ) -> None:
     from matplotlib.collections import LineCollection
 
@@ -223,10 +223,10 @@ def _draw_bricks(
     lines: list[list[tuple[float, float]]] = []
     for k in range(math.ceil((high - low) / course)):
         floor, roof = low + k * course, min(low + (k + 1) * course, high)
-        lines.append([(0.0, floor), (wide, floor)])
+        lines.append([(0.0, floor), (width, floor)])
         lean = 0.6 * (roof - floor) if slanting else 0.0
         x = 0.5 * length if k % 2 else length
-        while x < wide + length:
+        while x < width + length:
             lines.append([(x - lean, floor), (x + lean, roof)])
             x += length
     drawn = LineCollection(lines, colors=style.soft, linewidths=0.5 * style.line_pt, zorder=2)

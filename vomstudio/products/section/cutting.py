@@ -20,7 +20,7 @@ MAX_LINK_SPACINGS = 8.0
 """Maximum length of a link between points of a cloud, in spacings."""
 SLAB_SPACINGS = 4.0
 MIN_POINTS = 3
-NEIGHBOURS = 24
+N_NEIGHBOURS = 24
 """Number of points to which a local plane of a cloud is fitted."""
 MAX_PLANARITY_RATIO = 0.1
 """Points are planar if the ratio of their smallest variance to the next is below this."""
@@ -219,9 +219,9 @@ def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
     """
     from scipy.spatial import cKDTree
 
-    if len(around) < NEIGHBOURS:
+    if len(around) < N_NEIGHBOURS:
         return at[:, :2]
-    _, rows = cKDTree(around).query(at, NEIGHBOURS)
+    _, rows = cKDTree(around).query(at, N_NEIGHBOURS)
     middle = around[rows].mean(axis=1)
     offsets = around[rows] - middle[:, None]
     values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))

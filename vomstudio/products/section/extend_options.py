@@ -50,7 +50,7 @@ class ExtendOptions(Options):
         label=to_translate("Thickness"),
         help=to_translate("repeat the plane at this thickness of the beds, m"),
         tip=to_translate("Repeat the plane at this thickness of the beds"),
-        empty=to_translate("this plane alone"),
+        empty_text=to_translate("this plane alone"),
     )
     thickness_error_m: float = option(
         0.0,

@@ -16,7 +16,7 @@ from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.version import __version__
 from vomstudio.geology.beds.extended import (
     PlaneDistances,
@@ -107,8 +107,8 @@ class ExtendedPlane(PrintableResult):
     length_m: float
     within_share: float
     warnings: tuple[Finding, ...]
-    traces: tuple[ExtensionTrace, ...] = field(default=(), metadata=HIDDEN)
-    bands: PlaneDistances | None = field(default=None, metadata=HIDDEN)
+    traces: tuple[ExtensionTrace, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
+    bands: PlaneDistances | None = field(default=None, metadata=HIDDEN_IN_JSON)
 
     def as_fields(self) -> dict[str, Float32Array]:
         """Return point fields with the distance, error and number of the nearest plane.
@@ -204,7 +204,7 @@ _SINGLE_PLANE = PlaneSeries(np.zeros(1, np.int64), None)
 
 
 def band_edges(
-    mesh: Mesh, belief: PlaneEstimate, repeats: PlaneSeries = _SINGLE_PLANE, number: int = 0
+    mesh: Mesh, estimate: PlaneEstimate, repeats: PlaneSeries = _SINGLE_PLANE, number: int = 0
 ) -> tuple[FloatArray, FloatArray]:
     """Return the lines on a mesh that bound the error band of a plane.
 
@@ -212,7 +212,7 @@ def band_edges(
     ----------
     mesh : Mesh
         Mesh in the World frame, m.
-    belief : PlaneEstimate
+    estimate : PlaneEstimate
     repeats : PlaneSeries
     number : int
         Number of the repeated plane.
@@ -222,8 +222,8 @@ def band_edges(
     upper, lower : (k, 2, 3) arrays
         Upper and lower bounding lines, one segment per intersected triangle.
     """
-    away = belief.distances(mesh.vertices) - repeats.offset(number)
-    half = _error95(mesh.vertices, belief, repeats, number)
+    away = estimate.distances(mesh.vertices) - repeats.offset(number)
+    half = _error95(mesh.vertices, estimate, repeats, number)
     return _level_pieces(mesh, away - half), _level_pieces(mesh, away + half)
 
 
@@ -249,17 +249,17 @@ def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
 
 def _cut_near_plane(
     data: Mesh | PointCloud,
-    belief: PlaneEstimate,
+    estimate: PlaneEstimate,
     repeats: PlaneSeries,
     number: int,
     spacing: float,
 ) -> Cut:
     """Cut only the part of the model near the plane, which is fast even for many planes."""
     offset = repeats.offset(number)
-    origin = belief.middle + offset * belief.axes[2]
-    curtain: Curtain = curtain_of_plane(belief.plane, origin)
+    origin = estimate.middle + offset * estimate.axes[2]
+    curtain: Curtain = curtain_of_plane(estimate.plane, origin)
     if isinstance(data, Mesh):
-        away = belief.distances(data.vertices) - offset
+        away = estimate.distances(data.vertices) - offset
         above = (away >= 0.0)[data.faces]
         faces = data.faces[above.any(axis=1) & ~above.all(axis=1)]
         if not len(faces):
@@ -267,7 +267,7 @@ def _cut_near_plane(
         ids, node_of = np.unique(faces, return_inverse=True)
         part = Mesh(data.vertices[ids], node_of.reshape(-1, 3).astype(np.int32))
         return cut_model(part, curtain)
-    crossings = _crossings(data.points, belief.distances(data.points) - offset, spacing)
+    crossings = _crossings(data.points, estimate.distances(data.points) - offset, spacing)
     return cut_model(PointCloud(crossings), curtain, spacing, spacing)
 
 
@@ -297,28 +297,28 @@ def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArr
 
 
 def _trace(
-    line: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int
+    line: FloatArray, estimate: PlaneEstimate, repeats: PlaneSeries, number: int
 ) -> ExtensionTrace:
-    return ExtensionTrace(number, line, _error95(line, belief, repeats, number))
+    return ExtensionTrace(number, line, _error95(line, estimate, repeats, number))
 
 
 def _error95(
-    points: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int
+    points: FloatArray, estimate: PlaneEstimate, repeats: PlaneSeries, number: int
 ) -> FloatArray:
-    variance = belief.position_sd(points) ** 2 + number**2 * repeats.thickness_variance
-    return np.asarray(belief.t95 * np.sqrt(variance))
+    variance = estimate.position_sd(points) ** 2 + number**2 * repeats.thickness_variance
+    return np.asarray(estimate.t95 * np.sqrt(variance))
 
 
-def _half_angles(belief: PlaneEstimate) -> tuple[float, float]:
+def _half_angles(estimate: PlaneEstimate) -> tuple[float, float]:
     """Return the half-angles of the joint 95 % region of a plane in degrees."""
     from vomstudio.geometry.plane_errors import joint_quantile
     from vomstudio.geometry.rotation_errors import CHI2_TWO
 
-    free = belief.free
+    free = estimate.free
     limit = CHI2_TWO
     if np.isfinite(free):
         limit = float(joint_quantile(np.array([free]))[0]) * free
-    small, large = np.degrees(np.arctan(np.sqrt(np.sort(belief.tilt_variances) * limit)))
+    small, large = np.degrees(np.arctan(np.sqrt(np.sort(estimate.tilt_variances) * limit)))
     return float(small), float(large)
 
 

@@ -98,7 +98,7 @@ class SectionFeatures(Options):
         label=to_translate("Within"),
         help=to_translate("maximum distance of the features from the section, m"),
         tip=to_translate("Maximum distance of the features from the section"),
-        empty=to_translate("any distance"),
+        empty_text=to_translate("any distance"),
     )
 
     def __post_init__(self) -> None:

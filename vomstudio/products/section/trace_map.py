@@ -47,7 +47,7 @@ def face_of(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
 
 
 def map_to_face(lines: Sequence[FloatArray], face: Curtain) -> list[FloatArray]:
-    """Project traces onto the face, as coordinates (n, 2) to the right and up, m."""
+    """Project traces onto the face as coordinates (n, 2) to the right and up, m."""
     return [np.ascontiguousarray(face.panels[0].coordinates(line)[:, :2]) for line in lines]
 
 

@@ -15,7 +15,7 @@ from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import FLAT, Result
+from vomstudio.core.results import FLATTENED_IN_JSON, Result
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_plane, format_wind, plain_azimuth
@@ -117,7 +117,7 @@ class WrittenSection(Result):
     """Written section: its files, figures and warnings."""
 
     file: str
-    figures: SectionFigures = field(metadata=FLAT)
+    figures: SectionFigures = field(metadata=FLATTENED_IN_JSON)
     features_file: str | None
     warnings: tuple[Finding, ...]
 
@@ -198,7 +198,7 @@ def project_items(
 
 
 def _count(flats: Iterable[ProjectedItem]) -> int:
-    """Count features, each of them once even if it has several parts."""
+    """Count features once each, even if they have several parts."""
     return count_features({id(flat.item): flat.item for flat in flats}.values())
 
 

@@ -17,7 +17,7 @@ from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
@@ -191,11 +191,13 @@ class SurfaceFigures(PrintableResult):
     smoothest: SmoothestLine | None
     smoothest_reason: Finding | None
     warnings: tuple[Finding, ...]
-    deviations: FloatArray = field(default_factory=lambda: np.zeros((0, 0)), metadata=HIDDEN)
-    plan: HeightPlan | None = field(default=None, metadata=HIDDEN)
-    at_points: FloatArray = field(default_factory=lambda: np.zeros(0), metadata=HIDDEN)
-    holds: BoolArray = field(default_factory=lambda: np.zeros(0, np.bool_), metadata=HIDDEN)
-    profiles: tuple[Profile, ...] = field(default=(), metadata=HIDDEN)
+    deviations: FloatArray = field(
+        default_factory=lambda: np.zeros((0, 0)), metadata=HIDDEN_IN_JSON
+    )
+    plan: HeightPlan | None = field(default=None, metadata=HIDDEN_IN_JSON)
+    at_points: FloatArray = field(default_factory=lambda: np.zeros(0), metadata=HIDDEN_IN_JSON)
+    holds: BoolArray = field(default_factory=lambda: np.zeros(0, np.bool_), metadata=HIDDEN_IN_JSON)
+    profiles: tuple[Profile, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
 
 
 def analyse(
@@ -232,7 +234,7 @@ def analyse(
         If no plane can be fitted to the patch, or if the patch is too small for a map.
     Cancelled
     """
-    points, fit, area = _fitted(data)
+    points, fit, area = _fit_patch(data)
     edge = resolution(data)
     noise, source = _noise(data, noise_m, edge)
     plane = Plane.from_normal(fit.normal)
@@ -284,7 +286,7 @@ def analyse(
     )
 
 
-def _fitted(data: Mesh | PointCloud) -> tuple[FloatArray, FittedPlane, float | None]:
+def _fit_patch(data: Mesh | PointCloud) -> tuple[FloatArray, FittedPlane, float | None]:
     """Return the points (n, 3) of a patch, its plane, and its area if it is a mesh."""
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.arange(len(data.faces))

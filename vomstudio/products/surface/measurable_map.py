@@ -13,11 +13,11 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.version import __version__
 from vomstudio.extraction.measurable import (
-    CLASSES,
     DEFAULT_LENGTH_RESOLUTIONS,
+    QUALITY_CLASSES,
     Measurable,
     map_measurability,
     typical_resolution,
@@ -94,8 +94,8 @@ class MeasurableMap(PrintableResult):
     tenth_deg: float
     best: dict[str, float] | None
     warnings: tuple[Finding, ...]
-    measurable: Measurable = field(repr=False, metadata=HIDDEN)
-    values: dict[str, Float32Array] = field(repr=False, metadata=HIDDEN)
+    measurable: Measurable = field(repr=False, metadata=HIDDEN_IN_JSON)
+    values: dict[str, Float32Array] = field(repr=False, metadata=HIDDEN_IN_JSON)
 
     def as_fields(self) -> dict[str, GenericArray]:
         """Return the values at each point or vertex, keyed by FIELDS; NaN if unknown."""
@@ -140,8 +140,8 @@ def measurable_map(
         raise GeometryError(Finding("model.no-surface"))
 
     def shares(classes: Int8Array) -> dict[str, float]:
-        sums = np.bincount(classes, area, len(CLASSES)) / total
-        return {name: float(sums[i]) for i, name in reversed(list(enumerate(CLASSES)))}
+        sums = np.bincount(classes, area, len(QUALITY_CLASSES)) / total
+        return {name: float(sums[i]) for i, name in reversed(list(enumerate(QUALITY_CLASSES)))}
 
     best = measured.best_deg
     order = np.argsort(best)
@@ -163,7 +163,7 @@ def measurable_map(
         patches=_patches(measured),
         median_deg=median,
         tenth_deg=tenth,
-        best=_best(measured),
+        best=_find_best_position(measured),
         warnings=(*warnings, *measured.warnings),
         measurable=measured,
         values=_point_values(data, measured),
@@ -183,7 +183,7 @@ def share_findings(measured: MeasurableMap) -> tuple[Finding, ...]:
     )
 
 
-def _best(measured: Measurable) -> dict[str, float] | None:
+def _find_best_position(measured: Measurable) -> dict[str, float] | None:
     """Return the position at which a trace would have the smallest error."""
     error = np.where(np.isfinite(measured.trace_deg), measured.trace_deg, np.inf)
     row = int(np.argmin(error))
@@ -243,7 +243,7 @@ def _point_values(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Fl
         votes = np.stack(
             [
                 np.bincount(corners, weights * (np.repeat(measured.classes, 3) == k), count)
-                for k in range(len(CLASSES))
+                for k in range(len(QUALITY_CLASSES))
             ]
         )
         mark = votes.argmax(axis=0).astype(np.float32)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import check_target
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.io.exchange.columns import sibling_path, write_tables
@@ -72,7 +72,7 @@ def export_project(
     # The block covers everything that is created; otherwise the collector would scan it before it
     # is freed.
     with pause_collection():
-        return _export(folder, format_, out, writes_map, force, progress or Silent())
+        return _export(folder, format_, out, writes_map, force, progress or SilentProgress())
 
 
 def _export(

@@ -21,7 +21,7 @@ from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.disk_errors import write_error
 from vomstudio.core.files.names import replace_surrogates
 from vomstudio.core.files.regular import require_regular
-from vomstudio.core.files.untrusted.databases import harden, open_to_read
+from vomstudio.core.files.untrusted.databases import open_to_read, restrict_connection
 from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
 from vomstudio.project.journal.connection import JournalConnection
@@ -121,7 +121,7 @@ class SqliteJournal:
                 factory=JournalConnection,
             )
             self._db.text_factory = text_of
-            harden(self._db)
+            restrict_connection(self._db)
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
             schema = _schema_of(self._db, path)

@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
-from vomstudio.core.plain_data import Plain
+from vomstudio.core.plain_data import PlainValues
 from vomstudio.project.codec import decode_edit
 from vomstudio.project.edit import Edit
 from vomstudio.project.garbage_collection import pause_collection
@@ -32,11 +32,11 @@ class JournalRow:
     kind: str
     of_seq: int | None
     label: str
-    before: Plain | None
-    after: Plain | None
+    before: PlainValues | None
+    after: PlainValues | None
     time: str
     version: str
-    settings: Plain | None
+    settings: PlainValues | None
     problem: Finding | None = None
     """Reason why the row is not valid; such a row is reported and skipped."""
     notice: Finding | None = None
@@ -68,7 +68,7 @@ class Draft:
     """Clicks of an unfinished tool."""
 
     seq: int
-    state: Plain
+    state: PlainValues
 
 
 @dataclass
@@ -93,7 +93,7 @@ class Replay:
     saved: dict[str, Record] = field(default_factory=dict)
     saved_top: int = 0
     draft: Draft | None = None
-    settings: Plain = field(default_factory=dict)
+    settings: PlainValues = field(default_factory=dict)
     problems: list[Finding] = field(default_factory=list)
 
     @property
@@ -131,7 +131,7 @@ def _replay(rows: Iterable[JournalRow]) -> Replay:
     return result
 
 
-def _settings_of(row: JournalRow) -> Plain | None:
+def _settings_of(row: JournalRow) -> PlainValues | None:
     if row.settings is not None and not isinstance(row.settings, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field="settings")
     return None if row.settings is None else dict(row.settings)

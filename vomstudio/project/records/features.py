@@ -31,7 +31,7 @@ class Feature:
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def but(self, **changes: Any) -> Self:
-        """Return a copy with the given fields changed."""
+        """Return a copy of the feature with some fields replaced."""
         return replace(self, **changes)
 
 
@@ -116,7 +116,7 @@ class Painted(OnAModel):
 
 @dataclass(frozen=True)
 class Group:
-    """Planes used together: a single feature, or all features of a type and optionally a set."""
+    """Group of planes that are used together: a feature, or all features of a type and set."""
 
     feature_id: str = ""
     type_id: str = ""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.plane_bands import PlaneBand, find_plane_band
@@ -78,7 +78,7 @@ def fitted_planes(
         Further values of the groups, by table column and group ID.
     progress : Progress, optional
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     progress.stage(tr("Fitting planes"))
     batch = fit_planes(points, offsets, method=method, axis=axis)
     fits = batch.rows()

@@ -55,9 +55,9 @@ def project_layers(
     ]
 
 
-def _points(layer_name: str, nature: str, table: ProjectTable) -> Layer:
+def _points(layer_name: str, geometry: str, table: ProjectTable) -> Layer:
     table = table.drop_repeats()
-    rows = [row for row in table.rows if row["x"] is not None and row["element"] == nature]
+    rows = [row for row in table.rows if row["x"] is not None and row["element"] == geometry]
     places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
     # The key of the layer is `fid`, so `id` remains the ID of the record.
     columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}

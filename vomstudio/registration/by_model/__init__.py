@@ -1,1 +1,1 @@
-"""One model registered by another."""
+"""Registration of a model by another, registered model."""

@@ -9,8 +9,8 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.progress import Progress, SilentProgress
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.words import to_translate, tr
 from vomstudio.registration.by_model.matching import match
 from vomstudio.registration.by_model.planes import RADIUS, ModelPlanes, ReferencePlanes, thin_points
@@ -58,7 +58,7 @@ class FittedToReference:
         Names of the parameters that the surfaces do not determine.
     """
 
-    observation: Combined = field(metadata=HIDDEN)
+    observation: Combined = field(metadata=HIDDEN_IN_JSON)
     places: int
     radius_m: float
     overlap: float
@@ -66,7 +66,7 @@ class FittedToReference:
     blocks: int
     block_m: float
     free: tuple[str, ...]
-    warnings: tuple[Finding, ...] = field(metadata=HIDDEN)
+    warnings: tuple[Finding, ...] = field(metadata=HIDDEN_IN_JSON)
 
 
 def fit_to_reference(
@@ -107,7 +107,7 @@ def fit_to_reference(
     GeometryError
         If the model and the reference do not overlap.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     target = reference if stable is None else reference[stable]
     if not len(target):
         raise GeometryError(Finding("reference.nothing-stable"))

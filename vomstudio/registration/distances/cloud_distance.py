@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.nearby.point_grid import PointGrid
 from vomstudio.registration.surface_points import Counterparts
@@ -81,7 +81,7 @@ class CloudSides:
 
         Each step of `progress`, which may raise Cancelled, is one position.
         """
-        progress = progress or Silent()
+        progress = progress or SilentProgress()
         n = len(places)
         distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
         for start in range(0, n, _BLOCK_SIZE):

@@ -1,4 +1,4 @@
-"""Options of the comparison of two models, declared once for every door."""
+"""Options of the comparison of two models, declared once for all interfaces."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class CompareOptions(Options):
         help=to_translate("M3C2 in cylinders of this radius, with a level of detection, m"),
         tip=to_translate("Radius of the cylinders; each should contain twenty points"),
         automatic=to_translate("the distance to the nearest point of the benchmark's surface"),
-        empty=to_translate("nearest"),
+        empty_text=to_translate("nearest"),
     )
     registration_error_m: float | None = option(
         None,

@@ -10,9 +10,9 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.core.results import HIDDEN
+from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
@@ -92,8 +92,8 @@ class Comparison(PrintableResult):
     positive_toward: Toward | None
     sides_by: str
     warnings: tuple[Finding, ...]
-    distances: FloatArray = field(metadata=HIDDEN)
-    lod95: FloatArray | None = field(metadata=HIDDEN)
+    distances: FloatArray = field(metadata=HIDDEN_IN_JSON)
+    lod95: FloatArray | None = field(metadata=HIDDEN_IN_JSON)
 
     def as_fields(self) -> dict[str, AnyArray]:
         """Return `distance_m` of the points and, for M3C2, `lod95_m` and `significant` (0, 1)."""
@@ -136,7 +136,7 @@ def compare(
     GeometryError
         If the two do not overlap.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     places = points_of(model)
     for data, name in ((model, tr("The model")), (benchmark, tr("The benchmark"))):
         if not np.isfinite(points_of(data)).all(axis=1).any():

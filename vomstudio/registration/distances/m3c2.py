@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.nearby.point_grid import PointGrid
 
@@ -104,7 +104,7 @@ def project(
     progress : Progress, optional
         Progress indicator, which may raise Cancelled.
     """
-    progress = progress or Silent()
+    progress = progress or SilentProgress()
     sums = []
     for title, cloud in ((tr("Model"), first), (tr("Benchmark"), second)):
         progress.stage(title, len(core))

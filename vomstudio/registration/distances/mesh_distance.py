@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
@@ -93,7 +93,7 @@ class MeshSides:
         def work(rows: slice) -> None:
             distance[rows], beyond_edge[rows], normal[rows] = self._block(places[rows])
 
-        run_in_blocks(work, n, progress or Silent(), _BLOCK_SIZE)
+        run_in_blocks(work, n, progress or SilentProgress(), _BLOCK_SIZE)
         return Counterparts(distance, beyond_edge, normal)
 
     def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

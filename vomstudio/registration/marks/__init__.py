@@ -1,1 +1,1 @@
-"""Marks of points in photos: contradictions, and labels or photos without counterparts."""
+"""Marks of points in photos: contradictory marks, and unknown labels or photos."""

@@ -104,7 +104,7 @@ def prepare_mesh(
     stop: threading.Event,
     emit: Emit,
 ) -> None:
-    """Emit the proxy, chunks and locators of a mesh, without its textures."""
+    """Emit the proxy, the chunks and the locators of a mesh, but not its textures."""
     points = local_points(mesh.vertices, origin, stop)
     groups = material_groups(mesh)
     colors = vertex_colors(mesh, groups, stop)

@@ -93,7 +93,7 @@ class CameraMoves(QObject):
         self._frame_all()
 
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
-        """Look along a direction, keeping the pivot.
+        """Look along a direction without moving the pivot in the image.
 
         The projection of Up points upwards in the image, or North if the view is within 1 degree
         of vertical.

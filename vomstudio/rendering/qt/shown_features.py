@@ -121,7 +121,7 @@ class ShownFeatures:
         return feature_at(candidates, x, y, self._camera, self._pane.extent(), discs=discs)
 
     def uncut(self) -> Mapping[str, FeatureDrawing]:
-        """Return the drawings that are not completely clipped, keyed by id."""
+        """Return the drawings that are at least partly inside the clipping box, keyed by id."""
         if not self._cut():
             return self.drawings
         return {key: drawing for key, drawing in self.drawings.items() if self._inside(drawing)}

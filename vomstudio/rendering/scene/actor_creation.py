@@ -33,10 +33,10 @@ class Intake:
     """Creates the actors of a scene, in the thread that draws it."""
 
     def __init__(
-        self, canvas: Canvas, contents: Contents, sight: SceneVisibility, frame: FrameProgress
+        self, canvas: Canvas, contents: Contents, visibility: SceneVisibility, frame: FrameProgress
     ) -> None:
         self._canvas, self._contents = canvas, contents
-        self._sight, self._frame = sight, frame
+        self._sight, self._frame = visibility, frame
 
     def take(self, model: ModelScene, event: Event) -> None:
         """Accept a worker's result for a model."""

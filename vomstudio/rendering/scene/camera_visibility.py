@@ -60,14 +60,14 @@ class SceneVisibility:
         depth = float((place - self.camera.position) @ self.camera.direction)
         return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
 
-    def is_in_front(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
+    def is_in_front(self, points: FloatArray, depth_tolerance: float = 0.0) -> BoolArray:
         """Return whether points (n, 3) are in the picture and not behind its surface.
 
         Parameters
         ----------
         points : (n, 3) ndarray
             Points in the World frame.
-        slack : float
+        depth_tolerance : float
             Tolerated distance behind the surface, metres.
         """
         width, height = self._canvas.size
@@ -82,7 +82,7 @@ class SceneVisibility:
         buffer = self._canvas.depth()[row, column].astype(np.float64)
         surface = self.eye.depth_from_buffer(buffer)
         depth_of_points = self.eye.depth(np.asarray(points, float).reshape(-1, 3))
-        tolerance = 0.004 * np.abs(surface) + slack
+        tolerance = 0.004 * np.abs(surface) + depth_tolerance
         return np.asarray(
             ok & ((buffer >= 1.0) | (depth_of_points <= surface + tolerance)), np.bool_
         )

@@ -155,7 +155,7 @@ class Canvas:
         self.window.MakeCurrent()
 
     def close(self) -> None:
-        """Release all graphics resources; the canvas cannot be opened again."""
+        """Stop using the canvas and release all graphics resources."""
         window = self.window
         self.buffers.release()
         for renderer in (self.surface, self.layer, self.emphasis):

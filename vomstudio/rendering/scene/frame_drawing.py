@@ -51,7 +51,7 @@ class FramePicture:
         self,
         canvas: Canvas,
         contents: Contents,
-        sight: SceneVisibility,
+        visibility: SceneVisibility,
         nodes: VisibleNodes,
         frame: FrameProgress,
     ) -> None:
@@ -60,8 +60,8 @@ class FramePicture:
         self.more_to_come = False
         self.pace = Pace()
         self._canvas, self._contents = canvas, contents
-        self._sight, self._nodes, self._frame = sight, nodes, frame
-        self._levels = TextureLevels(canvas, contents, sight)
+        self._sight, self._nodes, self._frame = visibility, nodes, frame
+        self._levels = TextureLevels(canvas, contents, visibility)
         self._dome = EyeDome()
         self._was_moving = False
         self._bands: list[tuple[int, int]] = []

@@ -284,9 +284,9 @@ class Scene:
 
     # -- visibility
 
-    def visibility(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
+    def visibility(self, points: FloatArray, depth_tolerance: float = 0.0) -> BoolArray:
         """Return whether World points (n, 3) are in front of the surface as last drawn."""
-        return self._sight.is_in_front(points, slack)
+        return self._sight.is_in_front(points, depth_tolerance)
 
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
         """Return the front-most point of the visible models at a pixel, or None."""

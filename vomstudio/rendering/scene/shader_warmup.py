@@ -20,7 +20,7 @@ from vomstudio.rendering.view.camera import Camera
 
 
 def warm_up(
-    canvas: Canvas, contents: Contents, sight: SceneVisibility, intake: Intake
+    canvas: Canvas, contents: Contents, visibility: SceneVisibility, intake: Intake
 ) -> Iterator[None]:
     """Compile one shader program per step.
 
@@ -53,7 +53,7 @@ def warm_up(
                 texture.InterpolateOn()
             gpu_textures.wear(part.actor, textures)
             part.actor.GetProperty().LightingOff()
-        sight.apply(Camera())
+        visibility.apply(Camera())
         part.actor.VisibilityOn()
         canvas.render(erase=True, surface=True, layer=False, emphasis=False)
         canvas.wait()

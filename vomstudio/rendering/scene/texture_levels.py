@@ -11,8 +11,8 @@ from vomstudio.rendering.scene.model_scene import ModelScene
 class TextureLevels:
     """Texture levels of all models of a scene."""
 
-    def __init__(self, canvas: Canvas, contents: Contents, sight: SceneVisibility) -> None:
-        self._canvas, self._contents, self._sight = canvas, contents, sight
+    def __init__(self, canvas: Canvas, contents: Contents, visibility: SceneVisibility) -> None:
+        self._canvas, self._contents, self._sight = canvas, contents, visibility
 
     @property
     def due(self) -> bool:

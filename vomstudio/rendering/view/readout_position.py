@@ -14,7 +14,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 
 Size = tuple[float, float]
-Box = tuple[float, float, float, float]
+PixelBox = tuple[float, float, float, float]
 """x and y of the upper-left corner, width and height."""
 
 EDGE = 4.0
@@ -94,9 +94,9 @@ class ReadingPosition:
 
     def __init__(self) -> None:
         self.side = 0
-        self.box: Box | None = None
+        self.box: PixelBox | None = None
 
-    def choose(self, sizes: list[Size], view: Size, picked: PickedPoints) -> tuple[int, Box]:
+    def choose(self, sizes: list[Size], view: Size, picked: PickedPoints) -> tuple[int, PixelBox]:
         """Choose the form of the reading and its position.
 
         Parameters
@@ -124,11 +124,11 @@ class ReadingPosition:
         """Reset the position because no reading is drawn."""
         self.side, self.box = 0, None
 
-    def _take(self, side: int, box: Box) -> Box:
+    def _take(self, side: int, box: PixelBox) -> PixelBox:
         self.side, self.box = side, box
         return box
 
-    def _free_side(self, places: list[Box], picked: PickedPoints) -> int | None:
+    def _free_side(self, places: list[PixelBox], picked: PickedPoints) -> int | None:
         onwards = picked.ahead()
 
         def free(side: int, margin: float, *, next_too: bool = False) -> bool:
@@ -153,7 +153,7 @@ class ReadingPosition:
         return next((side for side in range(len(places)) if free(side, NEW_CLEARANCE)), None)
 
 
-def _places(size: Size, view: Size, picked: PickedPoints) -> list[Box]:
+def _places(size: Size, view: Size, picked: PickedPoints) -> list[PixelBox]:
     """Return the candidate positions: six at the cursor, then those along the edges."""
     (wide, high), (width, height), (x, y) = size, view, picked.cursor
     x_right, x_left = x + max(20.0, picked.clear + 8.0), x - max(16.0, picked.clear + 8.0) - wide
@@ -182,7 +182,7 @@ def _places(size: Size, view: Size, picked: PickedPoints) -> list[Box]:
     return [(max(EDGE, min(a, x_max)), max(EDGE, min(b, y_max)), wide, high) for a, b in corners]
 
 
-def _grid(size: Size, view: Size) -> list[Box]:
+def _grid(size: Size, view: Size) -> list[PixelBox]:
     """Return a grid of positions over the view, used if all preferred positions are covered."""
     (wide, high), (width, height) = size, view
     columns = np.linspace(EDGE, max(width - EDGE - wide, EDGE), GRID_SIZE)
@@ -190,7 +190,7 @@ def _grid(size: Size, view: Size) -> list[Box]:
     return [(float(x), float(y), wide, high) for y in rows for x in columns]
 
 
-def _covered(box: Box, picked: PickedPoints, margin: float) -> float:
+def _covered(box: PixelBox, picked: PickedPoints, margin: float) -> float:
     """Return the cost of a box that covers or is close to the picked points.
 
     The cost is the length of covered lines in pixels; each vertex, and especially the cursor,
@@ -206,13 +206,13 @@ def _covered(box: Box, picked: PickedPoints, margin: float) -> float:
     return cost
 
 
-def _inside(box: Box, points: FloatArray, margin: float) -> BoolArray:
+def _inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:
     x, y, wide, high = box
     low, top = np.array([x, y]) - margin, np.array([x + wide, y + high]) + margin
     return np.asarray(((points > low) & (points < top)).all(axis=1))
 
 
-def _lengths_in(box: Box, segments: FloatArray) -> FloatArray:
+def _lengths_in(box: PixelBox, segments: FloatArray) -> FloatArray:
     """Return the length (s,) of each segment inside a box (Liang and Barsky 1984)."""
     x, y, wide, high = box
     start, direction = segments[:, :2], segments[:, 2:] - segments[:, :2]

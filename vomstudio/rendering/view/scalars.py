@@ -104,7 +104,7 @@ NAMED_CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
         (to_translate("vegetation"), "#009e73"),
         (to_translate("debris"), "#b0a890"),
     ),
-    # In the order of `extraction.measurable.CLASSES`.
+    # In the order of `extraction.measurable.QUALITY_CLASSES`.
     "measurable": (
         (to_translate("not measurable"), "#7f7f7f"),
         (to_translate("poor"), "#d55e00"),

@@ -209,5 +209,5 @@ def line_symbol(trend_deg: float, plunge_deg: float, place: FloatArray, extent: 
 
 
 def small_disc(place: FloatArray, extent: float) -> Symbol:
-    """Return a dot for a disc that is too small on the screen to show its attitude."""
+    """Return a dot that replaces a disc too small to show its attitude."""
     return Symbol("disc", np.asarray(place, float), np.zeros(3), np.zeros(3), "", extent)

@@ -57,7 +57,7 @@ class ReconstructOptions(Options):
         label=to_translate("Cluster"),
         help=to_translate("use the Dask cluster of this scheduler"),
         tip=to_translate("Address of the scheduler of a Dask cluster"),
-        empty=to_translate("None, or tcp://computer:8786"),
+        empty_text=to_translate("None, or tcp://computer:8786"),
     )
     threads: int | None = option(
         None,

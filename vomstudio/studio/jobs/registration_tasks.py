@@ -79,7 +79,7 @@ class FitRequest:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """Placement of a model by pairs and surfaces; further fields as in `FittedToReference`."""
+    """Placement of a model by pairs and surfaces; other fields as in `FittedToReference`."""
 
     placed: Placed
     places: int

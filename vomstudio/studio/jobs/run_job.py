@@ -1,4 +1,4 @@
-"""Run one job in a worker process and wait for it."""
+"""Execution of one job in a worker process."""
 
 from __future__ import annotations
 

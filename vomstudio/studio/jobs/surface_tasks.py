@@ -118,7 +118,7 @@ class MeasurableRequest:
 
 @dataclass(frozen=True)
 class MappedMeasurable:
-    """Fields of a map of measurable planes, and findings about the measurable shares."""
+    """Fields of a map of measurable planes, and findings about their shares of the surface."""
 
     out: Path
     findings: tuple[Finding, ...]

@@ -103,7 +103,7 @@ def _direction_sigma(measured: Measurement, plane: bool) -> float | None:
 def placement_readings(
     lines: Iterable[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> list[KnownLine]:
-    """Return the readings that are used for placement, which exclude mere checks."""
+    """Return the readings that are used for placement, except those used only as checks."""
     return [line for line in lines if line.is_complete and not line.check and line.id in directions]
 
 

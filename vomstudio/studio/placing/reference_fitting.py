@@ -10,7 +10,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.results import FLAT, HIDDEN, Result
+from vomstudio.core.results import FLATTENED_IN_JSON, HIDDEN_IN_JSON, Result
 from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.frames import establish_frame
@@ -40,13 +40,13 @@ class ReferenceFit(Result):
     `reference` is the registration of the reference, or None if it has no registration.
     """
 
-    name: str = field(metadata=HIDDEN)
-    fitted: FittedToReference = field(metadata=FLAT)
-    crs: str | None = field(metadata=HIDDEN)
+    name: str = field(metadata=HIDDEN_IN_JSON)
+    fitted: FittedToReference = field(metadata=FLATTENED_IN_JSON)
+    crs: str | None = field(metadata=HIDDEN_IN_JSON)
     stable_m: float | None
     scale_fitted: bool
-    warnings: tuple[Finding, ...] = field(metadata=HIDDEN)
-    reference: Registration | None = field(default=None, metadata=HIDDEN)
+    warnings: tuple[Finding, ...] = field(metadata=HIDDEN_IN_JSON)
+    reference: Registration | None = field(default=None, metadata=HIDDEN_IN_JSON)
 
 
 @dataclass(frozen=True)

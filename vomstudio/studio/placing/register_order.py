@@ -13,7 +13,7 @@ import numpy as np
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.progress import Progress
-from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
+from vomstudio.core.results import FLATTENED_IN_JSON, HIDDEN_IN_JSON, OPTIONAL_IN_JSON, Result
 from vomstudio.geometry import transform
 from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.frames import UNDECLARED, Frame
@@ -54,12 +54,12 @@ class RegistrationResult(Result):
     placement was computed.
     """
 
-    placed: Placed = field(metadata=FLAT)
-    attitudes: Sequence[AttitudeMiss] = field(metadata=OPTIONAL)
-    loaded: LoadedModel | None = field(metadata=HIDDEN)
-    crs: str | None = field(metadata=HIDDEN)
-    reference: ReferenceFit | None = field(metadata=OPTIONAL)
-    registration: Registration | None = field(default=None, metadata=HIDDEN)
+    placed: Placed = field(metadata=FLATTENED_IN_JSON)
+    attitudes: Sequence[AttitudeMiss] = field(metadata=OPTIONAL_IN_JSON)
+    loaded: LoadedModel | None = field(metadata=HIDDEN_IN_JSON)
+    crs: str | None = field(metadata=HIDDEN_IN_JSON)
+    reference: ReferenceFit | None = field(metadata=OPTIONAL_IN_JSON)
+    registration: Registration | None = field(default=None, metadata=HIDDEN_IN_JSON)
 
     @property
     def registration_in_world(self) -> Registration | None:

@@ -74,13 +74,17 @@ def picked_lines(
 
 
 def compute_coverage(
-    grid: FaceGrid, model: Model | None, exposed: ExposedArea, lines: Iterable[FloatArray]
+    grid: FaceGrid, model: Model | None, exposed_area: ExposedArea, lines: Iterable[FloatArray]
 ) -> FaceCoverage:
     """Compute the coverage of a grid by the `lines` of `picked_lines`."""
     grid_in_world = world_grid(grid, model)
     unit = (grid_in_world.cell / grid.cell) ** 2
     return measure_coverage(
-        grid_in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
+        grid_in_world,
+        marks_of(grid),
+        unit * exposed_area.surface,
+        unit * exposed_area.covered,
+        list(lines),
     )
 
 
@@ -144,8 +148,8 @@ class FaceGrids:
             return
         self._exposed[grid.id] = (geometry, None)
 
-        def store(exposed: ExposedArea | None) -> None:
-            self._exposed[grid.id] = (geometry, exposed)
+        def store(exposed_area: ExposedArea | None) -> None:
+            self._exposed[grid.id] = (geometry, exposed_area)
             self.changed.emit(grid.id)
 
         self._background.run(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.core.results import FLAT, Result
+from vomstudio.core.results import FLATTENED_IN_JSON, Result
 from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import FaceGrid, Model, get
@@ -31,31 +31,31 @@ class GridShare(Result):
     id: str
     name: str
     model: str
-    coverage: FaceCoverage = field(metadata=FLAT)
+    coverage: FaceCoverage = field(metadata=FLATTENED_IN_JSON)
 
 
-def grid_shares(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
+def grid_shares(project: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
     """Return the coverage of each grid, and the reasons why grids are omitted.
 
     A grid is omitted if its model cannot be read.
     """
-    records = dict(desk.session.records)
+    records = dict(project.session.records)
     shares: list[GridShare] = []
     findings: list[Finding] = []
     measurements = Measurements()
-    for grid in desk.session.of(FaceGrid):
+    for grid in project.session.of(FaceGrid):
         model = get(records, grid.model_id, Model)
         if model is None:
             findings.append(Finding("grid.no-model", grid=grid.name))
             continue
         try:
-            read = desk.read_model(model)
+            read = project.read_model(model)
         except VomError as error:
             findings.append(finding_of(error))
             continue
         exposed = compute_exposed(grid, read.data, read.resolution, pieces=False)
         feature_ids = [
-            f.id for f in desk.session.features() if getattr(f, "model_id", "") == model.id
+            f.id for f in project.session.features() if getattr(f, "model_id", "") == model.id
         ]
         lines = picked_lines(records, measurements.of(records, feature_ids), model.id)
         share = compute_coverage(grid, model, exposed, lines)

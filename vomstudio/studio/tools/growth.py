@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.selection.neighbours import Piece
+from vomstudio.extraction.selection.neighbours import GrownPiece
 from vomstudio.geometry import transform
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.element_selection import Combine
@@ -68,7 +68,7 @@ class Growth:
         else:
             self.set_angle(self.angle_deg + ANGLE_STEP_DEG * turns)
 
-    def piece(self, hit: Hit, then: Callable[[], None]) -> Piece | None:
+    def piece(self, hit: Hit, then: Callable[[], None]) -> GrownPiece | None:
         """Grow a piece from a hit.
 
         Returns None, after a message, if this is not possible or the neighbour graph is not
@@ -101,7 +101,7 @@ class Growth:
         self._report_extremes(piece)
         return piece if piece.count else None
 
-    def _report_extremes(self, piece: Piece) -> None:
+    def _report_extremes(self, piece: GrownPiece) -> None:
         """Report a piece that is empty or covers the whole model."""
         if piece.count == 0:
             self._context.hint(Finding("growth.no-plane"))

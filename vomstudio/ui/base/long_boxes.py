@@ -56,7 +56,7 @@ def _polish(widget: QWidget) -> None:
 
 
 def fit_to_screen(window: QWidget) -> None:
-    """Limit the size of a window that is about to be shown to its screen.
+    """Limit the size of a window to its screen before the window is shown.
 
     A dialog scrolls if its contents require more height, now or after they have grown.
     """
@@ -116,7 +116,7 @@ def _scroll(dialog: QDialog, layout: QLayout, area: QRect) -> None:
 
 
 def _needed_height(dialog: QDialog, layout: QLayout) -> int:
-    """Return the height of the contents at the width that the dialog will have."""
+    """Return the height that the contents require at the future width of the dialog."""
     minimum = dialog.minimumSizeHint().height()
     if not layout.hasHeightForWidth():
         return minimum

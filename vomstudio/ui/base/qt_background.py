@@ -89,7 +89,7 @@ class NewestResult:
         self._background.cancel(_KEY)
 
     def close(self) -> None:
-        """Stop delivering results."""
+        """Stop the delivery of results."""
         self.cancel()
         self._background.stop()
 

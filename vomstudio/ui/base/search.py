@@ -117,7 +117,7 @@ SYNONYMS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class SearchEntry:
-    """Something that the search finds.
+    """Entry of the search: a command, page or document.
 
     Attributes
     ----------

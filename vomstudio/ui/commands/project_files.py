@@ -376,7 +376,7 @@ class Files(QObject):
         self._studio.warn(Finding("frame.undeclared", count=len(pending_ids)))
 
     def _apply_frame(self, model_id: str, frame: Frame) -> None:
-        """Apply a declared frame, asking first if it would replace a registration."""
+        """Declare a frame for the model; ask first if this would replace a registration."""
         model = self._studio.records.get(model_id)
         if not isinstance(model, Model) or frame == model.frame:
             return

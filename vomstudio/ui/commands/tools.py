@@ -33,7 +33,7 @@ class _OpenFeature:
 
     @property
     def tool(self) -> PolylineTool[Any] | None:
-        """The tool with the open feature, or None if that tool does not pick vertices."""
+        """Tool with the open feature, or None if that tool does not pick vertices."""
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 

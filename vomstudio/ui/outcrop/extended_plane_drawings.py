@@ -1,4 +1,4 @@
-"""Draw an extended plane: its traces and the edges of its band as lines over the texture.
+"""Drawing of an extended plane: its traces and error band as lines over the texture.
 
 The user compares them with the beds in the texture.
 """

@@ -1,4 +1,4 @@
-"""Draw the cells of face grids on the surface, in the colours of their marks."""
+"""Drawings of the cells of face grids on the surface, in the colours of their marks."""
 
 from __future__ import annotations
 

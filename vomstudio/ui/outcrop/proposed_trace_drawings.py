@@ -1,4 +1,4 @@
-"""Draw proposed traces as lines on the surface, coloured by their certainty."""
+"""Drawings of proposed traces as lines on the surface, coloured by their p-value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw the project's records in the viewport, and select features by clicks in it."""
+"""Presentation of the project's records in the viewport, and selection of features by clicks."""
 
 from __future__ import annotations
 
@@ -224,7 +224,7 @@ class ScenePresenter:
         self._spent_previews.clear()
 
     def frame_all(self, besides: FloatArray | None = None) -> None:
-        """Frame all visible models, from the exposed side of the first.
+        """Frame all visible models, seen from the exposed side of the first model.
 
         Parameters
         ----------

@@ -77,7 +77,7 @@ class ActiveToolPanel(QStackedWidget):
     def _fit_page(
         self, current_page: QWidget, other_width: QSizePolicy.Policy = QSizePolicy.Policy.Ignored
     ) -> None:
-        """Ignore the size of hidden pages, so that the tallest one adds no scroll bar."""
+        """Exclude hidden pages from the size of the stack, so that they add no scroll bar."""
         ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
         for page in (self._no_tool, *self.panels.values()):
             if page is current_page:

@@ -124,7 +124,7 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
             self._refresh()
 
     def _list(self) -> None:
-        """Update the lists of the form."""
+        """Update the lists of the form with the records of the project."""
 
     def _question(self) -> Question:
         """Return the input defined by the form. Raises VomError if an input is missing."""
@@ -154,7 +154,7 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         """Draw the current result."""
 
     def _refresh(self) -> None:
-        """Enable and disable the buttons."""
+        """Enable the buttons that need a result, and disable the others."""
 
     # --- files -------------------------------------------------------------------------------
     def _ask_for_file(self, title: str, name: str, formats: Mapping[str, str]) -> None:

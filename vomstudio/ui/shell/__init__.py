@@ -1,1 +1,1 @@
-"""The main window: layout, workspaces, menus, status and start."""
+"""Main window: layout, workspaces, menus, status line and start."""

@@ -13,7 +13,7 @@ from vomstudio.ui.shell.workspaces import Workspaces
 
 
 class DrawerBar(QToolBar):
-    """Buttons that open and close the pages of the drawer."""
+    """Bar of buttons that open and close the pages of the drawer."""
 
     def __init__(self, docks: WindowDocks, workspaces: Workspaces) -> None:
         super().__init__(tr("Drawer"))

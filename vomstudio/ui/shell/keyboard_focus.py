@@ -114,7 +114,7 @@ class KeyboardFocus(QObject):
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _editing(self) -> bool:
-        """Return whether the text of the focused field was changed and is not confirmed yet."""
+        """Return whether the text of the focused field has uncommitted changes."""
         now = self._window.focusWidget()
         if now is None or not now.isVisible():
             return False
@@ -126,7 +126,7 @@ class KeyboardFocus(QObject):
         return self._has_typed or changed
 
     def _rests(self, entered: QEnterEvent) -> bool:
-        """Return whether a field has the focus and the cursor has not moved since.
+        """Return whether a field has the focus and the cursor has not moved since then.
 
         The outcrop was then entered only because a widget above it has disappeared.
         """

@@ -1,4 +1,4 @@
-"""The stereonet as an overlay in a corner of the outcrop."""
+"""Overlay that shows the stereonet in a corner of the outcrop."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def for_models(studio: Studio) -> None:
-    """Let the worker that reads models import its libraries."""
+    """Import the libraries of the worker that reads models."""
     from vomstudio.studio.jobs.model_tasks import IMPORT_LIBRARIES
 
     _ask(studio, IMPORT_LIBRARIES)

@@ -108,7 +108,7 @@ def run_window(paths: Sequence[str]) -> int:
 
 
 def _hear_signals(window: QMainWindow) -> QTimer:
-    """Let Ctrl+C in the terminal close the window as its close button does.
+    """Close the window on Ctrl+C in the terminal, as its close button does.
 
     The returned timer lets Python handle the signal, until it is stopped.
     """

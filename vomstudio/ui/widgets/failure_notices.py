@@ -240,5 +240,5 @@ def compose_report(host: Host) -> str:
     journal = studio.project.journal
     return report.compose(
         [("Edits", lambda: outline(journal.last_rows(_REPORT_EDITS)))],
-        private=names,
+        private_words=names,
     )

@@ -13,7 +13,7 @@ from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.ui.base.controls import ComboBox, allow
 from vomstudio.ui.base.studio import Studio
 
-COSTS = (
+COST_TITLES = (
     (None, to_translate("nothing: straight between clicks")),
     (AUTO, to_translate("the best of all that follow")),
     ("colour", to_translate("colour like that at the clicks")),
@@ -45,11 +45,11 @@ class FollowBox(ComboBox):
             if fields != self._fields:
                 self._fields = fields
                 self.clear()
-                for cost, title in COSTS:
+                for cost, title in COST_TITLES:
                     self.addItem(tr(title), cost)
                 for name in fields:
                     self.addItem(tr("low values of {field}", field=name), name)
-            titles = dict(COSTS)
+            titles = dict(COST_TITLES)
             cost_in_use = self._tool.followed_by if self._tool.cost == AUTO else None
             best = tr(titles[AUTO])
             if cost_in_use is not None and cost_in_use in titles:

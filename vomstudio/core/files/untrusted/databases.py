@@ -145,13 +145,13 @@ class SchemaEntry:
         return "generated" in self.tokens or ("as", "(") in itertools.pairwise(self.tokens)
 
 
-def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
-    """Open a database for reading, restricted by `harden`.
+def open_to_read(path: Path, timeout_s: float = 5.0) -> sqlite3.Connection:
+    """Open a database for reading, restricted by `restrict_connection`.
 
     Parameters
     ----------
     path : Path
-    patience_s : float
+    timeout_s : float
         Time to wait for a program that is writing to the database, in seconds.
 
     Raises
@@ -162,16 +162,16 @@ def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
         If the database cannot be opened.
     """
     require_regular(path)
-    db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=patience_s)
+    db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=timeout_s)
     try:
-        harden(db)
+        restrict_connection(db)
     except BaseException:
         db.close()
         raise
     return db
 
 
-def harden(db: sqlite3.Connection) -> None:
+def restrict_connection(db: sqlite3.Connection) -> None:
     """Restrict code in the schema of a database.
 
     Functions with side effects are disabled, statements are limited, and a request to end the
@@ -218,11 +218,11 @@ def _entry(name: str, sql: str) -> SchemaEntry:
             if definition[:3] == ("if", "not", "exists"):
                 definition = definition[3:]
             kind = " ".join(word for word in words[1:] if word != "unique")
-            return SchemaEntry(kind, _unquoted(written[-len(definition)]), definition)
+            return SchemaEntry(kind, _unquote(written[-len(definition)]), definition)
     return SchemaEntry("entry", name, tokens)
 
 
-def _unquoted(token: str) -> str:
+def _unquote(token: str) -> str:
     return token[1:-1] if token[:1] in "\"'`[" and len(token) > 1 else token
 
 
@@ -279,14 +279,14 @@ def _is_rtree(tokens: tuple[str, ...]) -> bool:
         tokens[1:4] == ("using", "rtree", "(")
         and tokens[-1] == ")"
         and len(columns) == _RTREE_COLUMNS
-        and all(_unquoted(column).replace("_", "").isalnum() for column in columns)
+        and all(_unquote(column).replace("_", "").isalnum() for column in columns)
         and set(commas) == {","}
     )
 
 
 def _is_standard_view(tokens: tuple[str, ...]) -> bool:
     """Return whether a view only selects columns of standard tables, in a single statement."""
-    words = [token if token.startswith("'") else _unquoted(token) for token in tokens]
+    words = [token if token.startswith("'") else _unquote(token) for token in tokens]
     if words[1:3] != ["as", "select"] or words.count("from") != 1 or words.count("select") != 1:
         return False
     at = words.index("from")

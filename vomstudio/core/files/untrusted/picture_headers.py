@@ -301,7 +301,7 @@ _SIZE_TAGS = {
     _TILE_WIDTH,
     _TILE_HEIGHT,
 }
-_YCBCR, _SEPARATE = 6, 2
+_YCBCR, _SEPARATE_PLANES = 6, 2
 
 
 def _first_tiff_size(file: BinaryIO, head: bytes) -> PictureSize | None:
@@ -313,7 +313,7 @@ def _first_tiff_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 def _tiff_size(directory: _Directory) -> PictureSize:
     width, height = directory.get(_WIDTH, 0), directory.get(_HEIGHT, 0)
     samples, bits = directory.get(_SAMPLES, 1), directory.get(_BITS, 1)
-    contiguous = directory.get(_PLANAR, 1) != _SEPARATE
+    contiguous = directory.get(_PLANAR, 1) != _SEPARATE_PLANES
     across = directory.get(_TILE_WIDTH) or width
     down = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
     block = across * down * bits * (samples if contiguous else 1) // 8
@@ -398,11 +398,11 @@ def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
 
 
 def _entries(
-    file: BinaryIO, at: int, order: str, big: bool
+    file: BinaryIO, at: int, order: str, is_big_tiff: bool
 ) -> tuple[list[tuple[int, int, int, int]], int]:
     """Return the entries (type, count, tag, value or offset) and the next directory's offset."""
     file.seek(at)
-    wide, entry = ("Q", "HHQQ") if big else ("H", "HHII")
+    wide, entry = ("Q", "HHQQ") if is_big_tiff else ("H", "HHII")
     head = file.read(struct.calcsize(order + wide))
     if len(head) < struct.calcsize(order + wide):
         return [], 0
@@ -414,19 +414,21 @@ def _entries(
         (kind, count, tag, value)
         for tag, kind, count, value in struct.iter_unpack(order + entry, whole)
     ]
-    place = file.read(8 if big else 4)
-    if len(entries) < number or len(place) < (8 if big else 4):
+    place = file.read(8 if is_big_tiff else 4)
+    if len(entries) < number or len(place) < (8 if is_big_tiff else 4):
         return entries, 0
-    return entries, struct.unpack(order + ("Q" if big else "I"), place)[0]
+    return entries, struct.unpack(order + ("Q" if is_big_tiff else "I"), place)[0]
 
 
-def _numbers(file: BinaryIO, order: str, big: bool, kind: int, count: int, value: int) -> list[int]:
+def _numbers(
+    file: BinaryIO, order: str, is_big_tiff: bool, kind: int, count: int, value: int
+) -> list[int]:
     """Return up to a few hundred integers that an entry contains or refers to."""
     code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
     if code is None:
         return []
     size = _SIZES[kind] * count
-    raw = struct.pack(order + ("Q" if big else "I"), value)
+    raw = struct.pack(order + ("Q" if is_big_tiff else "I"), value)
     if size > len(raw):
         file.seek(min(value, 1 << 62))
         raw = file.read(min(size, 2048))

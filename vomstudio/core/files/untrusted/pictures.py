@@ -98,7 +98,7 @@ def open_picture(
     Image.MAX_IMAGE_PIXELS = None
     if not isinstance(source, bytes):
         require_regular(source)
-    file = io.BytesIO(source) if isinstance(source, bytes) else _Unmapped(source)
+    file = io.BytesIO(source) if isinstance(source, bytes) else _UnmappedFile(source)
     name = None if isinstance(source, bytes) else source
     pixel_bytes = None if header_only else min_pixel_bytes
     try:
@@ -215,13 +215,13 @@ def decode_picture(
 
 
 class _TooLarge(Exception):
-    def __init__(self, picture: PictureSize, needed: int, limit: int) -> None:
-        super().__init__(needed)
+    def __init__(self, picture: PictureSize, needed_bytes: int, limit: int) -> None:
+        super().__init__(needed_bytes)
         self.finding = Finding(
             "file.picture-too-large",
             width=picture.width,
             height=picture.height,
-            needed_mb=-(-needed // 1_000_000),
+            needed_mb=-(-needed_bytes // 1_000_000),
             limit_mb=limit // 1_000_000,
         )
 
@@ -264,7 +264,7 @@ def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: in
         raise _TooLarge(picture, needed, limit)
 
 
-class _Unmapped(io.BufferedReader):
+class _UnmappedFile(io.BufferedReader):
     """File without a descriptor, so that Pillow and libtiff cannot memory-map it.
 
     If a memory-mapped file is truncated or its drive is removed, the process crashes. The file

@@ -21,7 +21,7 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import read_whole
@@ -55,7 +55,7 @@ def companion_files(path: Path) -> list[Path]:
 
     Raises InputError if it is not a glTF file.
     """
-    document = Document(path, Silent())
+    document = Document(path, SilentProgress())
     paths: list[Path] = []
     for kind in ("buffers", "images"):
         for index in range(document.count(kind)):

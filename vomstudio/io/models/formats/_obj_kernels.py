@@ -142,10 +142,10 @@ def _line_end(data, i):  # type: ignore[no-untyped-def]
 
 
 @part
-def _report(report, row, first, where):  # type: ignore[no-untyped-def]
+def _report(report, row, first, offset):  # type: ignore[no-untyped-def]
     """Count a problem, and store the position of its first occurrence."""
     if report[row] == 0:
-        report[first] = where
+        report[first] = offset
     report[row] += 1
 
 

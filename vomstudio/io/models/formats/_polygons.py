@@ -77,7 +77,7 @@ def cut_concave(
     that were triangulated again.
     """
     return int(
-        _cut(
+        _cut_polygon(
             vertices,
             corners,
             uv_corners,
@@ -93,7 +93,7 @@ def cut_concave(
     "int64(float64[:,::1], int32[:,::1], int32[:,::1], int64[:,::1], float64[:,::1],"
     " int64[:,::1], int64[:,::1])"
 )
-def _cut(vertices, corners, uv_corners, polygons, points, rings, ears):  # type: ignore[no-untyped-def]
+def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears):  # type: ignore[no-untyped-def]
     """Run `cut_concave` with working space for one polygon."""
     ring = rings[0]
     uv_ring = rings[1]

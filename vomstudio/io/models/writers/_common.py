@@ -172,8 +172,8 @@ def image_bytes(path: Path) -> bytes:
         raise _unreadable(path, error) from error
 
 
-def copy_images(images: Images, temporaries: list[Path]) -> None:
-    for (source, _), temporary in zip(images.copies, temporaries, strict=True):
+def copy_images(images: Images, temporary_paths: list[Path]) -> None:
+    for (source, _), temporary in zip(images.copies, temporary_paths, strict=True):
         with _open_image(source) as file, open(temporary, "wb") as target:
             shutil.copyfileobj(file, target, 1 << 20)
 

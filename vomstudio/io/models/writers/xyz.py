@@ -53,11 +53,11 @@ def write(out: WriteRequest) -> list[Finding]:
         with open(temporaries[0], "w", encoding="utf-8", newline="\n") as file:
             file.write(separator.join(name for name, _ in columns) + "\n")
             for rows in step_rows(len(points), out, tr("Writing points")):
-                write_lines(file, [_plain(values[rows]) for _, values in columns], form)
+                write_lines(file, [_to_plain_list(values[rows]) for _, values in columns], form)
     return messages
 
 
-def _plain(values: AnyArray) -> list[Any]:
+def _to_plain_list(values: AnyArray) -> list[Any]:
     if values.dtype.kind == "f":
         return shortest(values)
     numbers: list[Any] = values.astype(np.int64 if values.dtype != np.uint64 else object).tolist()

@@ -113,7 +113,7 @@ class PickingView(Viewport):
         painter.drawText(label_position, label)
 
     def _to_pixel(self, point: FloatArray) -> QPointF | None:
-        """Project a point of the model to a pixel, or return None if it is not visible."""
+        """Project a point of the model to a pixel; return None if the point is hidden."""
         assert self.model is not None
         world = transform.apply(transform.matrix(self.model.to_world), point[None])
         (x, y), depth = (part[0] for part in self.camera.project(world, self.extent()))

@@ -1,4 +1,4 @@
-"""Compute and store the angle and the intersection line of two planes."""
+"""Angle and intersection line of two planes."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ class IntersectionDialog(QDialog):
 
 
 def list_plane_groups(studio: Studio) -> list[tuple[str, str, Group]]:
-    """Return the text, colour and group of each feature type with planes and of its sets."""
+    """Return the text, colour and group of each feature type with planes, and of its sets."""
     counts: Counter[tuple[str, str]] = Counter()
     sizes = studio.session.records.count_by(group_and_set)
     for (type_id, set_name, is_plane), count in sizes.items():

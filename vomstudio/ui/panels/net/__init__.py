@@ -1,1 +1,1 @@
-"""The stereonet: data source, settings, drawing and export."""
+"""Stereonet: data source, settings, drawing and export."""

@@ -1,3 +1,3 @@
-"""Tool that shares the panel of the control points, since both place the model together."""
+"""Tool for known lines, which uses the panel of the control points."""
 
 SHARES = "control"
