@@ -310,10 +310,10 @@ def _import(args: argparse.Namespace, out: Output) -> None:
 def _accept(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.surfaces.headless_proposals import accept_proposals
 
-    options = options_from(args, AcceptOptions)
-    search = options_from(args, PROPOSALS[args.proposals].options)
+    options = parse_options(args, AcceptOptions)
+    search = parse_options(args, PROPOSALS[args.proposals].options)
     with _edited_project(args, out) as desk:
-        accepted = accept_proposals(desk, search, options, progress_of(args))
+        accepted = accept_proposals(desk, search, options, progress_reporter(args))
     out.warn(accepted.warnings)
     words = tr_n(
         "{count} of {proposed} proposals was added.",
@@ -322,7 +322,7 @@ def _accept(args: argparse.Namespace, out: Output) -> None:
         proposed=accepted.proposed,
     )
     result = {
-        "added": _named(accepted.features),
+        "added": _id_and_name_rows(accepted.features),
         "proposed": accepted.proposed,
         "warnings": list(accepted.warnings),
     }

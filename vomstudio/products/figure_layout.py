@@ -31,7 +31,7 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
     low, high = sorted(axis.get_view_interval())
-    is_horizontal = axis.axis_name == "x"
+    is_horizontal = axis is axis.axes.xaxis
     figure = axis.axes.get_figure(root=True)
     assert figure is not None
     place = axis.axes.get_position()
@@ -55,9 +55,9 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
 def _log_ticks(low: float, high: float) -> Iterator[FloatArray]:
     """Yield sets of at least two round ticks within a range, the densest first."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    powers = 10.0 ** np.arange(first, last + 1)
+    powers: FloatArray = 10.0 ** np.arange(first, last + 1)
     for steps in ((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0), (1.0, 2.0, 5.0), (1.0, 3.0)):
-        ticks = np.sort(np.outer(powers, steps).ravel())
+        ticks: FloatArray = np.sort(np.outer(powers, steps).ravel())
         ticks = ticks[(ticks >= low * (1 - 1e-9)) & (ticks <= high * (1 + 1e-9))]
         if 2 <= len(ticks) <= 12:
             yield ticks
@@ -116,13 +116,13 @@ def make_room_for_legend(axes: Axes, legend: Legend) -> None:
 
 def _drawn_points(axes: Axes) -> FloatArray:
     """Return points (n, 2) along all curves and areas, in shares of the axes."""
-    paths = [line.get_transform().transform(line.get_xydata()) for line in axes.lines]
+    curves = [line.get_transform().transform(line.get_xydata()) for line in axes.lines]
     for collection in axes.collections:
         for path in collection.get_paths():
-            paths.append(collection.get_transform().transform(path.vertices))
+            curves.append(collection.get_transform().transform(path.vertices))
     parts = [np.empty((0, 2))]
-    for path in paths:
-        points = axes.transAxes.inverted().transform(np.asarray(path, np.float64))
+    for curve in curves:
+        points = axes.transAxes.inverted().transform(np.asarray(curve, np.float64))
         points = points[np.isfinite(points).all(axis=1)]
         shares = np.linspace(0.0, 1.0, 20)[:, None, None]
         parts.append((points[:-1] + shares * np.diff(points, axis=0)).reshape(-1, 2))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -90,7 +90,7 @@ class FracturePage:
 
 def lay_out_page(mapped: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
     """Lay out the figure: the legend names all sets, and panels without data are left out."""
-    cut = mapped.pieces.cut.any(axis=1)
+    cut = np.asarray(mapped.pieces.cut.any(axis=1))
     letters = ("d" if len(cut) and not cut.all() else "") + (
         "e" if mapped.found.P21_by_size else ""
     )
@@ -524,8 +524,9 @@ def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> str:
     return title
 
 
-def _add_legend(ax: Axes, place: str, style: NetStyle) -> None:
+def _add_legend(ax: Axes, place: Literal["lower left", "upper right"], style: NetStyle) -> None:
     legend = ax.legend(
+        *ax.get_legend_handles_labels(),
         loc=place,
         fontsize=0.85 * style.font_pt,
         frameon=False,

@@ -136,7 +136,8 @@ def plane_transform(ax: Any) -> Transform:
     """Return the transform of positions in the unit circle, for symbols without a direction."""
     from matplotlib.transforms import Affine2D
 
-    return Affine2D().translate(1.0, 1.0).scale(0.5) + ax.transAxes
+    transform: Transform = Affine2D().translate(1.0, 1.0).scale(0.5) + ax.transAxes
+    return transform
 
 
 def unit_positions(ax: Any, vectors: FloatArray) -> FloatArray:
@@ -166,7 +167,7 @@ def plot_parts(
     ]
 
 
-def plot_curves(ax: Any, curves: Sequence[FloatArray], **look: Any) -> LineCollection:
+def plot_curves(ax: Any, curves: Sequence[FloatArray] | FloatArray, **look: Any) -> LineCollection:
     """Plot many curves (k, 3) on the lower hemisphere as one collection.
 
     All curves are projected together, because matplotlib would project them one by one.

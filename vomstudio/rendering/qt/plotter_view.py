@@ -45,19 +45,22 @@ class PlotterView(QtInteractor):
         self._gestures = gestures
         interactor.draw = draw
         # A picture that is drawn in several steps is shown after the last one; see `present`.
-        self.ren_win.SwapBuffersOff()
+        window = self.ren_win
+        assert window is not None, "the widget has just made it"
+        self._window = window
+        window.SwapBuffersOff()
 
     def canvas(self) -> Canvas:
         """Return a canvas that draws in this widget."""
-        return Canvas(self.ren_win, self.renderer)
+        return Canvas(self._window, self.renderer)
 
     def present(self) -> None:
         """Pass the drawn picture to the widget."""
-        self.ren_win.SwapBuffersOn()
-        self.ren_win.Frame()
-        self.ren_win.SwapBuffersOff()
+        self._window.SwapBuffersOn()
+        self._window.Frame()
+        self._window.SwapBuffersOff()
 
-    def render(self) -> None:
+    def render(self) -> None:  # type: ignore[override]
         self.update()
 
     # -- mouse and keys, which belong to the view and not to an interactor style of VTK

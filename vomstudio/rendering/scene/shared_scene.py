@@ -151,7 +151,8 @@ class SharedScene(Scene):
         if [id(part.source) for part in parts] != [id(source) for source in sources]:
             present = {id(part.source): part for part in parts}
             parts[:] = [
-                present.pop(id(source), None) or self._share(twin, source) for source in sources
+                present.pop(id(source)) if id(source) in present else self._share(twin, source)
+                for source in sources
             ]
             for part in present.values():
                 gpu_textures.remove_textures(part.actor)

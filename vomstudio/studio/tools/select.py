@@ -81,7 +81,8 @@ class SelectTool(ElementTool):
         filled = looking.filled(shape.ring())
         height, width = filled.shape
         with np.errstate(invalid="ignore"):
-            is_seen = (pixels >= 0.0).all(axis=1) & (pixels < [width, height]).all(axis=1)
+            is_in_picture = (pixels >= 0.0) & (pixels < [width, height])
+        is_seen = np.asarray(is_in_picture.all(axis=1))
         columns, rows = np.where(is_seen[:, None], pixels, 0.0).astype(int).T
         is_inside = is_seen & (filled[rows, columns] > 0)
         inside = tuple(id_ for id_, is_in in zip(ids, is_inside, strict=True) if is_in)

@@ -112,7 +112,8 @@ class FeatureTree(QTreeWidget):
         width = self.sizeHintForColumn(NAME)
         groups = (self.topLevelItem(i) for i in range(self.topLevelItemCount()))
         for group in (each for each in groups if each is not None and each.childCount()):
-            items = (group.child(row) for row in range(group.childCount()))
+            rows = (group.child(row) for row in range(group.childCount()))
+            items = [item for item in rows if item is not None]
             longest = max(items, key=lambda item: len(item.text(NAME)))
             hint = self.sizeHintForIndex(self.indexFromItem(longest)).width()
             width = max(width, 2 * self.indentation() + hint)
