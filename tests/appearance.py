@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
@@ -259,4 +260,24 @@ def violations(root: QWidget) -> list[str]:
         *(f"cut off: {each}" for each in cut_off(root)),
         *(f"small: {each}" for each in too_small(root)),
         *(f"pale: {each}" for each in pale(root)),
+    ]
+
+
+def out_of_order(root: QWidget) -> list[str]:
+    """Neighbours in the tab order of which the second is above the first, in the same column."""
+    chain: list[tuple[QWidget, QRect]] = []
+    widget = root
+    while True:
+        next_widget = widget.nextInFocusChain()
+        if next_widget is None or next_widget is root:
+            break
+        widget = next_widget
+        reached = widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None
+        if reached and root.isAncestorOf(widget) and widget.isVisible() and widget.isEnabled():
+            place = QRect(widget.mapTo(root, QPoint(0, 0)), widget.size())
+            chain.append((widget, place))
+    return [
+        f"{_name(second)} after {_name(first)}"
+        for (first, a), (second, b) in pairwise(chain)
+        if b.bottom() < a.top() and b.left() < a.right() and a.left() < b.right()
     ]
