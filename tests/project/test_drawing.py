@@ -77,6 +77,8 @@ def test_a_field_is_put_in_by_what_suits_it(kind, attribute: Attribute):
     form = "type" if attribute.field == "type_id" else "flag" if hint is bool else None
     if form is None:
         form = "choice" if get_args(hint) else "plane" if attribute.field == "plane_id" else "text"
+    if attribute.field == "notes":
+        form = "lines"
     if attribute.form == "word":
         # Words that are proposed, where a file may bring others.
         assert hint is str
@@ -108,7 +110,11 @@ def test_fields_are_offered_where_they_mean_something():
         (ONE_OF_EACH["dimension"], {"plane_id": True}),
         (replace(ONE_OF_EACH["dimension"], kind="polyline"), {"plane_id": False}),
     ]
-    asked += [(f, {}) for name, f in ONE_OF_EACH.items() if name != "lineation"]
+    asked += [
+        (f, {"overturned": getattr(f, "type_id", "") == "bedding"})
+        for name, f in ONE_OF_EACH.items()
+        if name not in ("lineation", "dimension")
+    ]
     for feature, special in asked:
         for attribute in kind_of(feature).attributes:
             assert attribute.applies(feature) is special.get(attribute.field, True)
@@ -500,6 +506,8 @@ def test_lengths_are_those_of_the_right_triangle():
             "distance_m": 13.0 * scale,
             "horizontal_m": 5.0 * scale,
             "vertical_m": 12.0 * scale,
+            "trend_deg": pytest.approx(180.0 + math.degrees(math.atan2(3.0, 4.0))),
+            "plunge_deg": pytest.approx(math.degrees(math.atan2(12.0, 5.0))),
         }
         back = seen(dimension("distance", *ends[::-1]), model=model).measured
         assert back.dimension == {**found.dimension, "vertical_m": -12.0 * scale}
@@ -538,17 +546,17 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         (
             dimension("distance", *up),
             "5.00 m",
-            ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"],
+            ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m", "Trend/plunge 270/53"],
         ),
         (
             dimension("distance", *up[::-1]),
             "5.00 m",
-            ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m"],
+            ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m", "Trend/plunge 270/53"],
         ),
         (
             dimension("distance", (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)),
             "2.00 m",
-            ["Distance 2.00 m", "Horizontal 2.00 m, upward 0 mm"],
+            ["Distance 2.00 m", "Horizontal 2.00 m, upward 0 mm", "Trend/plunge 090/00"],
         ),
         (
             dimension("polyline", up[0], (3.0, 0.0, 0.0), up[1]),
@@ -624,13 +632,6 @@ def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
     assert slip.endswith(" -20°")
     assert words(seen(striation(20.0, ""), reading)) == [rake]
     assert words(seen(striation(20.0, ""))) == []
-
-
-def test_a_patch_tells_its_area_where_it_has_one():
-    assert words(seen(patch(area=6.0), model=HALVED)) == ["Area 1.50 m²"]
-    assert words(seen(patch(area=None))) == []
-    unknown = replace(MODEL, placement=Frame("undeclared"))
-    assert words(seen(patch(area=6.0), model=unknown)) == ["Area 6.00 units²"]
 
 
 def test_a_reading_tells_where_it_comes_from():

@@ -273,7 +273,7 @@ def follow(
         spacing = resolution(data)
         arguments: dict[str, Any] = {
             "cost": options.used_cost if edges is None else EDGE_COST,
-            "called": "" if edges is None else options.used_cost,
+            "name": "" if edges is None else options.used_cost,
             "resolution": spacing,
             "model": getattr(getattr(source_model, "path", None), "name", None) or "",
             "frame": crs or "local",

@@ -173,7 +173,7 @@ def _follow_line(
 
     arguments: dict[str, Any] = {
         "cost": options.used_cost if edges is None else EDGE_COST,
-        "called": "" if edges is None else options.used_cost,
+        "name": "" if edges is None else options.used_cost,
         "resolution": spacing,
         "model": Path(args.model).name,
         "frame": model.crs or "local",

@@ -481,11 +481,11 @@ def test_a_writer_of_another_package_writes_its_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "their_writers.py").write_text(
-        "from vomstudio.core.findings import uncoded\n"
+        "from vomstudio.core.findings import uncoded_finding\n"
         "from vomstudio.io.models.writer import Writer\n"
         "def write(out):\n"
         "    out.path.write_text(f'{len(out.data.points)} points')\n"
-        "    return [uncoded('Only their number is written.')]\n"
+        "    return [uncoded_finding('Numbers only.')]\n"
         "WRITER = Writer('Made-up', ('.count',), write)\n"
     )
     monkeypatch.syspath_prepend(tmp_path)

@@ -47,7 +47,7 @@ def draw_rose(
             facecolor="none",
             edgecolor=style.ink if last else style.soft,
             linewidth=(1.25 if last else 0.5) * style.line_pt,
-            zorder=layer("rim" if last else "ground"),
+            zorder=layer("rim" if last else "density"),
         )
         ax.add_patch(ring)
     for quarter in np.arange(0.0, 360.0, 90.0):
@@ -55,7 +55,7 @@ def draw_rose(
             *_ray(quarter, (0.0, 1.04)),
             color=style.soft,
             linewidth=0.5 * style.line_pt,
-            zorder=layer("ground"),
+            zorder=layer("density"),
         )
     lengths = petal_radius(rose.shares, rings[-1], is_area_scaled)
     for i, length in enumerate(lengths):
@@ -138,7 +138,7 @@ def draw_histogram(
             [y, y],
             color=style.ink if last else style.soft,
             linewidth=(1.25 if last else 0.5) * style.line_pt,
-            zorder=layer("rim" if last else "ground"),
+            zorder=layer("rim" if last else "density"),
         )
         if share:
             label = f"{100 * share:g} %"
