@@ -513,7 +513,8 @@ def test_lengths_are_those_of_the_right_triangle():
         assert back.dimension == {**found.dimension, "vertical_m": -12.0 * scale}
     walk = dimension("polyline", ends[0], (1.0, 5.0, 1.0), (4.0, 5.0, 1.0), ends[1])
     straight = seen(dimension("distance", *ends)).measured.dimension
-    assert seen(walk).measured.dimension == {**straight, "length_m": 19.0}
+    lengths = {name: straight[name] for name in ("distance_m", "horizontal_m", "vertical_m")}
+    assert seen(walk).measured.dimension == {**lengths, "length_m": 19.0}
 
 
 def test_an_area_is_that_of_its_ring():
@@ -584,7 +585,8 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         assert words(subject) == lines
         units = replace(subject.measured, metric=False)
         assert headline(units).endswith(" units²" if feature.kind == "area" else " units")
-        assert all("units" in line for line in kind_of(feature).words(units))
+        lengths = [line for line in kind_of(feature).words(units) if "Trend" not in line]
+        assert all("units" in line for line in lengths)
 
 
 def test_a_thickness_is_told_with_its_error():

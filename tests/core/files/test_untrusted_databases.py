@@ -122,7 +122,7 @@ def test_whoever_connects_to_sqlite_holds_the_connection() -> None:
     found = set()
     for module in PROGRAM.rglob("*.py"):
         text = module.read_text("utf-8")
-        if "sqlite3.connect(" in text and "harden(" not in text:
+        if "sqlite3.connect(" in text and "restrict_connection(" not in text:
             found.add(module.relative_to(PROGRAM).as_posix())
         # What is opened only to be read goes through `open_to_read`.
         assert "mode=ro" not in text or module.name == "databases.py", module

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.text.encodings import decode_text
 from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
 from vomstudio.io.text.wkt_columns import parse_wkt
+from vomstudio.project.kinds import kind_of
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lithology import Lithology
 from vomstudio.project.kinds.station import (
@@ -191,19 +192,20 @@ def _merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
     merged: dict[object, Feature] = {}
     for feature in features:
         key: object = feature.id
-        if isinstance(feature, Station) and (code := feature.number or feature.name):
-            key = (feature.what, code.casefold())
-            first = merged.get(key)
-            if isinstance(first, Station):
-                distance_m = scale * math.dist(first.vertices[0], feature.vertices[0])
+        if kind_of(feature).name == "station":
+            station = cast(Station, feature)
+            key = (station.what, (station.number or station.name or station.id).casefold())
+            first = cast(Station | None, merged.get(key))
+            if first is not None:
+                distance_m = scale * math.dist(first.vertices[0], station.vertices[0])
                 if distance_m <= MAX_STATION_DISTANCE_M:
                     merged[key] = replace(
                         first,
-                        photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, feature))),
-                        notes="\n".join(dict.fromkeys(filter(None, (first.notes, feature.notes)))),
+                        photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, station))),
+                        notes="\n".join(dict.fromkeys(filter(None, (first.notes, station.notes)))),
                     )
                     continue
-                key = feature.id
+                key = station.id
         merged[key] = feature
     return list(merged.values())
 

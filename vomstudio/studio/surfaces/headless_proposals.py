@@ -18,7 +18,7 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import Model, Record
+from vomstudio.project.records import Feature, Model, Record
 from vomstudio.studio.headless_project import HeadlessProject
 from vomstudio.studio.jobs.placed_model import PlacedModel
 from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, TracesRequest
@@ -36,7 +36,7 @@ QUALITIES = {"good": ("good",), "doubtful": ("good", "doubtful")}
 class AcceptedProposals:
     """Proposals that were added, and the number of all proposals."""
 
-    features: tuple[Patch | Trace, ...]
+    features: tuple[Feature, ...]
     proposed: int
     warnings: tuple[Finding, ...]
 
@@ -94,7 +94,7 @@ def accept_proposals(
         )
     edit = edits.add_features(records, selected)
     desk.session.apply(edit)
-    added = tuple(each for each in edit.after.values() if isinstance(each, Patch | Trace))
+    added = tuple(each for each in edit.after.values() if isinstance(each, Feature))
     return AcceptedProposals(added, len(features), warnings)
 
 

@@ -24,10 +24,11 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
+from vomstudio.project.kinds import kind_of
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import measure_all
-from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, Record
+from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, Picked, Record
 from vomstudio.studio.background import Background
 from vomstudio.studio.editing import Editing
 from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesRequest
@@ -283,7 +284,8 @@ def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
 
 def known_lines(records: Mapping[str, Record], model_id: str) -> list[FloatArray]:
     """Return the traces of a model in its file frame, which need not be proposed again."""
-    traces = [r for r in records.values() if isinstance(r, Trace) and r.model_id == model_id]
+    picked = [r for r in records.values() if isinstance(r, Picked) and r.model_id == model_id]
+    traces = [feature for feature in picked if kind_of(feature).name == "trace"]
     return [np.asarray(trace.vertices, np.float64).reshape(-1, 3) for trace in traces]
 
 

@@ -128,7 +128,6 @@ MENUS = (
             "repeats",
             "|",
             "type_on_net",
-            "copy_net",
             "verdict_profile",
         ),
     ),
