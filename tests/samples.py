@@ -57,11 +57,15 @@ ONE_OF_EACH: dict[str, Feature] = {
         outline=((0.0, 0.0, 3.0), (2.0, 0.0, 3.0), (1.0, 3.0, 3.0)),
     ),
     "lithology": Lithology("a1", "A01", "m1", HASH, ZIGZAG, "sandstone", 12.5),
-    "dimension": Dimension("d1", "D01", "thickness", "m1", HASH, ZIGZAG[:2], plane_id="t1"),
+    "dimension": Dimension(
+        "d1", "D01", "thickness", "m1", HASH, ZIGZAG[:2], plane_id="t1", resolution=0.02
+    ),
     "intersection": Intersection(
         "i1", "I01", "lineation", Group(feature_id="t1"), Group(feature_id="p1")
     ),
-    "reading": Reading("r1", "R01", "bedding", "plane", 100.0, 30.0, position=(0.0, 0.0, 0.0)),
+    "reading": Reading(
+        "r1", "R01", "bedding", "plane", 100.0, 30.0, position=(0.0, 0.0, 0.0), station="KB-17"
+    ),
     "station": Station("s1", "S01", "m1", HASH, ZIGZAG[:1], "sample", "KB-17", "DSC_12.jpg"),
     "control_point": ControlPoint(
         "c1",

@@ -71,8 +71,8 @@ def test_one_set_alone_is_contoured_and_named_in_the_legend(run, write, tmp_path
     (part,) = run(*words, "--json").json["density"]["parts"]
     assert (part["set"], part["n"]) == (None, 20)
     assert "of all sets together, n = 20" in legend()
-    error = error_of(run(*words, "--contour-set", "fault", "--json"))
-    assert (error["code"], error["field"]) == ("option.not-a-choice", "--contour-set")
+    ran = run(*words, "--contour-set", "fault", "--json")
+    error_of(ran.json, "option.not-a-choice", field="--contour-set")
 
 
 def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_path: Path) -> None:

@@ -254,7 +254,7 @@ def test_other_vertices_leave_all_else_as_it_was() -> None:
     assert line.after["l1"] == replace(LINE, vertices=moved[:2], resolution=0.1)
     assert line.label == "Change L01"
     length = edits.set_line(there, "d1", moved[:2], resolution=0.1)
-    assert length.after["d1"] == replace(LENGTH, vertices=moved[:2])
+    assert length.after["d1"] == replace(LENGTH, vertices=moved[:2], resolution=0.1)
     with refused("feature.has-plane", DocumentError, feature="B01"):
         edits.set_line(there, "t1", moved)
 

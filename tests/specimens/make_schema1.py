@@ -263,6 +263,19 @@ def additions(records: Mapping[str, Record]) -> dict[str, dict[str, Record]]:
                 read_north=ReadNorth("magnetic", 2.4, 3.9, True, "2024-05-12", 0.5),
             )
         },
+        "Read at a station": {
+            "reading-station": Reading(
+                "reading-station", "KB-17 a", "bedding", "plane", 100.0, 30.0, station="KB-17"
+            ),
+        },
+        "Measure with a resolution": {
+            "line-resolved": replace(
+                first(Dimension, kind="polyline"),
+                id="line-resolved",
+                name="resolved",
+                resolution=0.02,
+            ),
+        },
         "Register by points and lengths": {
             "registration-observed": replace(
                 placed,

@@ -10,7 +10,7 @@ import pytest
 import vomstudio
 from vomstudio.core.finding_texts import TEXTS
 from vomstudio.core.findings import Finding
-from vomstudio.ui.base.remedies import CONTINUE_PATCH, REMEDIES, command_for, short_reason
+from vomstudio.ui.base.remedies import REMEDIES, command_for, short_reason
 
 FOLDER = Path(vomstudio.__file__).parent
 JUDGES = (
@@ -40,11 +40,9 @@ def test_a_short_form_is_short(code: str) -> None:
     assert len(REMEDIES[code].text.split()) <= MAX_WORDS
 
 
-def test_a_patch_is_continued_by_its_own_command() -> None:
-    reason = Finding("plane.too-small", ratio=3.0, minimum=10.0)
-    assert command_for(reason, "trace") == "continue_trace"
-    assert command_for(reason, "patch") == CONTINUE_PATCH
-    assert command_for(Finding("plane.bowed"), "patch") == ""
+def test_a_reason_has_the_command_that_acts_on_it() -> None:
+    assert command_for(Finding("plane.too-small", ratio=3.0, minimum=10.0)) == "edit_feature"
+    assert command_for(Finding("plane.bowed")) == ""
 
 
 def test_an_unknown_reason_is_shown_in_full() -> None:
@@ -53,5 +51,5 @@ def test_an_unknown_reason_is_shown_in_full() -> None:
 
 
 def test_the_commands_exist(window) -> None:
-    commands = {remedy.command for remedy in REMEDIES.values()} - {""} | {CONTINUE_PATCH}
+    commands = {remedy.command for remedy in REMEDIES.values()} - {""}
     assert commands <= window.actions_table.all.keys()

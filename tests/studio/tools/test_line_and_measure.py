@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import replace
 
 import pytest
@@ -191,6 +192,8 @@ def test_a_distance_is_done_with_its_second_click(measure, context):
         "distance_m": 13.0,
         "horizontal_m": 5.0,
         "vertical_m": 12.0,
+        "trend_deg": pytest.approx(180.0 + math.degrees(math.atan2(3.0, 4.0))),
+        "plunge_deg": pytest.approx(math.degrees(math.atan2(12.0, 5.0))),
     }
     context.session.undo()
     assert of(context, Dimension) == []
@@ -203,7 +206,11 @@ def test_a_distance_is_done_with_its_second_click(measure, context):
 def test_the_distance_to_the_cursor_is_read_before_the_second_click(measure, context):
     clicks(measure, [(0, 0, 0)])
     measure.pointer(event(Pointer.MOVE, (3, 4, -12), button=Button.NONE))
-    assert context.shown[-1].reading == ("Distance 13.0 m", "Horizontal 5.00 m, downward 12.0 m")
+    assert context.shown[-1].reading == (
+        "Distance 13.0 m",
+        "Horizontal 5.00 m, downward 12.0 m",
+        "Trend/plunge 037/67",
+    )
 
 
 @pytest.mark.parametrize(("kind", "points"), [("polyline", 2), ("area", 3)])

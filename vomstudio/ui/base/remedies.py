@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 
-CONTINUE, CONTINUE_PATCH, REGISTER = "continue_trace", "continue_patch", "register_model"
+CONTINUE, REGISTER = "edit_feature", "register_model"
 
 
 @dataclass(frozen=True)
@@ -72,20 +72,7 @@ def short_reason(reason: Finding) -> str:
     return reason.message if remedy is None else tr(remedy.text)
 
 
-def command_for(reason: Finding, kind: str) -> str:
-    """Return the name of the command that acts on a reason.
-
-    Parameters
-    ----------
-    reason : Finding
-    kind : str
-        Kind of the feature, because patches are continued by a command of their own.
-
-    Returns
-    -------
-    str
-        Empty if no command acts on it.
-    """
+def command_for(reason: Finding) -> str:
+    """Return the name of the command that acts on a reason, or "" if there is none."""
     remedy = REMEDIES.get(reason.code)
-    command = "" if remedy is None else remedy.command
-    return CONTINUE_PATCH if command == CONTINUE and kind == "patch" else command
+    return "" if remedy is None else remedy.command

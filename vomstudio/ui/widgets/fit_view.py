@@ -228,7 +228,7 @@ class FitView(QWidget):
         reasons = list(verdict.reasons) if verdict else []
         if not reasons and measured is not None and measured.problem:
             reasons = [measured.problem]
-        self._show_reasons(reasons, measured.kind if measured else "")
+        self._show_reasons(reasons)
         self._show_details(measured)
         lay_out_now(self)
 
@@ -254,13 +254,13 @@ class FitView(QWidget):
         )
         return words
 
-    def _show_reasons(self, reasons: Sequence[Finding], kind: str) -> None:
+    def _show_reasons(self, reasons: Sequence[Finding]) -> None:
         """Show the first reason in short form with its command; others are unfolded in place."""
         first = reasons[0] if reasons else None
         self._reason.setText("" if first is None else short_reason(first))
         self._reason.setToolTip("" if first is None else escape_markup(first.message))
         self._reason.setVisible(first is not None)
-        self._set_action("" if first is None else command_for(first, kind))
+        self._set_action("" if first is None else command_for(first))
         self.more.setVisible(bool(reasons))
         count = len(reasons) - 1
         self.more.setText(
