@@ -89,6 +89,8 @@ def explained_at(widget, at: QPoint):
 
 
 def test_each_figure_of_the_properties_is_explained_where_it_stands(selected):
+    selected.properties._fit.details.setChecked(True)
+    QApplication.processEvents()
     names = set()
     for label in selected.properties.findChildren(QLabel):
         if not label.isVisible() or not re.search(r"\d", label.text()):
@@ -114,6 +116,8 @@ def test_each_column_of_the_table_is_explained_in_its_head_and_in_its_cells(sele
 
 def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
     selected.docks.bring_forward("table")
+    selected.studio.settings.hidden_columns = []
+    selected.studio.keep_settings()
     QApplication.processEvents()
     view = selected.table.view
     column = next(i for i, c in enumerate(COLUMNS) if c.figure is catalogue.MAX_CONFIDENCE)

@@ -323,7 +323,7 @@ def test_copied_cells_are_numbers_in_one_unit_and_attitudes_have_two_columns(win
 
 
 def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
-    from vomstudio.io.settings import read_settings
+    from vomstudio.io.settings import DETAIL_COLUMNS, read_settings
     from vomstudio.ui.panels.features.table_panel import COLUMNS
 
     add_cliff(studio)
@@ -332,7 +332,7 @@ def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
     next(a for a in menu.actions() if a.text() == "Set").trigger()
     place = next(i for i, c in enumerate(COLUMNS) if c.title == "Set")
     assert window.table.view.isColumnHidden(place)
-    assert read_settings()[0].hidden_columns == ["Set"]
+    assert read_settings()[0].hidden_columns == [*DETAIL_COLUMNS, "Set"]
     studio.selection.set(["t1"])
     window.table.copy_rows()
     assert "Set" not in QApplication.clipboard().text().splitlines()[0].split("\t")

@@ -26,6 +26,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
+from vomstudio.io.settings import DETAIL_COLUMNS
 from vomstudio.project.edit import Edit
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.help_links import HelpTopic, explain
@@ -224,7 +225,14 @@ class TablePanel(QWidget):
         rows = sorted(self.view.selectionModel().selectedRows(), key=lambda i: i.row())
         if not rows:
             return
-        columns = [i for i in range(len(COLUMNS)) if not self.view.isColumnHidden(i)]
+        # The columns of details are hidden for clarity only, unlike those that the user hides.
+        hidden_titles = set(self._studio.settings.hidden_columns) - set(DETAIL_COLUMNS)
+        columns = [
+            i
+            for i, column in enumerate(COLUMNS)
+            if column.title not in hidden_titles
+            and (i not in SPARSE_COLUMNS or i in self._used_columns)
+        ]
         selected_rows = [self.model.row(self._sorted.mapToSource(index).row()) for index in rows]
         QGuiApplication.clipboard().setText(
             format_rows(selected_rows, [COLUMNS[i] for i in columns])
