@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from vomstudio.geology.density import DENSITY_METHODS, round_levels
+from vomstudio.geology.density import DENSITY_METHODS, choose_round_levels
 from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, compute_means, make_sets
 from vomstudio.products.net.stereonet_axes import draw_net, is_stereonet_axes, new_axes
 
@@ -116,7 +116,7 @@ def test_contours_are_those_of_the_library(method: str) -> None:
     # Its places leap to the other side at the rim; these are the same ones without the leap.
     across = np.linspace(-np.pi / 2, np.pi / 2, 101)
     theirs = other.contourf(across, across, counted.T, levels=ours.levels)
-    assert list(ours.levels[:-1]) == round_levels(float(counted.max()), method)
+    assert list(ours.levels[:-1]) == choose_round_levels(float(counted.max()), method)
     assert ours.levels[-1] > counted.max()
     for mine, expected in zip(ours.get_paths(), theirs.get_paths(), strict=True):
         assert len(mine.vertices) == pytest.approx(len(expected.vertices), abs=4)

@@ -128,4 +128,4 @@ def crs_label(crs: str) -> str:
     return match[1] if match else crs
 
 
-UNDECLARED = Frame()
+UNDECLARED_FRAME = Frame()

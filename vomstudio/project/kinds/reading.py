@@ -15,7 +15,7 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.units import length_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
-from vomstudio.project.figures import Subject, degrees
+from vomstudio.project.figures import Subject, format_error_deg
 from vomstudio.project.kind import Kind, Lookup, NetAppearance, Sketch, centre
 from vomstudio.project.measurement import Measurement, MeasurementContext, NearestPick
 from vomstudio.project.records import Typed
@@ -115,7 +115,7 @@ def comparison_text(nearest: NearestPick | None) -> str:
     if nearest is None:
         return tr("No pick of the same type to compare with")
     distance_m = nearest.distance_m
-    angle = degrees(nearest.angle_deg)
+    angle = format_error_deg(nearest.angle_deg)
     if distance_m is None:
         return tr("{angle} from {pick}, the most similar pick", angle=angle, pick=nearest.name)
     return tr(

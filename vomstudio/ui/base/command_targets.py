@@ -105,7 +105,7 @@ def ask_for_target(
 def ask_for_file(
     parent: QWidget,
     title: str,
-    proposed: Path,
+    default_path: Path,
     patterns: Mapping[str, str],
     *,
     ending_decides: bool = False,
@@ -120,9 +120,9 @@ def ask_for_file(
     ending_decides : bool
         Whether the extension of another pattern is also accepted.
     """
-    first = next((p for p, e in patterns.items() if e == proposed.suffix), next(iter(patterns)))
+    first = next((p for p, e in patterns.items() if e == default_path.suffix), next(iter(patterns)))
     filename, pattern = QFileDialog.getSaveFileName(
-        parent, title, str(proposed), ";;".join(patterns), first
+        parent, title, str(default_path), ";;".join(patterns), first
     )
     if not filename:
         return None

@@ -226,14 +226,14 @@ def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
     )
 
 
-def _cone(candidates: Candidates, proposal: SetProposal, set_: ProposedSet) -> float | None:
+def _cone(candidates: Candidates, proposal: SetProposal, proposed_set: ProposedSet) -> float | None:
     from vomstudio.geology.populations.set_statistics import mean_regions
     from vomstudio.geology.statistics import fisher
 
-    rows = np.flatnonzero(np.array(proposal.assignment) == set_.name)
+    rows = np.flatnonzero(np.array(proposal.assignment) == proposed_set.name)
     poles, turns = candidates.poles[rows], candidates.turns.of(rows)
     if not turns.known:
-        return set_.cone95_deg
+        return proposed_set.cone95_deg
     _, total = mean_regions(poles, fisher(poles, directed=False), False, turns)
     return None if total is None else total.largest_deg
 
