@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import vomstudio
-from vomstudio.geology.notation import degrees, format_attitude, format_line, format_plane
+from vomstudio.geology.notation import format_attitude, format_error_deg, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.project.measurement import Measurement
 
@@ -127,7 +127,7 @@ def test_a_measurement_is_written_so() -> None:
         plane=Plane(120.0, 30.0),
         max_confidence95_deg=3.2,
     )  # type: ignore[arg-type]
-    assert measured.attitude() == f"{format_plane(Plane(120.0, 30.0))} ± {degrees(3.2)}"
+    assert measured.attitude() == f"{format_plane(Plane(120.0, 30.0))} ± {format_error_deg(3.2)}"
     assert measured.attitude("strike/dip") == "030/30 RHR ± 3.2°"
-    assert measured.attitude("strike/dip", bare=True) == "030/30 ± 3.2°"
+    assert measured.attitude("strike/dip", omits_hand_rule=True) == "030/30 ± 3.2°"
     assert format_line(Line(3.0, 4.0)) == format_attitude(Line(3.0, 4.0), None)

@@ -120,7 +120,7 @@ def main() -> None:
     print(
         f"fit_planes, every figure         {best_of(3, lambda: fit_planes(points, offsets)):8.3f} s"
     )
-    unordered = best_of(3, lambda: fit_planes(points, offsets, ordered=False))
+    unordered = best_of(3, lambda: fit_planes(points, offsets, is_ordered=False))
     print(f"fit_planes, unordered            {unordered:8.3f} s")
     every: list[float] = []
     plain: list[float] = []

@@ -11,7 +11,7 @@ import pytest
 from tests.messages import by_code, messages, shown_values
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
-from vomstudio.geology.profiles import PROFILES
+from vomstudio.geology.profiles import PROFILES_BY_NAME
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.project.tables.orientation_table import COLUMNS
 
@@ -179,14 +179,14 @@ def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: P
     assert (info["kind"], info["points"]) == ("table", 3)
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("profile", PROFILES_BY_NAME)
 def test_verdicts_come_with_the_limits_by_which_they_were_given(
     run, write, tmp_path: Path, profile: str
 ) -> None:
     out = tmp_path / "planes.csv"
     ran = run("fit", write(PLANE), "--profile", profile, "-o", out)
-    assert ran.out.splitlines()[-1] == PROFILES[profile].description
-    assert f"# profile: {PROFILES[profile].description}" in out.read_text().splitlines()
+    assert ran.out.splitlines()[-1] == PROFILES_BY_NAME[profile].description
+    assert f"# profile: {PROFILES_BY_NAME[profile].description}" in out.read_text().splitlines()
 
 
 def test_planes_keep_kind_and_set_of_their_points(run, write) -> None:

@@ -13,7 +13,7 @@ from tests.cli.conftest import Run
 from tests.messages import by_code, codes, shown_codes
 from tests.specimens import figures
 from vomstudio.core.paths import resource
-from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, TEXTBOOK_THRESHOLDS
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import MeshSurface
 from vomstudio.geometry.frames import Frame
@@ -106,9 +106,9 @@ def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Pa
     assert run("project", project, "fit", "t1", "--json").json["planes"] == [row]
     assert run("project", project, "fit", "B01", "--json").json["planes"] == [row]
     by_error = run("project", project, "fit")
-    assert by_error.out.splitlines()[-1] == DEFAULTS.description
+    assert by_error.out.splitlines()[-1] == DEFAULT_THRESHOLDS.description
     assert run("project", project, "profile", "textbook").code == 0
-    assert run("project", project, "fit").out.splitlines()[-1] == TEXTBOOK.description
+    assert run("project", project, "fit").out.splitlines()[-1] == TEXTBOOK_THRESHOLDS.description
     refused = run("project", project, "fit", "B02", "--json")
     assert refused.code == 2
     assert refused.json["error"]["code"] == "record.missing"

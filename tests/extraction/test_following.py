@@ -17,7 +17,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.extraction.followed_trace import fit_trace_plane
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.profiles import DEFAULTS
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.surface import VertexSurface
@@ -266,7 +266,13 @@ def test_a_path_along_a_straight_line_has_the_reason_why_it_has_no_plane() -> No
     straight = np.column_stack([x, 0.0 * x, 0.0 * x])
     surface = VertexSurface(straight)
     row, band, messages = fit_trace_plane(
-        straight, surface, model="m", frame="local", thresholds=DEFAULTS, notes="", priors=()
+        straight,
+        surface,
+        model="m",
+        frame="local",
+        thresholds=DEFAULT_THRESHOLDS,
+        notes="",
+        priors=(),
     )
     assert row is None
     assert band is None

@@ -363,9 +363,9 @@ def test_it_can_be_cancelled() -> None:
 # --- cutting large faces --------------------------------------------------------------------
 def test_faces_are_cut_without_gaps() -> None:
     mesh = walls(*CORNER)
-    from vomstudio.geometry.coincident_points import welded
+    from vomstudio.geometry.coincident_points import weld_points
 
-    number = welded(mesh.vertices)
+    number = weld_points(mesh.vertices)
     places = np.zeros((number.max() + 1, 3))
     places[number] = mesh.vertices
     vertices, faces, of = subdivide_mesh(places, number[mesh.faces], 0.3)

@@ -32,7 +32,7 @@ def test_more_faces_than_may_be_are_refused_beforehand_or_on_the_way(
     monkeypatch.setattr(refinement, "MAX_FACES", most)
     cut: list[int] = []
     whole = refinement._split_faces
-    monkeypatch.setattr(refinement, "_cut", lambda *a: (cut.append(1), whole(*a))[1])
+    monkeypatch.setattr(refinement, "_split_faces", lambda *a: (cut.append(1), whole(*a))[1])
     with pytest.raises(GeometryError, match="longer"):
         refinement.subdivide_mesh(CORNERS, FACE, LONGEST)
     assert bool(cut) == (most == 200)

@@ -37,7 +37,7 @@ def test_the_variance_is_that_of_a_regression() -> None:
     n = 40
     x, y = rng.uniform(-4, 4, n), rng.uniform(-1, 1, n)
     points = np.column_stack([x, y, 0.01 * rng.standard_normal(n)])
-    belief = plane_estimate_from_fit(fit_plane(points, ordered=False))
+    belief = plane_estimate_from_fit(fit_plane(points, is_ordered=False))
     columns = np.column_stack([np.ones(n), x, y])
     left = points[:, 2] - columns @ np.linalg.lstsq(columns, points[:, 2], rcond=None)[0]
     covariance = np.linalg.inv(columns.T @ columns) * (left @ left) / (n - 3)
@@ -57,7 +57,7 @@ def test_the_band_holds_the_true_plane_in_95_percent(far: float) -> None:
     held, runs = 0, 1000
     for _ in range(runs):
         belief = plane_estimate_from_fit(
-            fit_plane(sampled(rng, 12, 0.02, (3.0, 1.5)), ordered=False)
+            fit_plane(sampled(rng, 12, 0.02, (3.0, 1.5)), is_ordered=False)
         )
         held += bool(bands(belief, repeat_planes(belief, place[None], None), place[None]).inside[0])
     assert abs(held / runs - 0.95) < 4 * math.sqrt(0.95 * 0.05 / runs)

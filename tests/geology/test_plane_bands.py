@@ -133,7 +133,7 @@ def test_the_true_plane_is_in_the_band_as_often_as_it_says(bend: float) -> None:
     held, count = 0, 0
     for _ in range(900):
         normal = any_normal(rng)
-        band = find_plane_band(fit_plane(straight(rng, normal, bend=bend), ordered=False))
+        band = find_plane_band(fit_plane(straight(rng, normal, bend=bend), is_ordered=False))
         if band is not None:
             held += bool(band.contains(normal)[0])
             count += 1
@@ -149,7 +149,7 @@ def test_a_set_gives_the_plane_with_the_error_it_states() -> None:
     for _ in range(count):
         mean = any_normal(rng)
         normal = of_set(rng, mean, sigma)
-        band = find_plane_band(fit_plane(straight(rng, normal), ordered=False))
+        band = find_plane_band(fit_plane(straight(rng, normal), is_ordered=False))
         assert band is not None
         prior = SetPrior("S1", tuple(mean.tolist()), 1.0 / sigma**2, 1000)  # type: ignore[arg-type]
         (found,), none = compare_sets(band, [prior])
@@ -194,7 +194,7 @@ def test_the_probability_of_a_set_is_how_often_it_is_right() -> None:
     for _ in range(600):
         which = int(rng.integers(2))
         band = find_plane_band(
-            fit_plane(straight(rng, of_set(rng, means[which], sigma)), ordered=False)
+            fit_plane(straight(rng, of_set(rng, means[which], sigma)), is_ordered=False)
         )
         assert band is not None
         found, _ = compare_sets(band, priors)
@@ -234,7 +234,7 @@ def test_crossing_traces_give_the_plane_with_the_error_it_states() -> None:
         normal = any_normal(rng)
         angle = rng.uniform(0.0, np.pi)
         bands = [
-            find_plane_band(fit_plane(straight(rng, normal, turn=turn), ordered=False))
+            find_plane_band(fit_plane(straight(rng, normal, turn=turn), is_ordered=False))
             for turn in (angle, angle + rng.uniform(0.5, 2.6))
         ]
         assert bands[0] is not None

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code
-from vomstudio.geology.profiles import DEFAULTS, PROFILES, TEXTBOOK, Thresholds
+from vomstudio.geology.profiles import (
+    DEFAULT_THRESHOLDS,
+    PROFILES_BY_NAME,
+    TEXTBOOK_THRESHOLDS,
+    Thresholds,
+)
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.planes import fit_plane
 
@@ -32,8 +37,8 @@ def test_the_limits_are_where_m_is_4_and_k_is_0_8() -> None:
     # ln(l1 / l3) = 4 and ln(l1 / l2) = 0.8 ln(l2 / l3).
     second = np.exp(4.0 / 1.8)
     first = np.exp(4.0)
-    assert first + second + 1.0 == pytest.approx(TEXTBOOK.least_coplanarity, rel=0.01)
-    assert first / second == pytest.approx(TEXTBOOK.most_collinearity, rel=0.02)
+    assert first + second + 1.0 == pytest.approx(TEXTBOOK_THRESHOLDS.least_coplanarity, rel=0.01)
+    assert first / second == pytest.approx(TEXTBOOK_THRESHOLDS.most_collinearity, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -56,8 +61,10 @@ def test_one_missed_limit_makes_a_plane_doubtful_and_two_make_it_poor(
         COPLANARITY in missed,
         COLLINEARITY in missed,
     )
-    fit = fit_plane(xyz, ordered=False)
-    verdict = judge(fit, resolution_m=resolution, outcrop_normal=None, thresholds=TEXTBOOK)
+    fit = fit_plane(xyz, is_ordered=False)
+    verdict = judge(
+        fit, resolution_m=resolution, outcrop_normal=None, thresholds=TEXTBOOK_THRESHOLDS
+    )
     assert (verdict.quality, verdict.profile) == (quality, "textbook")
     assert tuple(each.code for each in verdict.reasons) == missed
     values = by_code(verdict.reasons)
@@ -74,7 +81,7 @@ def test_one_missed_limit_makes_a_plane_doubtful_and_two_make_it_poor(
 
 def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
     # 40 centimetres of roughness on 3 metres: known to some ten degrees.
-    fit = fit_plane(points(4.0, 3.0, 0.3, n=12), ordered=False)
+    fit = fit_plane(points(4.0, 3.0, 0.3, n=12), is_ordered=False)
     by_error = judge(fit, resolution_m=None, outcrop_normal=None)
     assert by_error.quality != "good"
     by_shape = judge(
@@ -82,7 +89,7 @@ def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
         resolution_m=None,
         outcrop_normal=None,
         thresholds=replace(
-            TEXTBOOK, profile="loose", least_coplanarity=10.0, most_collinearity=50.0
+            TEXTBOOK_THRESHOLDS, profile="loose", least_coplanarity=10.0, most_collinearity=50.0
         ),
     )
     assert (by_shape.quality, by_shape.profile) == ("good", "loose")
@@ -91,7 +98,7 @@ def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
 
 def test_three_points_are_at_most_doubtful_and_no_plane_is_poor_by_every_profile() -> None:
     three = fit_plane([[0, 0, 0], [3, 0, 1], [0, 3, 1]])
-    for limits in PROFILES.values():
+    for limits in PROFILES_BY_NAME.values():
         verdict = judge(three, resolution_m=0.001, outcrop_normal=None, thresholds=limits)
         assert verdict.quality == "doubtful"
         assert verdict.reasons[0].code == "plane.three-points"
@@ -102,10 +109,10 @@ def test_limits_that_are_no_numbers_are_refused() -> None:
     for wrong in ({"good_M": "4"}, {"good_K": True}, {"by": "taste"}, {"profile": 3}):
         with pytest.raises(TypeError):
             Thresholds(**wrong)  # type: ignore[arg-type]
-    assert DEFAULTS.profile == "error"
+    assert DEFAULT_THRESHOLDS.profile == "error"
 
 
-@pytest.mark.parametrize("limits", PROFILES.values())
+@pytest.mark.parametrize("limits", PROFILES_BY_NAME.values())
 def test_a_profile_in_words_states_every_limit_that_decides(limits: Thresholds) -> None:
     """Each limit is moved to a value of its own, and only those that judge change the words."""
     decides = {

@@ -132,7 +132,7 @@ def test_the_resolution_tilts_a_patch_by_half_a_spacing_over_its_width() -> None
     """Points spread evenly over 6 m by 2 m: half of 0.4 m over 2 m are 5.71 degrees."""
     x, y = np.meshgrid(np.linspace(-3, 3, 301), np.linspace(-1, 1, 101))
     points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
-    fit = fit_plane(points, ordered=False)
+    fit = fit_plane(points, is_ordered=False)
     tilt = resolution_tilt_deg(fit, 0.4, "patch")
     assert tilt == pytest.approx(np.degrees(np.arctan(0.1)), rel=0.02)
     assert total_error_deg(fit, 0.4, "patch") == tilt
@@ -333,7 +333,7 @@ def test_the_extent_of_a_disc_shaped_patch_is_its_diameter() -> None:
     rng = np.random.default_rng(1)
     r, a = 3.0 * np.sqrt(rng.random(20_000)), 2.0 * np.pi * rng.random(20_000)
     points = np.stack([r * np.cos(a), r * np.sin(a), rng.normal(0, 0.01, 20_000)], axis=1)
-    assert feature_extent_m(fit_plane(points, ordered=False), "patch") == pytest.approx(
+    assert feature_extent_m(fit_plane(points, is_ordered=False), "patch") == pytest.approx(
         6.0, rel=0.02
     )
 
@@ -475,7 +475,7 @@ def test_a_line_uncertain_mostly_from_the_registration_has_that_reason(
 
 def test_a_line_of_unknown_error_has_the_cause_as_its_reason() -> None:
     def reasons(fit: FittedLine | None, known: bool = True) -> list[str]:
-        found = judge_line(fit, confidence95_deg=None, plane_is_known=known)
+        found = judge_line(fit, confidence95_deg=None, is_plane_known=known)
         assert found.quality == ("doubtful" if found.reasons else "good")
         return [each.code for each in found.reasons]
 

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from vomstudio.geology.serial_errors import correlated, fit_serial_correlation, whiten
+from vomstudio.geology.serial_errors import correlate, fit_serial_correlation, whiten
 
 Array = npt.NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def test_the_matrix_of_correlations_and_what_makes_errors_independent(rho: float
     matrix = rho**lag
     rng = np.random.default_rng(0)
     values = rng.normal(size=(12, 2))
-    assert correlated(values, rho) == pytest.approx(matrix @ values)
+    assert correlate(values, rho) == pytest.approx(matrix @ values)
     root = whiten(np.eye(12), rho)
     assert root @ matrix @ root.T == pytest.approx(np.eye(12), abs=1e-12)
 

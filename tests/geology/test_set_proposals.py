@@ -16,7 +16,7 @@ from vomstudio.geology.sets.axial_mixture import (
     expected_random_groups,
     propose_clusters,
 )
-from vomstudio.geology.sets.proposals import spacing_along
+from vomstudio.geology.sets.proposals import spacing_along_normal
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.statistics import orientation_tensor
 
@@ -198,11 +198,11 @@ def test_the_spacing_of_planes_a_known_distance_apart() -> None:
     normal = -planes_to_poles(70, 60).ravel()
     along = np.linalg.svd(normal[None])[2][1:]
     places = 0.4 * np.arange(20)[:, None] * normal + chance.normal(0, 3, (20, 2)) @ along
-    mean, cv = spacing_along(normal, places[chance.permutation(20)] + [4e5, 6e6, 300])
+    mean, cv = spacing_along_normal(normal, places[chance.permutation(20)] + [4e5, 6e6, 300])
     assert mean == pytest.approx(0.4)
     assert cv == pytest.approx(0.0, abs=1e-6)
-    assert spacing_along(normal, places[:1]) == (None, None)
-    assert spacing_along(normal, None) == (None, None)
+    assert spacing_along_normal(normal, places[:1]) == (None, None)
+    assert spacing_along_normal(normal, None) == (None, None)
 
 
 def test_ten_planes_in_three_clusters_are_three_sets() -> None:

@@ -18,11 +18,11 @@ from vomstudio.geology.orientation import (
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import (
     SlopeFace,
+    count_pair_members,
     count_pairs,
+    count_pairs_between_sets,
     direct_toppling,
     flexural_toppling,
-    pair_members,
-    pairs_of_sets,
     planar_sliding,
     to_face_frame,
     wedge_sliding,
@@ -211,7 +211,7 @@ def test_planes_of_critical_intersections_are_counted_one_by_one() -> None:
     azimuth, dip = many_planes(4, 40)
     face = some_face(4, "curved")
     normals = to_face_frame(face, planes_to_normals(azimuth, dip))
-    members = pair_members(face, normals)
+    members = count_pair_members(face, normals)
     for i in range(len(dip)):
         others = np.delete(normals, i, axis=0)
         without = count_pairs(face, others[None])
@@ -235,7 +235,7 @@ def test_planes_of_one_set_form_no_wedges() -> None:
         left_out = sum(int(getattr(each, name)[0]) for each in within)
         assert left_out > 0 or name != "of"
         assert getattr(found, name)[0] == getattr(everything, name)[0] - left_out
-    assert found.of[0] + found.parallel[0] == pairs_of_sets(len(dip), sets)
+    assert found.of[0] + found.parallel[0] == count_pairs_between_sets(len(dip), sets)
     assert count_pairs(face, normals[None], sets=np.zeros(len(dip), np.int64)).of[0] == 0
-    members = pair_members(face, normals, sets)
+    members = count_pair_members(face, normals, sets)
     assert members.wedge.sum() == 2 * found.wedge[0]

@@ -18,9 +18,9 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_what_was_noted_is_known() -> None:
-    assert not compilation_state.noted()
-    compilation_state.note()
-    assert compilation_state.noted()
+    assert not compilation_state.is_compilation_recorded()
+    compilation_state.record_compilation()
+    assert compilation_state.is_compilation_recorded()
 
 
 def test_another_machine_and_another_program_are_not_meant(
@@ -31,17 +31,17 @@ def test_another_machine_and_another_program_are_not_meant(
     source = package / "some_kernels.py"
     source.write_text("one = 1\n")
     monkeypatch.setattr(compilation_state, "_PACKAGE", package)
-    compilation_state.note()
-    assert compilation_state.noted()
+    compilation_state.record_compilation()
+    assert compilation_state.is_compilation_recorded()
     with monkeypatch.context() as elsewhere:
         elsewhere.setattr(platform, "node", lambda: "another")
-        assert not compilation_state.noted()
-    assert compilation_state.noted()
+        assert not compilation_state.is_compilation_recorded()
+    assert compilation_state.is_compilation_recorded()
     source.write_text("two = 22\n")
-    assert not compilation_state.noted()
+    assert not compilation_state.is_compilation_recorded()
 
 
 def test_a_folder_that_cannot_be_written_is_no_trouble(kept: Path) -> None:
     kept.write_text("no folder")
-    compilation_state.note()
-    assert not compilation_state.noted()
+    compilation_state.record_compilation()
+    assert not compilation_state.is_compilation_recorded()

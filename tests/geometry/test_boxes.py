@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from vomstudio.geometry.boxes import EDGES, FACES, ClipBox, box_hit, box_range, boxes_hit
+from vomstudio.geometry.boxes import BOX_EDGES, BOX_FACES, ClipBox, box_range, hits_box, hits_boxes
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
 BOX = ClipBox((0.0, 10.0, -3.0), (4.0, 11.0, 2.0))
@@ -67,17 +67,17 @@ def test_corners_edges_and_faces_are_those_of_a_brick() -> None:
     corners = BOX.corners()
     assert ConvexHull(corners).volume == pytest.approx(4.0 * 1.0 * 5.0)
     assert len({tuple(corner) for corner in corners}) == 8
-    lengths = sorted(float(np.abs(corners[a] - corners[b]).sum()) for a, b in EDGES)
+    lengths = sorted(float(np.abs(corners[a] - corners[b]).sum()) for a, b in BOX_EDGES)
     assert lengths == [1.0] * 4 + [4.0] * 4 + [5.0] * 4
-    along_one_axis = [(corners[a] != corners[b]).sum() == 1 for a, b in EDGES]
+    along_one_axis = [(corners[a] != corners[b]).sum() == 1 for a, b in BOX_EDGES]
     assert all(along_one_axis)
-    assert len(FACES) == len(set(FACES)) == 6
-    for axis, side in FACES:
+    assert len(BOX_FACES) == len(set(BOX_FACES)) == 6
+    for axis, side in BOX_FACES:
         on_it = corners[corners[:, axis] == (BOX.low, BOX.high)[side][axis]]
         assert BOX.face_centre(axis, side) == pytest.approx(on_it.mean(axis=0))
 
 
-@pytest.mark.parametrize(("axis", "side"), FACES)
+@pytest.mark.parametrize(("axis", "side"), BOX_FACES)
 def test_a_face_goes_where_it_is_drawn_and_stops_a_hair_before_the_other(
     axis: int, side: int
 ) -> None:
@@ -119,7 +119,7 @@ def test_a_box_holds_its_own_corners_and_nothing_beyond_them() -> None:
     corners, middle = BOX.corners(), (np.array(BOX.low) + BOX.high) / 2
     assert BOX.holds(corners).all()
     assert not BOX.holds(middle + (corners - middle) * (1 + 1e-9)).any()
-    for axis, side in FACES:
+    for axis, side in BOX_FACES:
         beyond = BOX.face_centre(axis, side)
         beyond[axis] += (2 * side - 1) * 1e-9
         assert not BOX.holds(beyond)[0]
@@ -149,7 +149,7 @@ def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
         way /= np.linalg.norm(way)
         points = origin + steps[:, None] * way
         enter, leave = box_range(low, high, origin, way)
-        ahead = boxes_hit(low, high, origin, way)
+        ahead = hits_boxes(low, high, origin, way)
         for k in range(60):
             there = steps[((points >= low[k]) & (points <= high[k])).all(axis=1)]
             if len(there):
@@ -157,8 +157,8 @@ def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
                 assert enter[k] == pytest.approx(there[0], abs=6e-3)
                 assert leave[k] == pytest.approx(there[-1], abs=6e-3)
                 assert ahead[k] == (there[-1] >= 0.0)
-                assert box_hit(low[k], high[k], origin, way) == ahead[k]
-                assert box_hit(low[k], high[k], origin, way, pad=0.1) or not ahead[k]
+                assert hits_box(low[k], high[k], origin, way) == ahead[k]
+                assert hits_box(low[k], high[k], origin, way, pad=0.1) or not ahead[k]
             else:
                 # Grazed for less than a step, or not at all.
                 assert leave[k] - enter[k] < 6e-3
@@ -176,14 +176,14 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
     enter, leave = box_range(low, high, origin, way)
     assert enter[0] == pytest.approx((9.0 - high[0, axis]) / 2.0)
     assert leave[0] == pytest.approx(4.5)
-    assert boxes_hit(low, high, origin, way)[0]
-    assert not boxes_hit(low, high, origin, -way)[0]
-    assert box_hit(low[0], high[0], origin, way)
-    assert not box_hit(low[0], high[0], origin, -way)
+    assert hits_boxes(low, high, origin, way)[0]
+    assert not hits_boxes(low, high, origin, -way)[0]
+    assert hits_box(low[0], high[0], origin, way)
+    assert not hits_box(low[0], high[0], origin, -way)
     beside = origin.copy()
     beside[others[0]] = -0.1
-    assert not box_hit(low[0], high[0], beside, way)
-    assert box_hit(low[0], high[0], beside, way, pad=0.2)
+    assert not hits_box(low[0], high[0], beside, way)
+    assert hits_box(low[0], high[0], beside, way, pad=0.2)
     for k in others:
         for place, meets in (
             (0.0, True),
@@ -193,11 +193,11 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
         ):
             beside = origin.copy()
             beside[k] = place
-            assert boxes_hit(low, high, beside, way)[0] == meets
+            assert hits_boxes(low, high, beside, way)[0] == meets
     # It ends in the near face, or begins on the far one.
     for start, meets in ((0.0, True), (-1e-9, False)):
         origin[axis] = start
-        assert boxes_hit(low, high, origin, way)[0] == meets
+        assert hits_boxes(low, high, origin, way)[0] == meets
 
 
 def test_the_stretch_of_a_ray_is_ahead_of_its_origin() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.frusta import edge, frusta, frustum, frustum_at, good_size
+from vomstudio.geometry.frusta import choose_frustum_size, edge, frusta, frustum, frustum_at
 
 
 def view(seed: int, k1: float = -0.05) -> View:
@@ -70,16 +70,18 @@ def test_a_moved_frustum_is_that_of_the_moved_photo() -> None:
 
 def test_the_size_is_a_share_of_the_spacing_and_of_the_distance() -> None:
     row = np.column_stack([np.arange(8.0), np.zeros(8), np.zeros(8)])
-    assert 0.2 < good_size(row, 30.0) < 0.6
-    assert good_size(10 * row, 300.0) == pytest.approx(10 * good_size(row, 30.0))
+    assert 0.2 < choose_frustum_size(row, 30.0) < 0.6
+    assert choose_frustum_size(10 * row, 300.0) == pytest.approx(
+        10 * choose_frustum_size(row, 30.0)
+    )
     # Frames of a video, far closer to each other than to the rock: still to be seen.
-    assert good_size(row / 1000, 30.0) > 0.1
+    assert choose_frustum_size(row / 1000, 30.0) > 0.1
     # Far apart, but near to the rock: they must not reach into it.
-    assert good_size(100 * row, 4.0) < 1.0
-    assert good_size(row[:1], 10.0) > 0.5
+    assert choose_frustum_size(100 * row, 4.0) < 1.0
+    assert choose_frustum_size(row[:1], 10.0) > 0.5
     # From one spot in all directions.
-    assert good_size(np.zeros((5, 3)), 10.0) > 0.5
-    assert good_size(np.zeros((1, 3)), 0.0) > 0.0
+    assert choose_frustum_size(np.zeros((5, 3)), 10.0) > 0.5
+    assert choose_frustum_size(np.zeros((1, 3)), 0.0) > 0.0
     assert frusta([], np.zeros(3)) == []
 
 
@@ -105,11 +107,11 @@ def test_photos_of_one_spot_say_nothing_of_the_spacing_in_a_scene_of_any_size() 
     for scale in (0.01, 1.0, 1000.0):
         spots = scale * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
         pairs = np.vstack([spots, spots + [0, 1e-7 * min(scale, 1.0), 0]])
-        alone = good_size(spots[:1], 10.0 * scale)
-        assert good_size(pairs, 10.0 * scale) == pytest.approx(alone)
+        alone = choose_frustum_size(spots[:1], 10.0 * scale)
+        assert choose_frustum_size(pairs, 10.0 * scale) == pytest.approx(alone)
     spots = 1000.0 * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
     pairs = np.vstack([spots, spots + [0, 1e-4, 0]])
-    assert good_size(pairs, 1e4) == pytest.approx(good_size(spots[:1], 1e4))
+    assert choose_frustum_size(pairs, 1e4) == pytest.approx(choose_frustum_size(spots[:1], 1e4))
 
 
 @pytest.mark.parametrize(
@@ -125,7 +127,7 @@ def test_photos_of_one_spot_say_nothing_of_the_spacing_in_a_scene_of_any_size() 
 )
 def test_the_size_of_pyramids_in_numbers(step: float, distance: float, wanted: float) -> None:
     row = step * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
-    assert good_size(row, distance) == pytest.approx(wanted)
+    assert choose_frustum_size(row, distance) == pytest.approx(wanted)
 
 
 def test_pyramids_of_a_round_of_photos_have_one_size_and_their_own_places() -> None:

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 import pytest
 
-from vomstudio.geometry.kernels.jit import fast_part, for_kernels, kernel, part, step
+from vomstudio.geometry.kernels.jit import fastmath_part, kernel, part, step, to_kernel_array
 
 
 @pytest.fixture(params=["machine code", "numba"])
@@ -54,9 +54,9 @@ def test_sums_are_made_in_the_order_in_which_they_stand(piece: Any) -> None:
 
 
 def test_no_kernel_keeps_other_threads_waiting() -> None:
-    for piece in (part, step, fast_part):
+    for piece in (part, step, fastmath_part):
         assert piece(lambda x: x).compiled().targetoptions["nogil"]
-    assert fast_part(lambda x: x).compiled().targetoptions["fastmath"]
+    assert fastmath_part(lambda x: x).compiled().targetoptions["fastmath"]
 
 
 @pytest.mark.usefixtures("way")
@@ -121,11 +121,11 @@ def test_a_kernel_that_needs_memory_runs_too() -> None:
 
 def test_an_array_is_copied_for_a_kernel_only_where_it_must_be() -> None:
     sound = np.arange(6.0).reshape(3, 2)
-    assert for_kernels(sound, np.float64) is sound
+    assert to_kernel_array(sound, np.float64) is sound
     locked = sound.copy()
     locked.flags.writeable = False
     for other in (locked, sound[::-1], np.asfortranarray(sound), np.float32(sound), sound.tolist()):
-        found = for_kernels(other, np.float64)
+        found = to_kernel_array(other, np.float64)
         assert found.flags.c_contiguous
         assert found.flags.writeable
         assert found.dtype == np.float64

@@ -105,7 +105,7 @@ OF_ITS_OWN = ("extent", "max_coordinate", "ordered", "axes")
 @pytest.mark.parametrize("thickness", [0.002, 0.05, 0.6])
 def test_a_patch_has_the_figures_of_the_plane_through_its_points(n: int, thickness: float) -> None:
     points = blob(n, n, thickness)
-    patch, plane = moment_fit(points), fit_plane(points, ordered=False)
+    patch, plane = moment_fit(points), fit_plane(points, is_ordered=False)
     for field in fields(FittedPlane):
         if field.name in OF_ITS_OWN:
             continue

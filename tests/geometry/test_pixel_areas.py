@@ -11,7 +11,7 @@ from matplotlib.path import Path as Outline
 
 from vomstudio.geometry.pixel_areas import (
     PixelArea,
-    changed_by,
+    draw_area,
     polygon_area,
     stroke_area,
     whole_area,
@@ -97,7 +97,7 @@ def test_a_shape_hides_what_it_holds_and_taking_it_back_leaves_no_trace() -> Non
             whole_area(WIDE, HIGH),
         ):
             used = before.copy()
-            change = changed_by(used, area, hides)
+            change = draw_area(used, area, hides)
             assert change is not None
             after = before & ~spread(area) if hides else before | spread(area)
             assert np.array_equal(used, after)
@@ -106,7 +106,7 @@ def test_a_shape_hides_what_it_holds_and_taking_it_back_leaves_no_trace() -> Non
             change.do(used)
             assert np.array_equal(used, after)
             # What is so already is no change.
-            assert changed_by(used, area, hides) is None
+            assert draw_area(used, area, hides) is None
             assert np.array_equal(used, after)
 
 
@@ -122,7 +122,7 @@ def test_a_shape_beside_the_picture_has_no_pixels_and_changes_nothing(
     ):
         assert area.inside.size == 0
         assert not spread(area).any()
-        assert changed_by(np.ones((HIGH, WIDE), bool), area, True) is None
+        assert draw_area(np.ones((HIGH, WIDE), bool), area, True) is None
 
 
 def test_the_box_of_a_shape_is_no_larger_than_the_pixels_it_touches() -> None:

@@ -12,7 +12,7 @@ from vomstudio.geometry.coordinate_limits import (
     check_coordinates,
     check_near_model,
     check_on_earth,
-    invalid_places,
+    find_invalid_points,
 )
 
 CUBE = np.array([[576_700.0, 5_188_100.0, 180.0], [576_703.0, 5_188_104.0, 192.0]])
@@ -25,13 +25,13 @@ def test_what_is_no_coordinate_is_refused_alone_in_a_row_and_in_an_array(value):
     assert check_near_model((576_701.0, value, 185.0), CUBE) is not None
     points = np.zeros((3, 3))
     points[1, 2] = value
-    assert invalid_places(points).tolist() == [False, True, False]
+    assert find_invalid_points(points).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize("value", [0.0, -5_188_100.0, 6_378_137_000.0, 4e7])
 def test_metres_and_millimetres_on_earth_are_coordinates(value):
     assert check_coordinates([value]) is None
-    assert not invalid_places(np.full((1, 3), value)).any()
+    assert not find_invalid_points(np.full((1, 3), value)).any()
 
 
 def test_a_place_is_on_a_model_up_to_so_many_of_its_diameters():

@@ -108,7 +108,7 @@ def test_white_noise_is_hardly_penalised_for_being_ordered() -> None:
     points = points + rng.normal(0.0, 0.02, (500, 80, 3))
     offsets = np.arange(501) * 80
     ordered = fit_planes(points.reshape(-1, 3), offsets)
-    free = fit_planes(points.reshape(-1, 3), offsets, ordered=False)
+    free = fit_planes(points.reshape(-1, 3), offsets, is_ordered=False)
     ratio = np.median(ordered.max_confidence95_deg / free.max_confidence95_deg)
     assert 1.0 <= ratio < 1.06
     assert not free.long_roughness.any()
@@ -137,7 +137,9 @@ def test_confidence_shrinks_with_the_number_of_points_and_hyperbolic_errors_do_n
 
     def fit(n: int) -> tuple[float, float]:
         flat = rng.uniform(-1.0, 1.0, (n, 2))
-        f = fit_plane(np.concatenate([flat, rng.normal(0.0, 0.02, (n, 1))], axis=1), ordered=False)
+        f = fit_plane(
+            np.concatenate([flat, rng.normal(0.0, 0.02, (n, 1))], axis=1), is_ordered=False
+        )
         assert f.max_confidence95_deg is not None
         assert f.max_angular_error_deg is not None
         return f.max_confidence95_deg, f.max_angular_error_deg
@@ -154,7 +156,7 @@ def test_confidence_agrees_with_an_independent_f_test_on_its_boundary() -> None:
 
     rng = np.random.default_rng(2)
     points = rng.normal(size=(12, 3)) * [3.0, 1.0, 0.1]
-    fit = fit_plane(points, ordered=False)
+    fit = fit_plane(points, is_ordered=False)
     local = points - points.mean(axis=0)
     for angle, axis in (
         (fit.max_confidence95_deg, fit.axes[1]),
@@ -187,7 +189,7 @@ def test_dip_and_dip_direction_errors_are_the_extremes_of_the_region(dip: float)
     a, b = np.radians(dip), np.radians(35.0)
     turn = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     spin = np.array([[np.cos(b), -np.sin(b), 0], [np.sin(b), np.cos(b), 0], [0, 0, 1]])
-    fit = fit_plane(points @ spin.T @ turn.T, ordered=False)
+    fit = fit_plane(points @ spin.T @ turn.T, is_ordered=False)
     edge = _cone_normals(fit)
     azimuth = np.degrees(np.arctan2(edge[:, 0], edge[:, 1]))
     assert fit.dip_direction_deg is not None
@@ -215,7 +217,7 @@ def test_a_plane_that_may_be_horizontal_has_no_dip_direction_error() -> None:
     rng = np.random.default_rng(4)
     points = rng.normal(size=(20, 3)) * [1.0, 1.0, 0.05] @ np.diag([1, 1, 1])
     points[:, 2] += 0.005 * points[:, 0]
-    fit = fit_plane(points, ordered=False)
+    fit = fit_plane(points, is_ordered=False)
     assert fit.dip_error_deg is not None
     assert fit.dip_deg is not None
     assert fit.dip_error_deg > fit.dip_deg
@@ -245,7 +247,7 @@ def test_odd_traces_get_sane_errors(shape: str, spacing: str) -> None:
     points[:, :, 2] = np.random.default_rng(8).normal(0.0, 0.02, (500, 40))
     offsets = np.arange(501) * 40
     fits = fit_planes(points.reshape(-1, 3), offsets)
-    free = fit_planes(points.reshape(-1, 3), offsets, ordered=False)
+    free = fit_planes(points.reshape(-1, 3), offsets, is_ordered=False)
     ratio = fits.max_confidence95_deg / free.max_confidence95_deg
     assert ratio.min() >= 1.0 - 1e-9
     assert np.median(ratio) < 1.2
@@ -261,7 +263,7 @@ def test_regression_and_inertia_state_like_errors_for_a_gentle_dip(method: str) 
     points[:, :, :2] = rng.uniform(-1.0, 1.0, (20, 2)) * [3.0, 1.0]
     points[:, :, 2] = 0.3 * points[:, :, 0] + rng.normal(0.0, 0.05, (repeats, 20))
     fits = fit_planes(
-        points.reshape(-1, 3), np.arange(repeats + 1) * 20, method=method, ordered=False
+        points.reshape(-1, 3), np.arange(repeats + 1) * 20, method=method, is_ordered=False
     )
     true = np.array([-0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0)
     strike, down = strike_and_dip_lines(fits.dip_direction_deg, fits.dip_deg)
@@ -278,7 +280,7 @@ def test_regression_and_inertia_state_like_errors_for_a_gentle_dip(method: str) 
 @pytest.mark.parametrize("each", [1, 3])
 def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int, each: int) -> None:
     """Against plain matrices: the cosine transform of R, and the form of R with a series."""
-    library = residual_correlation._Library(n, each)
+    library = residual_correlation._ModelLibrary(n, each)
     i = np.arange(n)
     cosines = np.sqrt(2.0 / n) * np.cos(np.pi * np.outer(np.arange(1, n), i + 0.5) / n)
     places = np.arange(n * each) / (n * each - 1.0)
@@ -288,13 +290,16 @@ def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int, each:
     for k in (
         0,
         3,
-        len(residual_correlation.SHORT) + len(residual_correlation.LONG) + 2,
-        len(residual_correlation.LENGTH) - 3,
+        len(residual_correlation.SHORT_LENGTHS) + len(residual_correlation.LONG_LENGTHS) + 2,
+        len(residual_correlation.MODEL_LENGTHS) - 3,
     ):
         r = np.eye(n * each)
         if k > 0:
-            x, w = h / residual_correlation.LENGTH[k - 1], residual_correlation.WHITE[k - 1]
-            smooth = residual_correlation.SMOOTH[k - 1]
+            x, w = (
+                h / residual_correlation.MODEL_LENGTHS[k - 1],
+                residual_correlation.MODEL_WHITE_SHARES[k - 1],
+            )
+            smooth = residual_correlation.IS_SMOOTH_MODEL[k - 1]
             r = (1.0 - w) * (np.exp(-0.5 * x * x) if smooth else np.exp(-x)) + w * r
         r = r.reshape(n, each, n, each).mean(axis=(1, 3))  # of the means of pieces
         r /= r[0, 0]
@@ -310,7 +315,7 @@ def test_a_very_long_trace_is_compared_by_pieces_without_changing_its_errors() -
     for _ in range(20):
         t = np.linspace(-1.0, 1.0, 5000)
         points = np.stack([5.0 * t, 2.0 * t * t, rng.normal(0.0, 0.02, 5000)], axis=1)
-        ordered, free = fit_plane(points), fit_plane(points, ordered=False)
+        ordered, free = fit_plane(points), fit_plane(points, is_ordered=False)
         assert ordered.max_confidence95_deg is not None
         assert free.max_confidence95_deg is not None
         ratios.append(ordered.max_confidence95_deg / free.max_confidence95_deg)
@@ -322,38 +327,45 @@ def test_a_very_long_trace_is_compared_by_pieces_without_changing_its_errors() -
 
 def test_models_of_roughness_have_the_weights_that_their_calibration_says() -> None:
     """Those of a tenth of the trace, from where they grow with a power of the length."""
-    pure = residual_correlation.WHITE == 0.0
-    long = residual_correlation.LENGTH > residual_correlation.LONGER_THAN_A_TENTH
+    pure = residual_correlation.MODEL_WHITE_SHARES == 0.0
+    long = residual_correlation.MODEL_LENGTHS > residual_correlation.MIN_LONG_LENGTH
     for smooth in (False, True):
-        kind = (smooth == residual_correlation.SMOOTH) & pure
+        kind = (smooth == residual_correlation.IS_SMOOTH_MODEL) & pure
         some = kind & ~long | (
-            kind & np.isin(residual_correlation.LENGTH, residual_correlation.SHORT)
+            kind & np.isin(residual_correlation.MODEL_LENGTHS, residual_correlation.SHORT_LENGTHS)
         )
-        length, weight = residual_correlation.LENGTH[some], residual_correlation.WEIGHT[some]
-        assert len(length) == len(residual_correlation.SHORT)
+        length, weight = (
+            residual_correlation.MODEL_LENGTHS[some],
+            residual_correlation.MODEL_WEIGHTS[some],
+        )
+        assert len(length) == len(residual_correlation.SHORT_LENGTHS)
         wanted = (
-            residual_correlation.KIND_WEIGHT[smooth]
-            * (length / 0.1) ** residual_correlation.KIND_SLOPE[smooth]
+            residual_correlation.SMOOTHNESS_WEIGHTS[smooth]
+            * (length / 0.1) ** residual_correlation.SMOOTHNESS_WEIGHT_SLOPES[smooth]
         )
         assert weight == pytest.approx(wanted)
-        far = kind & np.isin(residual_correlation.LENGTH, residual_correlation.LONG)
+        far = kind & np.isin(residual_correlation.MODEL_LENGTHS, residual_correlation.LONG_LENGTHS)
         assert (
-            residual_correlation.WEIGHT[far].tolist()
-            == [residual_correlation.LONG_WEIGHT[smooth]] * 2
+            residual_correlation.MODEL_WEIGHTS[far].tolist()
+            == [residual_correlation.LONG_LENGTH_WEIGHTS[smooth]] * 2
         )
     for share, each in zip(
-        residual_correlation.MIXED_WHITE, residual_correlation.MIXED_WEIGHT, strict=True
+        residual_correlation.MIXED_WHITE_SHARES, residual_correlation.MIXED_WEIGHT, strict=True
     ):
-        mixed = share == residual_correlation.WHITE
-        assert not residual_correlation.SMOOTH[mixed].any()
+        mixed = share == residual_correlation.MODEL_WHITE_SHARES
+        assert not residual_correlation.IS_SMOOTH_MODEL[mixed].any()
         wanted = (
-            each * (residual_correlation.LENGTH[mixed] / 0.1) ** residual_correlation.MIXED_SLOPE
+            each
+            * (residual_correlation.MODEL_LENGTHS[mixed] / 0.1)
+            ** residual_correlation.MIXED_WEIGHT_SLOPE
         )
-        assert residual_correlation.WEIGHT[mixed] == pytest.approx(wanted)
+        assert residual_correlation.MODEL_WEIGHTS[mixed] == pytest.approx(wanted)
     # Lengths go down from sqrt 2 tenths by halves of an octave.
-    steps = np.array(residual_correlation.SHORT[1:]) / np.array(residual_correlation.SHORT[:-1])
+    steps = np.array(residual_correlation.SHORT_LENGTHS[1:]) / np.array(
+        residual_correlation.SHORT_LENGTHS[:-1]
+    )
     assert steps == pytest.approx(np.full(8, np.sqrt(0.5)))
-    assert residual_correlation.SHORT[1] == pytest.approx(0.1)
+    assert residual_correlation.SHORT_LENGTHS[1] == pytest.approx(0.1)
 
 
 def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
@@ -392,7 +404,7 @@ def test_the_region_of_a_regression_is_that_of_its_slopes(axis: str, n: int) -> 
     points = np.empty((n, 3))
     points[:, others] = rng.normal(size=(n, 2)) * [3.0, 1.0]
     points[:, i] = points[:, others] @ [0.7, -0.4] + rng.normal(0.0, 1e-5, n)
-    fit = fit_plane(points, method="regression", axis=axis, ordered=False)  # type: ignore[arg-type]
+    fit = fit_plane(points, method="regression", axis=axis, is_ordered=False)  # type: ignore[arg-type]
     x = points[:, others] - points[:, others].mean(axis=0)
     slopes, left, *_ = np.linalg.lstsq(x, points[:, i] - points[:, i].mean())
     root = np.linalg.cholesky(np.linalg.inv(x.T @ x) * 2.0 * f.ppf(0.95, 2, n - 3) / (n - 3) * left)

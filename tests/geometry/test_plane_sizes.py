@@ -82,7 +82,7 @@ def test_the_expected_error_is_that_of_the_fit_of_such_a_disc():
         turn, radius = rng.uniform(0, 2 * np.pi, count), size / 2 * np.sqrt(rng.random(count))
         points = np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=-1)
         points = np.column_stack([points, rng.normal(0, sizes.noise, count)])
-        found.append(fit_plane(points, ordered=False).max_confidence95_deg)
+        found.append(fit_plane(points, is_ordered=False).max_confidence95_deg)
     # The larger of the two axes of an ellipse that is round but for chance,
     # which makes it longer by some percent.
     assert np.median(found) == pytest.approx(sizes.error_deg(size), rel=0.15)

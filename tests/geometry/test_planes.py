@@ -181,7 +181,9 @@ def test_walking_a_trace_backwards_changes_nothing() -> None:
 def test_the_order_of_points_does_not_matter_where_there_is_none() -> None:
     points = bent_trace(8)
     mixed = np.random.default_rng(0).permutation(points)
-    same_but_turned(fit_plane(points, ordered=False), fit_plane(mixed, ordered=False), 0.0, 1e-9)
+    same_but_turned(
+        fit_plane(points, is_ordered=False), fit_plane(mixed, is_ordered=False), 0.0, 1e-9
+    )
 
 
 @pytest.mark.parametrize("method", ["pca", "regression"])
@@ -195,7 +197,7 @@ def test_a_batch_gives_what_single_fits_give(method: str, ordered: bool) -> None
     groups[20] = groups[20].copy()
     groups[20][0, 1] = np.nan
     offsets = np.concatenate([[0], np.cumsum([len(g) for g in groups])])
-    fits = fit_planes(np.concatenate(groups), offsets, method=method, ordered=ordered)
+    fits = fit_planes(np.concatenate(groups), offsets, method=method, is_ordered=ordered)
     assert len(fits) == len(groups)
     for i, group in enumerate(groups):
         if i in (5, 9, 12, 20):
@@ -203,9 +205,9 @@ def test_a_batch_gives_what_single_fits_give(method: str, ordered: bool) -> None
             assert np.isnan(fits.normal[i]).all()
             assert fits[i].dip_deg is None
             with pytest.raises(GeometryError):
-                fit_plane(group, method=method, ordered=ordered)
+                fit_plane(group, method=method, is_ordered=ordered)
             continue
-        single = fit_plane(group, method=method, ordered=ordered)
+        single = fit_plane(group, method=method, is_ordered=ordered)
         same_but_turned(fits[i], single, 0.0, 1e-6)
 
 
@@ -291,7 +293,7 @@ def test_three_points_have_an_attitude_and_no_errors() -> None:
 def test_a_point_clicked_twice_is_no_fourth_witness() -> None:
     triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, -1.0]])
     assert fit_plane(triangle[[0, 1, 2, 2]]).max_confidence95_deg is None
-    assert fit_plane(triangle[[0, 1, 2, 0]], ordered=False).max_confidence95_deg is None
+    assert fit_plane(triangle[[0, 1, 2, 0]], is_ordered=False).max_confidence95_deg is None
 
 
 def test_points_exactly_in_one_plane_have_no_error_and_an_infinite_coplanarity() -> None:
@@ -457,8 +459,8 @@ def test_turning_the_world_in_any_way_turns_the_normal_alone(seed: int, method: 
         # Regression knows its axis: axes that change places are all that it bears.
         turn = np.eye(3)[rng.permutation(3)]
     axis = "xyz"[int(np.flatnonzero(turn[:, 2])[0])] if method == "regression" else "z"
-    a = fit_plane(points, method=method, ordered=False)  # type: ignore[arg-type]
-    b = fit_plane(points @ turn.T, method=method, axis=axis, ordered=False)  # type: ignore[arg-type]
+    a = fit_plane(points, method=method, is_ordered=False)  # type: ignore[arg-type]
+    b = fit_plane(points @ turn.T, method=method, axis=axis, is_ordered=False)  # type: ignore[arg-type]
     assert abs(b.normal @ (turn @ a.normal)) == pytest.approx(1.0, abs=1e-12)
     for name in ("rms", "residual", "extent", "trace", "M", "K", "coplanarity", "collinearity"):
         assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-7), name
@@ -477,12 +479,14 @@ def test_points_picked_twice_are_looked_for_in_short_traces(count: int) -> None:
     """Of sixteen points, one of them twice, fifteen count; in a longer trace it matters little."""
     points = bent_trace(5, n=count - 1)
     repeated = points[[*range(count - 1), 3]]
-    fit = fit_plane(repeated, ordered=False)
+    fit = fit_plane(repeated, is_ordered=False)
     assert fit.n_effective == count - (count == 16)
     for k, same in ((0, True), (1, False)):
         near = repeated.copy()
         near[-1, 0] += k * 1e-9
-        assert (fit_plane(near, ordered=False).n_effective == count - 1) == (same and count == 16)
+        assert (fit_plane(near, is_ordered=False).n_effective == count - 1) == (
+            same and count == 16
+        )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -491,7 +495,7 @@ def test_the_thickness_of_a_long_straight_trace_is_known_to_its_last_digits(seed
     rng = np.random.default_rng(seed)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     points = rng.normal(size=(30, 3)) * [300.0, 1e-3, 1e-8] @ turn.T
-    fit = fit_plane(points, ordered=False)
+    fit = fit_plane(points, is_ordered=False)
     _, singular, axes = np.linalg.svd(points - points.mean(axis=0))
     assert fit.rms == pytest.approx(singular[2] / np.sqrt(30), rel=1e-3)
     assert np.linalg.norm(np.cross(fit.normal, axes[2])) < 1e-6

@@ -44,9 +44,9 @@ def correlations(n: int, each: int) -> tuple[np.ndarray, np.ndarray]:
     h = np.abs(places[:, None] - places)
     found, whites = [np.eye(n)], [1.0]
     for length, white, smooth in zip(
-        residual_correlation.LENGTH,
-        residual_correlation.WHITE,
-        residual_correlation.SMOOTH,
+        residual_correlation.MODEL_LENGTHS,
+        residual_correlation.MODEL_WHITE_SHARES,
+        residual_correlation.IS_SMOOTH_MODEL,
         strict=True,
     ):
         x = h / length
@@ -107,18 +107,23 @@ def plainly(u: np.ndarray, v: np.ndarray, r: np.ndarray, dof: float) -> tuple[fl
 
     low = np.maximum(n - mean - s[:, 0] - s[:, 1], 1e-3 * n)
     heard = slice(0, residual_correlation.N_FREQUENCIES)
-    model = s[:, heard] * ((n - 3.0) / low)[:, None] + residual_correlation.NOISE_FLOOR
-    seen = power[2][heard] * (n - 3.0) + residual_correlation.NOISE_FLOOR * left[heard]
+    model = s[:, heard] * ((n - 3.0) / low)[:, None] + residual_correlation.MIN_NOISE_SHARE
+    seen = power[2][heard] * (n - 3.0) + residual_correlation.MIN_NOISE_SHARE * left[heard]
     number = left[heard].sum() * share
     told = -0.5 * (np.log(model) @ left[heard] + number * np.log((seen / model).sum(axis=1)))
-    falls = np.where(residual_correlation.SMOOTH, np.sqrt(2.0), 1.0) * residual_correlation.LENGTH
-    prior = np.where(falls > each / (n * each - 1.0), residual_correlation.WEIGHT, 0.0)
+    falls = (
+        np.where(residual_correlation.IS_SMOOTH_MODEL, np.sqrt(2.0), 1.0)
+        * residual_correlation.MODEL_LENGTHS
+    )
+    prior = np.where(falls > each / (n * each - 1.0), residual_correlation.MODEL_WEIGHTS, 0.0)
     white = max(
         (residual_correlation.WHITE_POINTS / n) ** residual_correlation.WHITE_POWER,
         residual_correlation.MIN_WHITE_WEIGHT,
     )
-    even = np.exp(told - told.max()) * np.append(True, residual_correlation.WHITE == 0.0)
-    far = np.append(False, residual_correlation.LENGTH > 0.12)
+    even = np.exp(told - told.max()) * np.append(
+        True, residual_correlation.MODEL_WHITE_SHARES == 0.0
+    )
+    far = np.append(False, residual_correlation.MODEL_LENGTHS > 0.12)
     weight = (np.exp(told - told.max()) * np.append(white, prior)) ** residual_correlation.SHARPNESS
     weight /= weight.sum()
 
@@ -267,15 +272,17 @@ def test_belief_in_models_is_shared_out_however_far_apart_they_are() -> None:
 def test_a_length_is_believed_in_where_neighbours_still_share_more_than_1_in_e(each: int) -> None:
     """Of the means of pieces, over the length of a piece."""
     told = 0
-    for k, length in enumerate(residual_correlation.LENGTH):
-        fallen = length * (np.sqrt(2.0) if residual_correlation.SMOOTH[k] else 1.0)
+    for k, length in enumerate(residual_correlation.MODEL_LENGTHS):
+        fallen = length * (np.sqrt(2.0) if residual_correlation.IS_SMOOTH_MODEL[k] else 1.0)
         first = int(1.0 / fallen + 1.0 / each) + 1
         for n, known in ((first, True), (first - 1, False)):
             assert (fallen * (n * each - 1.0) > each) == known
             if n >= residual_correlation.MIN_POINTS:
-                weight = np.exp(residual_correlation._Library(n, each).log_weight[k + 1])
+                weight = np.exp(residual_correlation._ModelLibrary(n, each).log_weight[k + 1])
                 assert weight == pytest.approx(
-                    residual_correlation.WEIGHT[k] if known else residual_correlation.MIN_FLOAT
+                    residual_correlation.MODEL_WEIGHTS[k]
+                    if known
+                    else residual_correlation.MIN_FLOAT
                 )
                 told += 1
     assert told > 30

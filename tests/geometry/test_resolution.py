@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vomstudio.geometry.resolution import FewPoints, effective_resolution
+from vomstudio.geometry.resolution import SmallPointTree, effective_resolution
 from vomstudio.geometry.surface import VertexSurface
 
 DENSITY = 400.0
@@ -77,7 +77,7 @@ def test_points_at_one_place_have_none():
 
 def test_few_points_need_no_tree_for_the_same_answer():
     points = at_random(noise=0.02, density=2.5) - [465_123.0, 4_612_345.0, 820.0]
-    few = effective_resolution(points, FewPoints(points), points)
+    few = effective_resolution(points, SmallPointTree(points), points)
     assert few == pytest.approx(effective_resolution(points, cKDTree(points), points), rel=1e-9)
 
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import place_keys, welded
+from vomstudio.geometry.coincident_points import position_keys, weld_points
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.geometry.progressive_order import arrange
@@ -37,18 +37,18 @@ def test_points_are_turned_scaled_and_shifted_and_come_back() -> None:
 @pytest.mark.parametrize("scale", [0.001, 1.0, 2.5, 304.8])
 def test_directions_turn_and_keep_their_length(scale: float) -> None:
     vectors = np.random.default_rng(1).normal(size=(5, 3))
-    assert transform.scale_of(similarity(scale)) == pytest.approx(scale)
+    assert transform.scale_factor(similarity(scale)) == pytest.approx(scale)
     assert transform.rotate(similarity(scale), vectors) == pytest.approx(TURN.apply(vectors))
 
 
 def test_a_mirror_has_a_positive_scale() -> None:
-    assert transform.scale_of(np.diag([-2.0, 2.0, 2.0, 1.0])) == pytest.approx(2.0)
+    assert transform.scale_factor(np.diag([-2.0, 2.0, 2.0, 1.0])) == pytest.approx(2.0)
 
 
 def test_points_at_one_place_have_one_number() -> None:
     rng = np.random.default_rng(2)
     grid = rng.integers(-3, 4, (2000, 3)) * 0.1 + SHIFT
-    number = welded(grid)
+    number = weld_points(grid)
     _, theirs = np.unique(grid, axis=0, return_inverse=True)
     assert sorted(set(number.tolist())) == list(range(number.max() + 1))
     pairs = set(zip(number.tolist(), theirs.ravel().tolist(), strict=True))
@@ -56,15 +56,15 @@ def test_points_at_one_place_have_one_number() -> None:
 
 
 def test_minus_zero_is_the_place_of_zero_and_the_order_of_axes_matters() -> None:
-    zero, minus = place_keys(np.array([[0.0, 1.0, 2.0], [-0.0, 1.0, 2.0]]))
+    zero, minus = position_keys(np.array([[0.0, 1.0, 2.0], [-0.0, 1.0, 2.0]]))
     assert zero == minus
     orders = np.array([[1, 2, 3], [1, 3, 2], [2, 1, 3], [2, 3, 1], [3, 1, 2], [3, 2, 1]], float)
-    assert len(set(place_keys(orders).tolist())) == 6
+    assert len(set(position_keys(orders).tolist())) == 6
     rows = np.random.default_rng(3).normal(size=(100_000, 3))
-    assert len(np.unique(place_keys(rows))) == 100_000
+    assert len(np.unique(position_keys(rows))) == 100_000
     # Small whole numbers differ in a few bits only.
     whole = np.stack(np.meshgrid(*[np.arange(40.0)] * 3), axis=-1).reshape(-1, 3)
-    assert len(np.unique(place_keys(whole))) == 64_000
+    assert len(np.unique(position_keys(whole))) == 64_000
 
 
 def test_the_box_of_a_model_is_that_of_its_points() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.units import UNPLACED, WORLD, Axes
+from vomstudio.geometry.units import UNPLACED_AXES, WORLD, Axes
 from vomstudio.io.models.writing import write_model
 from vomstudio.project.tables.orientation_table import write_orientation_csv
 
@@ -26,7 +26,7 @@ def said_by(path: Path) -> str:
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_model_without_scale_is_in_model_units_without_north(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"model{ending}"
-    write_model(CLOUD, None, path, axes=UNPLACED)
+    write_model(CLOUD, None, path, axes=UNPLACED_AXES)
     said = said_by(path)
     assert "model units" in said
     for wrong in ("metre", "east", "north, z up"):
@@ -42,7 +42,7 @@ def test_a_placed_model_says_metres(tmp_path: Path, ending: str) -> None:
 
 
 def test_a_table_says_the_units_of_its_models(tmp_path: Path) -> None:
-    write_orientation_csv(tmp_path / "a.csv", [], axes=UNPLACED)
+    write_orientation_csv(tmp_path / "a.csv", [], axes=UNPLACED_AXES)
     head = (tmp_path / "a.csv").read_text().split("\nid")[0]
     assert f"in {UNPLACED.unit}" in head
     assert f"square {UNPLACED.unit}" in head
@@ -53,7 +53,11 @@ def test_a_table_says_the_units_of_its_models(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("axes", "unit", "east"),
-    [(UNPLACED, "unknown", False), (Axes(True, False), "metre", False), (WORLD, "metre", True)],
+    [
+        (UNPLACED_AXES, "unknown", False),
+        (Axes(True, False), "metre", False),
+        (WORLD, "metre", True),
+    ],
 )
 def test_a_geopackage_names_no_axis_east_without_a_north(
     tmp_path: Path, axes: Axes, unit: str, east: bool

@@ -90,7 +90,7 @@ def test_a_bed_that_is_known_lies_in_its_band_on_the_outcrop() -> None:
     for _ in range(300):
         picked = near[rng.choice(len(near), 25, replace=False)]
         belief = plane_estimate_from_fit(
-            fit_plane(picked + 0.02 * rng.standard_normal(picked.shape), ordered=False)
+            fit_plane(picked + 0.02 * rng.standard_normal(picked.shape), is_ordered=False)
         )
         half = belief.t95 * belief.position_sd(whole)
         held.append(np.abs(belief.distances(whole)) <= half)

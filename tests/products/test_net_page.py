@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle
 
 from tests.products.net_places import parts, places
 from tests.tiers import first_in_default_tier
-from vomstudio.geology.density import round_levels
+from vomstudio.geology.density import choose_round_levels
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
 from vomstudio.geology.stereonet import confidence_ellipse, great_circles, line_at, project
@@ -328,7 +328,7 @@ def test_levels_of_contours_are_even_round_and_at_most_eight(method: str) -> Non
     }[method]
     tops = [*(10.0 ** rng.uniform(-1, powers, 400)), 2.0, 4.0, 16.0, 16.1, 8.0, 1.0]
     for top in [*tops, *(8.0 * step for step in steps)]:
-        levels = round_levels(float(top), method)
+        levels = choose_round_levels(float(top), method)
         assert len(levels) <= 8
         assert all(0.0 < level < top for level in levels)
         if not levels:
@@ -338,10 +338,10 @@ def test_levels_of_contours_are_even_round_and_at_most_eight(method: str) -> Non
         assert levels[0] == min(step for step in steps if top / step <= 8)
         # As many as there is room for: the next level is the top or beyond it.
         assert levels[-1] + levels[0] >= top
-    assert round_levels(1e5, method) == [steps[-1]]
-    assert round_levels(7.0, "kamb") == [2.0, 4.0, 6.0]
-    assert round_levels(7.0, "schmidt") == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
-    assert round_levels(30.0, "kamb") == [4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0]
+    assert choose_round_levels(1e5, method) == [steps[-1]]
+    assert choose_round_levels(7.0, "kamb") == [2.0, 4.0, 6.0]
+    assert choose_round_levels(7.0, "schmidt") == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert choose_round_levels(30.0, "kamb") == [4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0]
 
 
 def test_a_selection_does_not_change_the_net_that_it_is_drawn_on() -> None:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from tests.products.net_places import parts, places
 from vomstudio.geology.folds import fold_axis
-from vomstudio.geology.notation import degrees
+from vomstudio.geology.notation import format_error_deg
 from vomstudio.geology.orientation import (
     Line,
     Plane,
@@ -110,7 +110,7 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     assert (striae.text, striae.line) == ("Striae, lines (n = 2)", None)
     assert (beds.like, beds.color) == (sets[0], sets[0].color)
     major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
-    errors = f"±{degrees(major)} / ±{degrees(minor)}"
+    errors = f"±{format_error_deg(major)} / ±{format_error_deg(minor)}"
     assert beta.text == f"β, joint 95 %: {errors}, n = {fold.n}"
     plane = fold.pi_plane
     assert pi.text == f"π-plane {plane.dip_direction_deg:05.1f}/{plane.dip_deg:04.1f}"

@@ -101,7 +101,7 @@ def blob(thickness: float = 0.02) -> FittedPlane:
     rng = np.random.default_rng(1)
     flat = rng.normal(size=(40, 3)) * [3.0, 1.0, thickness]
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    return fit_plane(flat @ turn, ordered=False)
+    return fit_plane(flat @ turn, is_ordered=False)
 
 
 @pytest.mark.parametrize("axis", ["largest", "smallest"])
@@ -175,7 +175,7 @@ def frame(plane: Plane) -> tuple[np.ndarray, np.ndarray]:
 
 def test_a_level_floor_is_checked_too() -> None:
     x, y = (k.ravel() for k in np.meshgrid(np.arange(5.0), np.arange(4.0)))
-    fit = fit_plane(np.column_stack([x, y, 0 * x]), ordered=False)
+    fit = fit_plane(np.column_stack([x, y, 0 * x]), is_ordered=False)
     assert (fit.max_confidence95_deg, fit.min_confidence95_deg) == (0.0, 0.0)
     assert plane_check("x", fit, Plane(0, 0)).within is True
     assert plane_check("x", fit, Plane(10, 1)).within is False

@@ -193,7 +193,7 @@ def test_a_mesh_whose_roughness_is_below_its_edges_is_refused_unless_its_noise_i
     assert analyse(mesh).hurst is None
     inputs = analyse(mesh, noise_m=0.00005)
     assert pytest.approx(0.7, abs=max(inputs.hurst.error95, 0.1)) == inputs.hurst.H
-    assert len(inputs.hurst.directions) == increments.DIRECTIONS
+    assert len(inputs.hurst.directions) == increments.N_DIRECTIONS
 
 
 def test_a_smooth_bend_has_no_exponent() -> None:

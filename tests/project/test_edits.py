@@ -11,7 +11,7 @@ from tests.messages import refused
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.core.errors import DocumentError, GeometryError
 from vomstudio.core.identifiers import new_id
-from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.kinds.dimension import Dimension
@@ -393,7 +393,7 @@ def test_a_model_is_declared_located_and_removed_in_words() -> None:
     ):
         with refused(code, DocumentError):
             edits.declare_frame(there, "m1", wrong)
-    edits.declare_frame(there, "m1", UNDECLARED)
+    edits.declare_frame(there, "m1", UNDECLARED_FRAME)
     place = edits.relocate_model(there, "m1", "there/cliff.obj", HASH)
     assert place.after == {"m1": replace(MODEL, path="there/cliff.obj")}
     with refused("model.other-file", DocumentError, model="cliff"):

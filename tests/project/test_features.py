@@ -110,7 +110,7 @@ def test_a_patch_fits_as_its_points_do_and_turns_with_its_model():
     points = on_plane(BED, 3, n=400)
     feature = patch(points)
     measured = measure_all(records(feature), [feature])[0]
-    outside = fit_plane(points, ordered=False)
+    outside = fit_plane(points, is_ordered=False)
     assert measured.fit.normal == pytest.approx(outside.normal, abs=1e-9)
     assert measured.fit.rms == pytest.approx(outside.rms, rel=1e-9)
     assert measured.max_confidence95_deg == pytest.approx(outside.max_confidence95_deg, rel=0.25)

@@ -22,7 +22,7 @@ from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.project import catalogue as of
 from vomstudio.project import slip_figures as slip
 from vomstudio.project.catalogue import IN_WORLD
-from vomstudio.project.figures import Figure, Form, Subject, Unit, degrees, number
+from vomstudio.project.figures import Figure, Form, Subject, Unit, format_error_deg, number
 from vomstudio.project.kinds import FIGURES, KINDS
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
@@ -65,7 +65,7 @@ EVERY = tuple(
     ],
 )
 def test_an_error_is_told_with_the_two_digits_that_mean_something(value, text):
-    assert degrees(value) == text
+    assert format_error_deg(value) == text
 
 
 @pytest.mark.parametrize("digits", [2, 3])
@@ -338,7 +338,11 @@ def test_a_line_names_the_plane_that_bears_it():
 
 
 def test_a_negative_rake_is_written_with_the_digits_of_a_positive_one():
-    assert (degrees(-40.2), degrees(-4.26), degrees(-0.5)) == ("-40°", "-4.3°", "-0.50°")
+    assert (format_error_deg(-40.2), format_error_deg(-4.26), format_error_deg(-0.5)) == (
+        "-40°",
+        "-4.3°",
+        "-0.50°",
+    )
 
 
 def test_every_column_of_a_reading_says_what_the_compass_said():

@@ -202,8 +202,8 @@ def test_each_type_has_its_layers_in_its_own_colour(
         expected = dxf.color_number(records[id_].color)
         mine = [n for n in colors if n == name or n.startswith(f"{name}_")]
         assert {colors[n] for n in mine} == {expected}
-        assert expected != dxf.WHITE
-    assert colors["distance_dimensions"] == dxf.WHITE
+        assert expected != dxf.WHITE_COLOR_NUMBER
+    assert colors["distance_dimensions"] == dxf.WHITE_COLOR_NUMBER
     used = {entity.dxf.layer for entity in drawing.modelspace()}
     assert used == {
         "bedding",

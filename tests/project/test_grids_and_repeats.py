@@ -9,7 +9,7 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import DocumentError
-from vomstudio.geology.coverage.face_coverage import TITLES
+from vomstudio.geology.coverage.face_coverage import MARK_TITLES
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits, grid_edits, repeated_features
 from vomstudio.project.codec import decode, encode
@@ -34,7 +34,7 @@ def trace(id_: str, **values) -> Trace:
 
 
 def test_marks_are_letters_that_both_sides_know() -> None:
-    assert set(grid_edits.MARKS) == set(TITLES)
+    assert set(grid_edits.MARKS) == set(MARK_TITLES)
 
 
 def test_a_grid_is_laid_marked_renamed_and_removed() -> None:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project.codec import decode
@@ -48,14 +48,14 @@ def test_a_frame_says_what_is_known_of_it() -> None:
         (Frame("crs", "EPSG:32633"), True, True, "EPSG:32633, grid north"),
         (Frame("local"), True, True, "local, north known"),
         (Frame("scaled"), False, True, "local frame in metres: not registered"),
-        (UNDECLARED, False, False, "local frame: not registered"),
+        (UNDECLARED_FRAME, False, False, "local frame: not registered"),
     ):
         assert (frame.has_north, frame.has_metres, frame.name()) == (north, metres, words)
 
 
 def test_a_model_that_nothing_is_known_of_lies_as_its_file_says() -> None:
     assert np.array(IDENTITY).tolist() == np.eye(4).tolist()
-    assert MODEL.frame == UNDECLARED
+    assert MODEL.frame == UNDECLARED_FRAME
     assert np.array(MODEL.to_world).tolist() == np.eye(4).tolist()
     assert MODEL.registration is None
     assert np.array(Registration("g", "g", "gps").to_world()).tolist() == np.eye(4).tolist()

@@ -13,7 +13,7 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import DocumentError
-from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, TEXTBOOK_THRESHOLDS, Thresholds
 from vomstudio.project import edits
 from vomstudio.project.codec import decode_edit, encode_edit
 from vomstudio.project.exports.export import export_records
@@ -22,7 +22,7 @@ from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements, depends_on
 from vomstudio.project.records import DEFAULT_TYPES, PROFILE_ID, Model, Record
 
-OWN = replace(TEXTBOOK, profile="strict", least_coplanarity=1e6)
+OWN = replace(TEXTBOOK_THRESHOLDS, profile="strict", least_coplanarity=1e6)
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_a_profile_touches_every_feature(records: dict[str, Record]) -> None:
 @pytest.mark.parametrize(
     ("limits", "code", "field"),
     [
-        (replace(DEFAULTS, good_M=5.0), "profile.fixed", "profile"),
+        (replace(DEFAULT_THRESHOLDS, good_M=5.0), "profile.fixed", "profile"),
         (replace(OWN, profile="  "), "name.empty", "profile"),
         (
             replace(OWN, least_coplanarity=0.0),
@@ -95,7 +95,7 @@ def test_it_is_written_and_read_again(records: dict[str, Record]) -> None:
     again = decode_edit(first.label, *encode_edit(first), records)
     assert again.after == first.after
     judged = {**records, PROFILE_ID: first.after[PROFILE_ID]}
-    second = edits.judge_by(judged, TEXTBOOK)  # type: ignore[arg-type]
+    second = edits.judge_by(judged, TEXTBOOK_THRESHOLDS)  # type: ignore[arg-type]
     assert decode_edit(second.label, *encode_edit(second), judged).after == second.after  # type: ignore[arg-type]
 
 
@@ -119,12 +119,14 @@ def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> N
         assert PROFILE_ID not in project.session.records
 
 
-@pytest.mark.parametrize("profile", [DEFAULTS, TEXTBOOK, OWN], ids=lambda each: each.profile)
+@pytest.mark.parametrize(
+    "profile", [DEFAULT_THRESHOLDS, TEXTBOOK_THRESHOLDS, OWN], ids=lambda each: each.profile
+)
 def test_every_file_of_verdicts_names_the_profile_and_its_limits(
     records: dict[str, Record], tmp_path: Path, profile: Thresholds
 ) -> None:
     judged = records
-    if profile is not DEFAULTS:
+    if profile is not DEFAULT_THRESHOLDS:
         judged = {**records, **edits.judge_by(records, profile).after}
     table, layers = tmp_path / "t.csv", tmp_path / "t.gpkg"
     export_records(judged, "csv", table)

@@ -194,8 +194,8 @@ def test_points_within_the_floor_join_however_exact_the_others_are() -> None:
     target = truth(points)
     target[7] += [0.0, 0.49, 0.0]
     assert not fit_robustly(points, target)[1][7]
-    assert not fit_robustly(points, target, floor=0.45)[1][7]
-    found, used = fit_robustly(points, target, floor=0.55)
+    assert not fit_robustly(points, target, min_sigma=0.45)[1][7]
+    found, used = fit_robustly(points, target, min_sigma=0.55)
     assert used.all()
     assert found(points) == pytest.approx(fit_similarity(points, target)(points))
 

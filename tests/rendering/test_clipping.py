@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.rendering.view.clipping import EDGES, FACES, ClipBox, along_axis, limits_for
+from vomstudio.rendering.view.clipping import BOX_EDGES, BOX_FACES, ClipBox, along_axis, limits_for
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
 BOX = ClipBox((0.0, 0.0, 0.0), (10.0, 4.0, 6.0))
@@ -15,10 +15,10 @@ BOX = ClipBox((0.0, 0.0, 0.0), (10.0, 4.0, 6.0))
 def test_a_box_has_eight_corners_twelve_edges_and_six_faces() -> None:
     corners = BOX.corners()
     assert len(np.unique(corners, axis=0)) == 8
-    assert len(EDGES) == 12
-    for a, b in EDGES:
+    assert len(BOX_EDGES) == 12
+    for a, b in BOX_EDGES:
         assert np.count_nonzero(corners[a] != corners[b]) == 1
-    assert len(FACES) == 6
+    assert len(BOX_FACES) == 6
 
 
 def test_faces_never_pass_each_other() -> None:

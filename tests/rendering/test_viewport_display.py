@@ -15,7 +15,7 @@ from tests.rendering.test_viewport import UTM, Stage, wall
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.rendering.qt import compass_and_scale
 from vomstudio.rendering.qt.bar_painting import ColorBar, lay_out_bars
-from vomstudio.rendering.view.clipping import FACES, ClipBox
+from vomstudio.rendering.view.clipping import BOX_FACES, ClipBox
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale, make_scale
 
 MOVE = QMouseEvent.Type.MouseMove
@@ -166,7 +166,7 @@ def test_a_face_is_dragged_by_its_handle_and_the_model_ends_there(stage: Stage) 
     told: list[ClipBox] = []
     stage.view.clip_changed.connect(told.append)
     before = json.dumps(stage.view.moves.camera_state())
-    face = FACES.index((0, 1))
+    face = BOX_FACES.index((0, 1))
     x, y = stage.view.clip.places()[1][face]
     goal = box.face_centre(0, 1)
     goal[0] = UTM[0] + 6.0
@@ -205,10 +205,10 @@ def test_a_face_that_is_looked_at_head_on_cannot_be_dragged(stage: Stage) -> Non
     stage.view.moves.standard_view("north")
     at_rest(stage)
     _, places, usable = stage.view.clip.places()
-    for k, (axis, _side) in enumerate(FACES):
+    for k, (axis, _side) in enumerate(BOX_FACES):
         assert usable[k] == (axis != 1)
-    assert stage.view.clip.face_at(*places[FACES.index((1, 0))]) is None
-    assert stage.view.clip.face_at(*places[FACES.index((2, 1))]) == FACES.index((2, 1))
+    assert stage.view.clip.face_at(*places[BOX_FACES.index((1, 0))]) is None
+    assert stage.view.clip.face_at(*places[BOX_FACES.index((2, 1))]) == BOX_FACES.index((2, 1))
 
 
 def test_turning_the_view_on_and_off_gives_the_whole_model_back(stage: Stage) -> None:

@@ -16,7 +16,7 @@ from tests.studio.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.figures import degrees
+from vomstudio.project.figures import format_error_deg
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
@@ -205,7 +205,7 @@ def test_two_selected_planes_show_how_they_lie_and_their_line_is_kept(window, pl
     found = planes.measured([made.id])[made.id]
     assert window.tree._items[made.id].text(1) != "–"
     assert found.max_confidence95_deg > 0.0
-    assert degrees(found.angle_deg) in relation
+    assert format_error_deg(found.angle_deg) in relation
     planes.attempt(edits.delete, ["f1"])
     assert window.tree._items[made.id].text(1) == "–", "one of its planes is gone"
     planes.undo()

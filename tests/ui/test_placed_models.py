@@ -13,7 +13,7 @@ import pytest
 from PySide6.QtWidgets import QLabel
 
 from tests.messages import figures
-from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
@@ -34,7 +34,7 @@ MESH = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
 
 
 def add(studio: Any, path: str) -> None:
-    model = Model("m1", "wall", path, "mesh", "0" * 64, UNDECLARED)
+    model = Model("m1", "wall", path, "mesh", "0" * 64, UNDECLARED_FRAME)
     assert studio.attempt(edits.add_model, model)
     studio.models["m1"] = SimpleNamespace(data=MESH, resolution=RESOLUTION, warnings=())
 

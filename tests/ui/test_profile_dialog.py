@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests.messages import figures, shown_codes
-from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, TEXTBOOK_THRESHOLDS
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import PROFILE_ID, Model
@@ -78,13 +78,13 @@ def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
     assert dialog.form.isRowVisible(dialog.boxes["least_coplanarity"])
     assert not dialog.form.isRowVisible(dialog.boxes["good_confidence95_deg"])
     QTest.mouseClick(dialog.apply_button, Qt.MouseButton.LeftButton)
-    assert studio.records[PROFILE_ID].limits == TEXTBOOK
+    assert studio.records[PROFILE_ID].limits == TEXTBOOK_THRESHOLDS
     assert qualities(studio) == ["good", "doubtful"]
     studio.selection.set(["t0"])
-    for word in ("good", TEXTBOOK.description):
+    for word in ("good", TEXTBOOK_THRESHOLDS.description):
         assert word in shown_verdict(window)
     studio.undo()
-    assert DEFAULTS.description in shown_verdict(window)
+    assert DEFAULT_THRESHOLDS.description in shown_verdict(window)
     assert PROFILE_ID not in studio.records
     assert qualities(studio) == before
     assert dialog.profile.currentData() == "error"

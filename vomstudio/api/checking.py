@@ -16,9 +16,9 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError, UsageError, VomError, VomWarning
 from vomstudio.core.findings import Finding
-from vomstudio.geology.notation import exact_plane, parse_plane
+from vomstudio.geology.notation import format_exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.coordinate_limits import invalid_places
+from vomstudio.geometry.coordinate_limits import find_invalid_points
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import COORDINATES
 
@@ -157,7 +157,7 @@ def points(values: Any, name: str = "points") -> FloatArray:
         raise InputError(Finding("argument.empty"), field=name)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(Finding("array.not-points", shape=array.shape), field=name)
-    refuse_rows(invalid_places(array), name)
+    refuse_rows(find_invalid_points(array), name)
     return np.ascontiguousarray(array)
 
 
@@ -754,7 +754,7 @@ def plane_text(value: Any, name: str) -> str:
     ------
     InputError, GeometryError
     """
-    return exact_plane(to_plane(value, name))
+    return format_exact_plane(to_plane(value, name))
 
 
 def to_plane(value: Any, name: str) -> Plane:

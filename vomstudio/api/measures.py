@@ -23,9 +23,9 @@ from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
-from vomstudio.geology.notation import exact_line
+from vomstudio.geology.notation import format_exact_line
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.coordinate_limits import invalid_places
+from vomstudio.geometry.coordinate_limits import find_invalid_points
 from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
 
 
@@ -107,7 +107,7 @@ def displacement(
         fault=plane_text(fault, "fault"),
         bed=None if bed is None else plane_text(bed, "bed"),
         rake_deg=rake_deg,
-        slip=None if slip is None else exact_line(Line(*parse_angles(slip, "slip", 2))),
+        slip=None if slip is None else format_exact_line(Line(*parse_angles(slip, "slip", 2))),
         sigma_m=sigma_m,
         fault_error_deg=fault_error_deg,
         bed_error_deg=bed_error_deg,
@@ -290,5 +290,5 @@ def _table(value: Any, width: int, name: str) -> Any:
     array = numbers(value, name)
     if array.ndim != 2 or array.shape[1] != width:
         raise wrong_shape(array, f"(n, {width})", name)
-    refuse_rows(invalid_places(array[:, :3]) | invalid_places(array[:, -3:]), name)
+    refuse_rows(find_invalid_points(array[:, :3]) | find_invalid_points(array[:, -3:]), name)
     return to_text_table(DataFrame(array, columns=list(names)), name)

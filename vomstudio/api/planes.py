@@ -31,7 +31,7 @@ from vomstudio.core.words import tr
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geology.profiles import PROFILES
+from vomstudio.geology.profiles import PROFILES_BY_NAME
 from vomstudio.io.gate.points import points_to_world
 from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
 from vomstudio.project.tables.fit_options import FitOptions
@@ -526,7 +526,7 @@ def _fit_groups(groups: _Groups, options: FitOptions, resolution_m: float | None
         method=options.method,
         axis=options.axis,
         resolution_m=resolution_m,
-        thresholds=PROFILES[options.profile],
+        thresholds=PROFILES_BY_NAME[options.profile],
         metadata=groups.words,
     )
 

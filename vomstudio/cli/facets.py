@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.facet_search import search_facets
-    from vomstudio.geology.profiles import DEFAULTS
+    from vomstudio.geology.profiles import DEFAULT_THRESHOLDS
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.project.tables.orientation_table import write_orientation_csv
     from vomstudio.studio.world_models import read_in_world
@@ -94,7 +94,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.output,
         facet_table.rows,
         crs=model.crs,
-        limits=DEFAULTS,
+        limits=DEFAULT_THRESHOLDS,
         extra_columns=facet_table.more,
         force=args.force,
     )

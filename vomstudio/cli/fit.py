@@ -55,7 +55,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         If no plane can be fitted.
     """
     from vomstudio.core.files.atomic import check_target
-    from vomstudio.geology.profiles import PROFILES
+    from vomstudio.geology.profiles import PROFILES_BY_NAME
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.project.tables.fitted_planes import fitted_planes
     from vomstudio.project.tables.orientation_table import write_orientation_csv
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.output, force=args.force, inputs=[args.points])
     plot_format = None if args.plot is None else _plot_format(args)
     priors = straight_traces.read_sets(args)
-    limits = PROFILES[options.profile]
+    limits = PROFILES_BY_NAME[options.profile]
     progress = report_reading(args, args.points)
     point_table = read_points(args.points, options.by, frame_options(args))
     groups = point_table.groups

@@ -30,13 +30,13 @@ from vomstudio.extraction.path_costs import COLOUR_COSTS, COST_NAMES
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.doubtful_stretches import Range, fit_remaining_plane
-from vomstudio.geology.profiles import DEFAULTS
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
 
 AUTO = "auto"
 """Name of the option that selects the best of all costs."""
-_MAX_FACE_COSINE = float(np.cos(np.radians(DEFAULTS.surface_effect_deg)))
+_MAX_FACE_COSINE = float(np.cos(np.radians(DEFAULT_THRESHOLDS.surface_effect_deg)))
 _MAX_DISTANCE_RESOLUTIONS = 2.0
 """Maximum distance between two paths that run along each other, in model resolutions."""
 _TENSOR_RANK = {"good": 0, "doubtful": 1, "poor": 2}

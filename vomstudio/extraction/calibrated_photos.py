@@ -137,7 +137,7 @@ def open_photos(
         )
     names = list(file_cameras.views)
     row, files = _files(names, file_cameras, Path(photo))
-    scale = transform.scale_of(matrix)
+    scale = transform.scale_factor(matrix)
     world_views = [
         file_cameras.views[n].moved(scale, matrix[:3, :3] / scale, matrix[:3, 3]) for n in names
     ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.extraction.measurable_kernels import accumulate_areas, cluster_vertices
-from vomstudio.geometry.kernels.jit import for_reading
+from vomstudio.geometry.kernels.jit import to_read_only_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     """
     corner = vertices.min(axis=0)
     cells = ((vertices - corner) / cell).astype(np.int32)
-    faces = for_reading(faces, np.int64)
+    faces = to_read_only_array(faces, np.int64)
     root = np.empty(len(vertices), np.int64)
     cluster_vertices(cells, faces, root)
     clustered_faces = root[faces]
@@ -77,11 +77,11 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     # Each corner of a face receives a third of the area of the face.
     old_area = np.zeros(len(count))
     area = np.empty(len(faces))
-    accumulate_areas(for_reading(vertices, np.float64), faces, nodes, area, old_area)
+    accumulate_areas(to_read_only_array(vertices, np.float64), faces, nodes, area, old_area)
     face_area = np.empty(len(new_faces))
     new_area = np.zeros(len(count))
     accumulate_areas(
-        middle, for_reading(new_faces, np.int64), np.arange(len(count)), face_area, new_area
+        middle, to_read_only_array(new_faces, np.int64), np.arange(len(count)), face_area, new_area
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.where(new_area > 0.0, old_area / new_area, 0.0)

@@ -29,9 +29,9 @@ from vomstudio.extraction.point_neighbours import (
     is_noise_dominated,
 )
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import welded
-from vomstudio.geometry.kernels.cell_lists import bounds_of
-from vomstudio.geometry.kernels.jit import for_kernels, for_reading
+from vomstudio.geometry.coincident_points import weld_points
+from vomstudio.geometry.kernels.cell_lists import find_bounds
+from vomstudio.geometry.kernels.jit import to_kernel_array, to_read_only_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
 from vomstudio.geometry.nearby.shared_corners import (
@@ -261,7 +261,7 @@ def _cloud_elements(
         "point",
         origin,
         places,
-        for_kernels(normals, np.float64),
+        to_kernel_array(normals, np.float64),
         areas,
         np.zeros((1, 6)),
         variation,
@@ -286,9 +286,9 @@ def _build_grid(
     Return the grid, the planes found on its cells, the rows of the finite points (None if all are
     finite), and the origin of the positions.
     """
-    coordinates = for_reading(points, np.float64)
+    coordinates = to_read_only_array(points, np.float64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    invalid = bounds_of(coordinates, low, high)
+    invalid = find_bounds(coordinates, low, high)
     if len(points) - invalid < 4:
         raise GeometryError(Finding("cloud.too-few-points", n=len(points) - invalid, minimum=4))
     finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid else None
@@ -441,7 +441,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         raise GeometryError(Finding("mesh.no-area"))
     progress.stage(tr("Finding neighbours"), None)
     warnings: list[Finding] = []
-    nodes = welded(local)[faces[rows]]
+    nodes = weld_points(local)[faces[rows]]
     check_connected(nodes, warnings)
     first = first_faces(nodes, warnings)
     rows, nodes = rows[first], nodes[first]
@@ -458,10 +458,10 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         [(offsets[..., a] * offsets[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1
     )
     progress.stage(tr("Computing normals"), None)
-    places = for_kernels(places, np.float64)
+    places = to_kernel_array(places, np.float64)
     normals, variation, is_stable = _stabilise_normals(
-        for_kernels(normals, np.float64),
-        for_kernels(areas, np.float64),
+        to_kernel_array(normals, np.float64),
+        to_kernel_array(areas, np.float64),
         starts,
         near,
         angle_deg,
@@ -477,8 +477,8 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         origin,
         places,
         normals,
-        for_kernels(areas, np.float64),
-        for_kernels(inner, np.float64),
+        to_kernel_array(areas, np.float64),
+        to_kernel_array(inner, np.float64),
         variation,
         spacing,
         spacing * np.sqrt(np.maximum(np.nan_to_num(variation), 0.0)),
@@ -507,7 +507,7 @@ def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, In
     target = np.concatenate([second, first, beyond, before])
     source_order = np.argsort(source, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(source, minlength=k))]).astype(np.int64)
-    return starts, for_kernels(target[source_order], np.int32)
+    return starts, to_kernel_array(target[source_order], np.int32)
 
 
 def _stabilise_normals(

@@ -18,7 +18,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array
 from vomstudio.extraction.elements import NO_SURFACE, Elements, approximate_median
 from vomstudio.extraction.kernels import add_to_cells
 from vomstudio.geometry.kernels.cells import tabulate
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 
 COVER_CLASSES = ("facet", "bare", "vegetation", "debris")
 """Cover of an element: part of a facet, rock outside facets, vegetation or debris."""
@@ -225,8 +225,8 @@ def _find_jumbled_areas(elements: Elements, candidates: BoolArray) -> BoolArray:
     sums = np.zeros((count, 16))
     add_to_cells(
         elements.places,
-        for_kernels(elements.normals, np.float64),
-        for_kernels(elements.areas, np.float64),
+        to_kernel_array(elements.normals, np.float64),
+        to_kernel_array(elements.areas, np.float64),
         per,
         names,
         ends,

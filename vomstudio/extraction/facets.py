@@ -32,12 +32,12 @@ from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.growing import element_tolerances, find_bent_facets, grow_facets
 from vomstudio.extraction.kernels import sort_by_label
 from vomstudio.extraction.texture_colours import TextureColours
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.heights.levels import bend_findings, level_findings, level_gap
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.nearby.cell_grid import CellGrid
@@ -134,7 +134,7 @@ def find_facets(
     data: Mesh | PointCloud,
     options: FacetOptions | None = None,
     *,
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
     progress: Progress | None = None,
 ) -> FacetSegmentation:
     """Find the facets of a model.
@@ -330,7 +330,7 @@ def _fit_facets(
     count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
     starts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
-    sort_by_label(for_kernels(labels, np.int32), starts, order)
+    sort_by_label(to_kernel_array(labels, np.int32), starts, order)
     accepted: list[tuple[Facet, IntArray]] = []
     min_coplanarity = options.min_coplanarity
     min_coplanarity = thresholds.least_coplanarity if min_coplanarity is None else min_coplanarity
@@ -371,7 +371,7 @@ def _fit_facet(
         points, weights = face_points(data, rows)
     else:
         points, weights = elements.places[rows_of_elements] + elements.origin, None
-    facet_moments = moments(points, weights, distinct=elements.of == "point")
+    facet_moments = moments(points, weights, are_distinct=elements.of == "point")
     try:
         fit = fit_moments(
             facet_moments.n, facet_moments.mean, facet_moments.scatter, facet_moments.n_effective

@@ -28,7 +28,7 @@ from vomstudio.geology.doubtful_stretches import (
     fit_remaining_plane,
 )
 from vomstudio.geology.plane_bands import SetPrior, find_plane_band
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_plane
@@ -134,7 +134,7 @@ def followed_trace(
     resolution: float,
     model: str,
     frame: str,
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
     priors: Sequence[SetPrior] = (),
     name: str = "",
 ) -> FollowedTrace:

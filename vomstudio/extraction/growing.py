@@ -23,7 +23,7 @@ from vomstudio.extraction.kernels import (
     sort_by_label,
 )
 from vomstudio.extraction.point_neighbours import N_NEIGHBOURS
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 
 UNASSIGNED_LABEL, OUTLIER = -1, -2
 _AXIS_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -108,7 +108,7 @@ def element_tolerances(elements: Elements, max_distance: float | None) -> FloatA
     if elements.of == "face":
         # Large and small faces of a mesh are equally accurate.
         tolerance = np.minimum(tolerance, max(float(np.median(tolerance)), 1e-300))
-    return for_kernels(tolerance, np.float64)
+    return to_kernel_array(tolerance, np.float64)
 
 
 def grow_facets(
@@ -154,7 +154,7 @@ def grow_facets(
     labels = (
         np.full(n, UNASSIGNED_LABEL, np.int32)
         if known_labels is None
-        else for_kernels(known_labels, np.int32)
+        else to_kernel_array(known_labels, np.int32)
     )
     usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
     labels[~usable] = OUTLIER
@@ -262,7 +262,7 @@ def _sum_moments(
     reach: FloatArray | None = None,
 ) -> _FacetSums:
     sums = _zero_sums(f) if inner_sums is None else inner_sums.extended(f)
-    kernel_labels = for_kernels(labels, np.int32)
+    kernel_labels = to_kernel_array(labels, np.int32)
     add_moments(
         rows,
         elements.places,
@@ -332,7 +332,7 @@ def facet_limits(planes: FacetPlanes, typical_tolerance: float) -> FloatArray:
     (f,) ndarray
         Distances in metres.
     """
-    return for_kernels(
+    return to_kernel_array(
         np.maximum(_MAX_DEVIATIONS * planes.rms, 0.1 * typical_tolerance), np.float64
     )
 
@@ -359,8 +359,8 @@ def _reassign(
             elements.starts,
             elements.near,
             cosine,
-            for_kernels(planes.centre, np.float64),
-            for_kernels(planes.normal, np.float64),
+            to_kernel_array(planes.centre, np.float64),
+            to_kernel_array(planes.normal, np.float64),
             facet_limits(planes, typical_tolerance),
             labels,
             out,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import eigen_of, slot_of
+from vomstudio.geometry.kernels.cells import find_slot, smallest_eigenvector
 from vomstudio.geometry.kernels.jit import kernel, part
 
 
@@ -32,7 +32,7 @@ def fit_local_planes(points, places, rows, normals, variation):  # type: ignore[
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
         sx, sy, sz = sx / k, sy / k, sz / k
-        eigen = eigen_of(
+        eigen = smallest_eigenvector(
             xx / k - sx * sx,
             yy / k - sy * sy,
             zz / k - sz * sz,
@@ -112,7 +112,7 @@ def _plane_of(sums):  # type: ignore[no-untyped-def]
     """Return the normal, the mean and the two larger eigenvalues of the sums."""
     w = sums[0]
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
-    eigen = eigen_of(
+    eigen = smallest_eigenvector(
         sums[4] / w - x * x,
         sums[5] / w - y * y,
         sums[6] / w - z * z,
@@ -149,9 +149,9 @@ def grow_regions(  # type: ignore[no-untyped-def]
     """Grow regions from the seeds order[first:last], in order; return the next free label.
 
     An element joins a region if its normal is within the angle of the plane of the region, and its
-    position is within its `max_distance` of the plane. The plane is refitted whenever the region has grown
-    by a half. Regions with fewer elements than `least_count` are dissolved unless they reach
-    `least_area`. In `labels`, -1 marks free elements and -2 excluded elements.
+    position is within its `max_distance` of the plane. The plane is refitted whenever the region
+    has grown by a half. Regions with fewer elements than `least_count` are dissolved unless they
+    reach `least_area`. In `labels`, -1 marks free elements and -2 excluded elements.
     """
     for seed in range(first, last):
         s = order[seed]
@@ -218,9 +218,9 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     """Assign each element of `rows` to the nearest plane among its own and its neighbours'.
 
     centres, facing (f, 3) and limits (f,) describe the planes of the facets. An element beyond the
-    limit of a plane or beyond its own `max_distance` is not assigned to this plane. If its normal differs
-    by more than the angle, as at an edge between two faces, it must be twice as close. The labels
-    are written to `out` (rows,), and the number of changes is returned.
+    limit of a plane or beyond its own `max_distance` is not assigned to this plane. If its normal
+    differs by more than the angle, as at an edge between two faces, it must be twice as close. The
+    labels are written to `out` (rows,), and the number of changes is returned.
     """
     changed = 0
     for i in range(len(rows)):
@@ -302,7 +302,9 @@ def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8, i8[::1], i8[:,::1], f8[:,::1])")
 def add_to_cells(places, normals, areas, cells_per_unit, names, ends, sums):  # type: ignore[no-untyped-def]
-    """Add elements with a normal to the cubic cells of a table, with `cells_per_unit` cells per unit.
+    """Add elements with a normal to the cubic cells of a table.
+
+    The cells have a width of 1 / `cells_per_unit`.
 
     See `tabulate` for the table. The columns are the area and the area-weighted sums of the
     products of the normals (xx, yy, zz, xy, xz, yz), of the positions relative to the corner of the
@@ -315,7 +317,7 @@ def add_to_cells(places, normals, areas, cells_per_unit, names, ends, sums):  # 
             places[e, 2] * cells_per_unit,
         )
         i, j, k = int(x), int(y), int(z)
-        slot = slot_of(names, cell_name(i, j, k))
+        slot = find_slot(names, cell_name(i, j, k))
         u, v, w = normals[e, 0], normals[e, 1], normals[e, 2]
         if names[slot] == -1 or u != u:
             continue

@@ -36,8 +36,8 @@ from vomstudio.extraction.measurable_lines import (
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.refinement import subdivide_mesh
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import welded
-from vomstudio.geometry.kernels.jit import for_reading
+from vomstudio.geometry.coincident_points import weld_points
+from vomstudio.geometry.kernels.jit import to_read_only_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
 from vomstudio.geometry.plane_sizes import (
@@ -238,7 +238,7 @@ def _surface(
     used_faces = faces if len(rows) == len(faces) else faces[rows]
     square = np.empty(len(used_faces))
     square_longest_sides(
-        for_reading(vertices, np.float64), for_reading(used_faces, np.int64), square
+        to_read_only_array(vertices, np.float64), to_read_only_array(used_faces, np.int64), square
     )
     # Half and three quarters of the faces have no side longer than these lengths.
     typical_side, long_side = np.sqrt(np.percentile(square, [50.0, 75.0]))
@@ -251,7 +251,7 @@ def _surface(
     if not fine and float(square.max()) <= max_side**2:
         elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
         return _ShortPieces(elements, np.asarray(elements.rows))
-    node_of = welded(vertices)
+    node_of = weld_points(vertices)
     places = np.zeros((int(node_of.max()) + 1, 3))
     origin = vertices[finite].min(axis=0)
     places[node_of] = np.where(finite[:, None], vertices, origin) - origin

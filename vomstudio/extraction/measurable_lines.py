@@ -9,7 +9,7 @@ from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements
 from vomstudio.extraction.measurable_kernels import line_moments
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 # Width of the strip on either side of the line, as a fraction of the length: the finest, the
@@ -243,17 +243,18 @@ def _moments(
     ends = np.cumsum(np.bincount(label, minlength=count))
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
-    sorted_coordinates = for_kernels(np.column_stack([coordinates, along])[order], np.float64)
-    last = for_kernels(ends[label[order]], np.int64)
-    first = for_kernels(np.concatenate([[0], ends[:-1]])[label[order]], np.int64)
+    sorted_coordinates = to_kernel_array(np.column_stack([coordinates, along])[order], np.float64)
+    last = to_kernel_array(ends[label[order]], np.int64)
+    first = to_kernel_array(np.concatenate([[0], ends[:-1]])[label[order]], np.int64)
     arrays = [
-        for_kernels(values[order], np.float64) for values in (slopes, steepness, weight, resolution)
+        to_kernel_array(values[order], np.float64)
+        for values in (slopes, steepness, weight, resolution)
     ]
     moments = np.empty((len(rows), 9))
 
     def work(block: slice) -> None:
         out = np.full((len(rows[block]), 9), np.nan)
-        at = for_kernels(place[rows[block]], np.int64)
+        at = to_kernel_array(place[rows[block]], np.int64)
         line_moments(at, sorted_coordinates, *arrays, first, last, half_length, width, out)
         moments[block] = out
 

@@ -312,8 +312,8 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     """Search over states, each of which is a node with one of `headings` directions.
 
     Arcs within an angle (cosine `min_cosine`) of the heading in the plane flat (n, 2) lead to the
-    same heading at another node. Changing to the next heading on either side costs `turn_cost`. Returns
-    the state at the other node, -1 if it is not connected, or -2 if `nodes` is full.
+    same heading at another node. Changing to the next heading on either side costs `turn_cost`.
+    Returns the state at the other node, -1 if it is not connected, or -2 if `nodes` is full.
 
     `remaining` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,) must be
     -1. State slot * headings + h belongs to nodes[slot]. The other arrays are work arrays.

@@ -27,7 +27,7 @@ from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.doubtful_stretches import fit_remaining_plane
 from vomstudio.geology.plane_bands import SetPrior
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 
 # If fewer vertices are confirmed, the line is reported as doubtful.
 _MIN_AGREEING_SHARE = 0.8
@@ -71,7 +71,7 @@ def photo_trace(
     resolution: float,
     model: str,
     frame: str,
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
     priors: Sequence[SetPrior] = (),
     name: str = "",
 ) -> PhotoTrace:

@@ -12,7 +12,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.extraction.kernels import fit_local_planes
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments, nearest_in_block
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
@@ -214,7 +214,7 @@ def find_surroundings(
     if tree is None:
         subset = _select_surroundings(grid, is_sparse, np.unique(cells[is_open & ~is_thin]))
         subset = None if len(subset) < 2 * NORMAL_COUNTS[-1] else subset
-        tree = _tree(places if subset is None else for_kernels(places[subset], np.float64))
+        tree = _tree(places if subset is None else to_kernel_array(places[subset], np.float64))
     for group in (open_rows[~is_thin[open_rows]], open_rows[is_thin[open_rows]]):
         _search_tree(tree, places, subset, rows, group, surroundings, progress)
     return around, surroundings
@@ -259,7 +259,7 @@ def _search_cells(
         at = selected[block]
         near = np.empty((len(at), around), np.int32)
         squares, known = np.empty((len(at), around)), np.empty(len(at), np.bool_)
-        centres = for_kernels(rows[at], np.int64)
+        centres = to_kernel_array(rows[at], np.int64)
         nearest_in_block(
             grid.places,
             grid.begins,
@@ -270,7 +270,7 @@ def _search_cells(
             grid.layer,
             grid.side,
             centres,
-            for_kernels(cells[at], np.int64),
+            to_kernel_array(cells[at], np.int64),
             near,
             squares,
             known,
@@ -326,7 +326,7 @@ def _fit_planes(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the normals and variations of the points `near` (k, m) around each row (k,)."""
     results = np.empty((len(rows), 3)), np.empty(len(rows))
-    fit_local_planes(places, for_kernels(places[rows], np.float64), near, *results)
+    fit_local_planes(places, to_kernel_array(places[rows], np.float64), near, *results)
     return results
 
 

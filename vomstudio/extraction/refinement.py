@@ -8,7 +8,7 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.extraction.measurable_kernels import square_longest_sides
-from vomstudio.geometry.kernels.jit import for_reading
+from vomstudio.geometry.kernels.jit import to_read_only_array
 from vomstudio.geometry.patches import triangle_areas
 
 MAX_FACES = 6_000_000
@@ -45,7 +45,9 @@ def subdivide_mesh(
         If the result would have too many faces.
     """
     square = np.empty(len(faces))
-    square_longest_sides(for_reading(vertices, np.float64), for_reading(faces, np.int64), square)
+    square_longest_sides(
+        to_read_only_array(vertices, np.float64), to_read_only_array(faces, np.int64), square
+    )
     has_long_face = np.zeros(len(vertices), np.bool_)
     has_long_face[faces[square > max_edge**2].ravel()] = True
     # A face with a long edge contains at least two such vertices.

@@ -34,10 +34,10 @@ from vomstudio.extraction.elements import Elements, build_elements
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import FacetSegmentation, build_facets
 from vomstudio.extraction.kernels import fit_local_planes
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geology.sets.proposals import SetProposal, sets_from_means
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
@@ -67,7 +67,7 @@ def find_sequence(
     data: Mesh | PointCloud,
     options: FacetOptions,
     *,
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
     progress: Progress | None = None,
 ) -> SetSequence:
     """Find sets, and then their planes, among the points or vertices of a model.
@@ -123,7 +123,9 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
         _, rows = tree.query(places[block], k=k)
         neighbours = np.ascontiguousarray(rows.reshape(-1, k), np.int32)
         block_results = np.empty((len(neighbours), 3)), np.empty(len(neighbours))
-        fit_local_planes(places, for_kernels(places[block], np.float64), neighbours, *block_results)
+        fit_local_planes(
+            places, to_kernel_array(places[block], np.float64), neighbours, *block_results
+        )
         normals[block], variation[block] = block_results
 
     run_in_blocks(work, n, progress, _BLOCK_POINTS)

@@ -18,7 +18,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.coincident_points import weld_points
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.geometry.patches import face_areas
@@ -323,7 +323,7 @@ def _vertex_normals(mesh: Mesh) -> FloatArray:
     vertices = np.asarray(mesh.vertices, np.float64)
     corners = [vertices[mesh.faces[:, k]] for k in range(3)]
     cross = np.nan_to_num(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
-    node_of = welded(vertices)
+    node_of = weld_points(vertices)
     nodes = node_of[mesh.faces]
     count = int(node_of.max(initial=-1)) + 1
     normals = np.empty((count, 3))

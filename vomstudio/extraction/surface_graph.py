@@ -20,7 +20,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.coincident_points import weld_points
 from vomstudio.geometry.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ class SurfaceGraph:
             raise GeometryError(Finding("path.no-surface"))
         self.origin: FloatArray = np.floor(points[rows].min(axis=0))
         local = points[rows] - self.origin
-        node_of = welded(local)
+        node_of = weld_points(local)
         first = np.full(int(node_of.max()) + 1, -1, np.int64)
         first[node_of[::-1]] = np.arange(len(node_of))[::-1]
         self.places: FloatArray = np.ascontiguousarray(local[first], np.float64)
@@ -280,9 +280,9 @@ class SurfaceGraph:
     ) -> Graph:
         """Build the graph of an ellipse around two positions.
 
-        The ellipse contains all paths between the positions that are not longer than `stretch_factor`
-        times the straight distance plus a margin. Points and vertices are limited to those
-        connected to the first position.
+        The ellipse contains all paths between the positions that are not longer than
+        `stretch_factor` times the straight distance plus a margin. Points and vertices are limited
+        to those connected to the first position.
 
         Parameters
         ----------
@@ -383,7 +383,7 @@ class SurfaceGraph:
         extra: FloatArray,
         row: IntArray,
     ) -> Graph:
-        node = welded(places)
+        node = weld_points(places)
         n = int(node.max()) + 1
         first = np.full(n, -1, np.int64)
         first[node[::-1]] = np.arange(len(node))[::-1]

@@ -169,12 +169,12 @@ class ShapeChange:
     stretch: float
 
 
-def shape_change(places: FloatArray, moves: FloatArray) -> ShapeChange:
+def fit_shape_change(places: FloatArray, displacements: FloatArray) -> ShapeChange:
     """Fit the deformation of a model to small displacements of its points.
 
     Parameters
     ----------
-    places, moves : (n, 3) ndarray
+    places, displacements : (n, 3) ndarray
         Points and their displacements in the World frame, m.
 
     Returns
@@ -188,7 +188,7 @@ def shape_change(places: FloatArray, moves: FloatArray) -> ShapeChange:
     """
     middle, axes, reach = model_shape(places)
     u, v, w = ((places - middle) @ axes.T).T / reach
-    along = moves @ axes.T
+    along = displacements @ axes.T
     columns = [np.ones(len(u)), u, v]
     relief = float(w.std()) > MIN_RELIEF
     if relief:
@@ -235,7 +235,7 @@ def fit_bowing(
     n = len(places)
     if n < MIN_BOWING_POINTS:
         return None
-    middle, axes, reach = _shape_or_places(places, extent)
+    middle, axes, reach = _shape_of_model_or_positions(places, extent)
     if normal is not None:
         across = np.cross(axes[0], normal)
         across /= np.linalg.norm(across) or 1.0
@@ -304,7 +304,7 @@ def fit_bowing_to_turns(
     n = len(places)
     if n < MIN_BOWING_POINTS:
         return None
-    middle, axes, reach = _shape_or_places(places, extent)
+    middle, axes, reach = _shape_of_model_or_positions(places, extent)
     u, v = ((places - middle) @ axes[:2].T).T
     # The surface w = c (u^2 + v^2) has the normal w - 2 c (u, v), a rotation by w x (u, v).
     along = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(v, np.cross(axes[2], axes[1]))
@@ -355,7 +355,7 @@ def _bowing(n: int, curvature: float, error: float, reach: float, normal: FloatA
     return Bowing(n, curvature, error, reach, abs(curvature) > error, (x, y, z))
 
 
-def _shape_or_places(
+def _shape_of_model_or_positions(
     places: FloatArray, extent: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return the `model_shape` of the model, or of the positions if its points are unknown."""

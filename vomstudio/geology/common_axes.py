@@ -31,8 +31,8 @@ from vomstudio.geology.folding.verdicts import (
     KNOWN_AXIS_DEG,
     WEAK_AXIS_DEG,
     FoldVerdict,
-    too_uncertain,
-    uncertain,
+    too_uncertain_finding,
+    uncertain_finding,
 )
 from vomstudio.geology.folds import MIN_ARC, FoldAxis, build_axis
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
@@ -229,9 +229,9 @@ def _common_verdict(
     reasons: list[Finding], error95_deg: float | None, warnings: list[Finding]
 ) -> FoldVerdict:
     if error95_deg is not None and error95_deg > WEAK_AXIS_DEG:
-        return FoldVerdict("undetermined", "no", (too_uncertain(error95_deg), *reasons))
+        return FoldVerdict("undetermined", "no", (too_uncertain_finding(error95_deg), *reasons))
     if error95_deg is not None and error95_deg > KNOWN_AXIS_DEG:
-        warnings.append(uncertain(error95_deg))
+        warnings.append(uncertain_finding(error95_deg))
     valid = "conditional" if warnings or error95_deg is None else "yes"
     return FoldVerdict("common axis", valid, (*warnings, *reasons))
 

@@ -144,13 +144,13 @@ def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
 
 
 def principal_axis(
-    moved_vectors: MovedVectors, values: FloatArray, axes: FloatArray, index: int
+    vectors_with_derivatives: MovedVectors, values: FloatArray, axes: FloatArray, index: int
 ) -> MovedVectors:
     """Return a principal axis of an orientation tensor, with its derivatives.
 
     Parameters
     ----------
-    moved_vectors : MovedVectors
+    vectors_with_derivatives : MovedVectors
     values, axes : (3,) and (3, 3) ndarray
         Eigenvalues and eigenvectors returned by `statistics.orientation_tensor`.
     index : int
@@ -160,7 +160,7 @@ def principal_axis(
     -------
     MovedVectors
     """
-    x, axis = moved_vectors.vectors, axes[index]
+    x, axis = vectors_with_derivatives.vectors, axes[index]
     n = len(x)
     derivative = np.zeros((n, 3, 3))
     for j in range(3):
@@ -169,15 +169,17 @@ def principal_axis(
             continue
         product = (x @ axis)[:, None] * axes[j] + (x @ axes[j])[:, None] * axis
         derivative += axes[j][None, :, None] * product[:, None, :] / (n * gap)
-    return moved_vectors.result(axis, derivative)
+    return vectors_with_derivatives.result(axis, derivative)
 
 
-def resultant(moved_vectors: MovedVectors, signs: FloatArray | None = None) -> MovedVectors:
+def resultant(
+    vectors_with_derivatives: MovedVectors, signs: FloatArray | None = None
+) -> MovedVectors:
     """Return the direction of the sum of vectors.
 
     Parameters
     ----------
-    moved_vectors : MovedVectors
+    vectors_with_derivatives : MovedVectors
     signs : (n,) ndarray, optional
         Factor of each vector, 1 or -1.
 
@@ -185,12 +187,12 @@ def resultant(moved_vectors: MovedVectors, signs: FloatArray | None = None) -> M
     -------
     MovedVectors
     """
-    s = np.ones(len(moved_vectors.vectors)) if signs is None else signs
-    total = s @ moved_vectors.vectors
+    s = np.ones(len(vectors_with_derivatives.vectors)) if signs is None else signs
+    total = s @ vectors_with_derivatives.vectors
     length = float(np.linalg.norm(total))
     mean = total / length
     flat = (np.eye(3) - np.outer(mean, mean)) / length
-    return moved_vectors.result(mean, s[:, None, None] * flat)
+    return vectors_with_derivatives.result(mean, s[:, None, None] * flat)
 
 
 def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
@@ -255,7 +257,7 @@ class ConfidenceRegion:
 def region(
     vector: npt.ArrayLike,
     covariance: npt.ArrayLike | None,
-    own_region: tuple[float, float, npt.ArrayLike] | None = None,
+    vector_region: tuple[float, float, npt.ArrayLike] | None = None,
 ) -> ConfidenceRegion:
     """Compute the joint 95 % region of a unit vector (3,).
 
@@ -264,7 +266,7 @@ def region(
     vector : (3,) array_like
     covariance : (3, 3) array_like or None
         Covariance caused by the registrations, radians squared.
-    own_region : (float, float, (3,) array_like), optional
+    vector_region : (float, float, (3,) array_like), optional
         Half-angles of the region without registrations in degrees, and the direction of the larger
         one.
 
@@ -274,12 +276,12 @@ def region(
     """
     v = np.asarray(vector, np.float64)
     spread = np.zeros((3, 3)) if covariance is None else CHI2_TWO * np.asarray(covariance)
-    if own_region is not None:
-        spread = spread + squared_region(v, *own_region)
+    if vector_region is not None:
+        spread = spread + squared_region(v, *vector_region)
     basis = _tangent_basis(v)
     squares, directions = np.linalg.eigh(basis @ spread @ basis.T)
     # The cone of a few scattered directions can be wider than 90 degrees.
-    max_angle_deg = 90.0 if own_region is None else max(90.0, own_region[0])
+    max_angle_deg = 90.0 if vector_region is None else max(90.0, vector_region[0])
     angles = np.minimum(np.degrees(np.sqrt(np.maximum(squares, 0.0))), max_angle_deg)
     return ConfidenceRegion(float(angles[1]), float(angles[0]), directions[:, 1] @ basis)
 

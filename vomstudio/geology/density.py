@@ -76,7 +76,7 @@ def density(
     g = np.atleast_2d(np.asarray(at, dtype=np.float64))
     total = np.zeros(len(g))
     for i in range(0, len(g), BLOCK_SIZE):
-        near = _within_reach(v, g[i : i + BLOCK_SIZE], kernel)
+        near = _select_contributing(v, g[i : i + BLOCK_SIZE], kernel)
         step = max(1, MAX_PAIRS // max(len(near), 1))
         for j in range(i, min(i + BLOCK_SIZE, len(g)), step):
             k = min(j + step, i + BLOCK_SIZE)
@@ -147,12 +147,12 @@ def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA
     return 0.01 if method == "schmidt" else sigma**2 / (n + sigma**2)
 
 
-def _opening_deg(cap: float) -> float:
+def _opening_deg(cap_fraction: float) -> float:
     """Return the half-angle of a circle that covers a fraction of the hemisphere, degrees."""
-    return math.degrees(math.acos(max(1.0 - cap, 0.0)))
+    return math.degrees(math.acos(max(1.0 - cap_fraction, 0.0)))
 
 
-def _within_reach(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
+def _select_contributing(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
     """Select the data (n, 3) that contribute anywhere in a block of points (m, 3)."""
     middle = block.sum(axis=0)
     length = float(np.linalg.norm(middle))
@@ -221,7 +221,7 @@ def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) ->
     return int(min(max(2 * round(90.0 / spacing_deg) + 1, 61), 161))
 
 
-def round_levels(maximum: float, method: str) -> list[float]:
+def choose_round_levels(maximum: float, method: str) -> list[float]:
     """Return up to 8 round contour levels below the maximum density.
 
     The levels are multiples of 2 (or more) standard deviations, or round shares.
@@ -276,7 +276,7 @@ def find_maximum(
         if density(v, middle, method, sigma)[0] >= maximum - 1e-9:
             best = middle
     else:
-        best = _climb(v, best, _Kernel.of(method, len(v), sigma))
+        best = _ascend_density(v, best, _Kernel.of(method, len(v), sigma))
         maximum = max(maximum, float(density(v, best, method, sigma)[0]))
     return (-best if best[2] > 0 else best), maximum
 
@@ -297,7 +297,7 @@ def _sort_by_place(places: FloatArray) -> FloatArray:
     return np.asarray(down[np.lexsort((row, column))])
 
 
-def _climb(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
+def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
     """Find the local maximum of the density near a unit vector by ascent.
 
     Both smooth kernels are convex functions of position, so the sum of the data, weighted by the

@@ -92,28 +92,28 @@ def describe_domain(domain: DomainFigures, decimals: int) -> str:
     )
 
 
-def apply_domain_verdict(axis: FoldAxis, one_axis: OneAxisFigures) -> FoldAxis:
+def apply_domain_verdict(axis: FoldAxis, one_axis_figures: OneAxisFigures) -> FoldAxis:
     """Return the axis of all planes with its verdict adjusted to the domains.
 
     Parameters
     ----------
     axis : FoldAxis
         Axis of all planes.
-    one_axis : OneAxisFigures
+    one_axis_figures : OneAxisFigures
 
     Returns
     -------
     FoldAxis
     """
-    if one_axis.serves_all:
-        return replace(axis, reasons=(*axis.reasons, *one_axis.reasons))
-    reasons = (*one_axis.reasons, *axis.reasons)
+    if one_axis_figures.serves_all:
+        return replace(axis, reasons=(*axis.reasons, *one_axis_figures.reasons))
+    reasons = (*one_axis_figures.reasons, *axis.reasons)
     return replace(axis, verdict="two axes", valid="no", reasons=reasons)
 
 
 def domain_axes(
     beds: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
-    pooled: FoldAxis,
+    common_axis: FoldAxis,
     waviness_deg: float | None = None,
 ) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
     """Compute the fold axis of each domain, and test whether one axis fits all.
@@ -122,12 +122,12 @@ def domain_axes(
     ----------
     beds : mapping
         Dip directions and dips (n,) of each domain, degrees.
-    pooled : FoldAxis
+    common_axis : FoldAxis
         Fold axis of the planes of all domains.
     waviness_deg : float, optional
         See `fold_axis`.
     """
-    beta = pooled.beta.vector()
+    beta = common_axis.beta.vector()
     figures: dict[str, DomainFigures] = {}
     axes_by_domain: dict[str, FoldAxis] = {}
     separate_squares, parameters, n = 0.0, 0, 0
@@ -135,11 +135,11 @@ def domain_axes(
     for name, (azimuth, dip) in beds.items():
         poles = planes_to_poles(azimuth, dip).reshape(-1, 3)
         n += len(poles)
-        pooled_squares += _square(poles @ beta)
+        pooled_squares += _mean_square(poles @ beta)
         axis, reason = _domain_axis(azimuth, dip, waviness_deg)
         if axis is not None and axis.verdict != "homoclinal" and len(poles) > 2:
             axes_by_domain[name] = axis
-            separate_squares += _square(poles @ axis.beta.vector())
+            separate_squares += _mean_square(poles @ axis.beta.vector())
             parameters += 2
         else:
             axes = orientation_tensor(poles)[1]
@@ -240,7 +240,7 @@ def _domain_axis(
         return None, cause_of(error)
 
 
-def _square(along: FloatArray) -> float:
+def _mean_square(along: FloatArray) -> float:
     return float(np.sum(np.arcsin(np.clip(along, -1.0, 1.0)) ** 2))
 
 

@@ -76,14 +76,16 @@ class RemainingTrace:
         ]
 
 
-def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> RemainingTrace | None:
+def fit_remaining_plane(
+    points: FloatArray, vertex_ranges: Sequence[Range]
+) -> RemainingTrace | None:
     """Fit a plane to the points of a trace outside the given stretches.
 
     Parameters
     ----------
     points : (n, 3) ndarray
         Points of the trace in the World frame, m.
-    ranges : sequence of (int, int)
+    vertex_ranges : sequence of (int, int)
         First and last vertex of each stretch; invalid ranges are ignored.
 
     Returns
@@ -92,7 +94,7 @@ def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> Remainin
         None if none of the ranges is valid.
     """
     n = len(points)
-    valid = [(a, b) for a, b in ranges if 0 <= a <= b < n]
+    valid = [(a, b) for a, b in vertex_ranges if 0 <= a <= b < n]
     if not valid:
         return None
     remaining = np.ones(n, np.bool_)

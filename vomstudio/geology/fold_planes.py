@@ -15,8 +15,8 @@ from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-VERDICTS = ("good", "doubtful", "poor")
-MIN_QUALITIES = VERDICTS[:2]
+VERDICT_NAMES = ("good", "doubtful", "poor")
+MIN_QUALITIES = VERDICT_NAMES[:2]
 """Verdicts that can be required as a minimum."""
 
 
@@ -79,7 +79,7 @@ def parse_verdict(word: str | None) -> str:
         The verdict, or "" if the cell does not contain one.
     """
     text = (word or "").strip().casefold()
-    return text if text in VERDICTS else ""
+    return text if text in VERDICT_NAMES else ""
 
 
 def select_planes(
@@ -105,7 +105,7 @@ def select_planes(
     use = np.ones(len(verdict), bool)
     left_out = []
 
-    def leave_out(is_excluded: BoolArray, what: str, reason: Finding) -> None:
+    def exclude_rows(is_excluded: BoolArray, what: str, reason: Finding) -> None:
         nonlocal use
         if count := int((use & is_excluded).sum()):
             left_out.append(ExcludedRows(what, count, reason))
@@ -114,14 +114,16 @@ def select_planes(
     if selection.set_name is not None:
         name = selection.set_name.strip().casefold()
         is_other_set = np.array([each.strip().casefold() != name for each in sets], bool)
-        leave_out(is_other_set, tr("other sets"), Finding("fold.only-set", set=selection.set_name))
+        exclude_rows(
+            is_other_set, tr("other sets"), Finding("fold.only-set", set=selection.set_name)
+        )
     has_verdict = verdict != ""
     if (has_verdict & use).any() or selection.min_quality is not None:
-        leave_out(~has_verdict, tr("without a verdict"), Finding("fold.only-picks"))
+        exclude_rows(~has_verdict, tr("without a verdict"), Finding("fold.only-picks"))
     if selection.min_quality is not None:
-        for quality in VERDICTS[VERDICTS.index(selection.min_quality) + 1 :]:
+        for quality in VERDICT_NAMES[VERDICT_NAMES.index(selection.min_quality) + 1 :]:
             reason = Finding("fold.only-quality", quality=selection.min_quality)
-            leave_out(verdict == quality, quality, reason)
+            exclude_rows(verdict == quality, quality, reason)
     judged = has_verdict & use
     not_good = int((judged & (verdict != "good")).sum()) if judged.any() else None
     return SelectedPlanes(use, tuple(left_out), not_good)

@@ -286,7 +286,7 @@ def _check_single_planes(
     leave_one_out: InfluentialPlane,
     error95_deg: float,
     names: Sequence[str],
-    bowed: Sequence[Finding],
+    bowing_findings: Sequence[Finding],
     waviness_deg: float | None,
 ) -> FoldVerdict:
     """Return the verdict, or "undetermined" if it depends on a single plane.
@@ -313,7 +313,7 @@ def _check_single_planes(
     if verdict.name == "undetermined":
         return replace(verdict, reasons=(finding, *verdict.reasons))
     # The reasons for the shape no longer apply.
-    return FoldVerdict("undetermined", "conditional", (finding, *bowed))
+    return FoldVerdict("undetermined", "conditional", (finding, *bowing_findings))
 
 
 def _find_decisive_plane(
@@ -338,7 +338,7 @@ def _find_decisive_plane(
     for row in dict.fromkeys((*arc_ends(poles, shape.axes), most_influential, farthest)):
         # Two axes of the remaining planes do not contradict any other verdict.
         two = verdict.name == "two axes"
-        other = _verdict_without(poles, row, waviness_deg, two=two)
+        other = _verdict_without_plane(poles, row, waviness_deg, tests_two_circles=two)
         # The best of several cones through all planes but one often fits better by chance.
         is_cone_artifact = verdict.name == "cylindrical" and other.name == "conical"
         is_alike = other.name == verdict.name or verdict.valid == other.valid == "no"
@@ -347,8 +347,8 @@ def _find_decisive_plane(
     return None, None
 
 
-def _verdict_without(
-    poles: FloatArray, row: int, waviness_deg: float | None, *, two: bool
+def _verdict_without_plane(
+    poles: FloatArray, row: int, waviness_deg: float | None, *, tests_two_circles: bool
 ) -> FoldVerdict:
     """Return the verdict without one plane, scaled to the original number of planes.
 
@@ -362,7 +362,9 @@ def _verdict_without(
     cone = None if shape.cone is None else shape.cone.with_count(n - 1, n)
     scaled = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
     uniform_p = assess_uniformity(others, False).p
-    return assess_fold(scaled, error, uniform_p, waviness_deg, MIN_PLANES - 1, two=two)
+    return assess_fold(
+        scaled, error, uniform_p, waviness_deg, MIN_PLANES - 1, tests_two_circles=tests_two_circles
+    )
 
 
 def build_axis(
@@ -372,7 +374,7 @@ def build_axis(
     semi_axes: tuple[float, float] | None,
     larger_direction: FloatArray,
     judge: Callable[[float | None], FoldVerdict],
-    moved_axis: MovedVectors | None,
+    axis_with_derivatives: MovedVectors | None,
     notes: Sequence[Finding],
 ) -> FoldAxis:
     """Build the fold axis of poles, or of the means of sets, with its errors and verdict.
@@ -388,7 +390,7 @@ def build_axis(
         Direction of the larger semi-axis.
     judge : callable
         Function that returns the verdict for a 95 % error of beta in degrees.
-    moved_axis : MovedVectors or None
+    axis_with_derivatives : MovedVectors or None
         Beta with its derivatives with respect to the rotations of the registrations.
     notes : sequence of Finding
         Findings to append to the reasons of the verdict.
@@ -399,7 +401,7 @@ def build_axis(
     """
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
-    covariance = None if moved_axis is None else moved_axis.covariance()[0]
+    covariance = None if axis_with_derivatives is None else axis_with_derivatives.covariance()[0]
     total = (
         None if semi_axes is None else region(axes[2], covariance, (*semi_axes, larger_direction))
     )

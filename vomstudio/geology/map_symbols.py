@@ -77,15 +77,15 @@ def trend_arrow(
     ahead = size * np.array([sine, cosine, 0.0])
     sideways = size * np.array([cosine, -sine, 0.0])
     tip = place + ahead
-    parts = [np.array([place, tip]), _head(tip, ahead, sideways)]
+    parts = [np.array([place, tip]), _arrowhead(tip, ahead, sideways)]
     if plunge_deg < MAX_FLAT_DEG:
-        parts.append(_head(place, -ahead, sideways))
+        parts.append(_arrowhead(place, -ahead, sideways))
     return parts
 
 
-def _head(tip: FloatArray, ahead: FloatArray, sideways: FloatArray) -> FloatArray:
-    back = tip - 0.25 * ahead
-    return np.array([back + 0.12 * sideways, tip, back - 0.12 * sideways])
+def _arrowhead(tip: FloatArray, forward: FloatArray, across: FloatArray) -> FloatArray:
+    back = tip - 0.25 * forward
+    return np.array([back + 0.12 * across, tip, back - 0.12 * across])
 
 
 def symbol_size(places: npt.ArrayLike) -> float:

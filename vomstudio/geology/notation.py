@@ -28,10 +28,10 @@ from vomstudio.geometry.vectors import wrap360
 NOTATIONS = ("dipdir/dip", "strike/dip", "quadrant")
 """Output notations of planes."""
 
-PAIR_MEANINGS = (*NOTATIONS, "strike/dip lhr")
+PAIR_NOTATIONS = (*NOTATIONS, "strike/dip lhr")
 """Interpretations of two plain numbers in `parse_plane`."""
 
-_WINDS = {
+_WIND_AZIMUTHS = {
     "N": 0.0,
     "NNE": 22.5,
     "NE": 45.0,
@@ -49,8 +49,8 @@ _WINDS = {
     "NW": 315.0,
     "NNW": 337.5,
 }
-_SIDES = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
-_LABELS = {
+_QUADRANT_SIDES = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+_ANGLE_LABELS = {
     "STRIKE": "strike",
     "STR": "strike",
     "DIP": "dip",
@@ -61,11 +61,11 @@ _LABELS = {
     "AZIMUTH": "azimuth",
     "PLUNGE": "plunge",
 }
-_RULES = {"RHR": "RHR", "RH": "RHR", "LHR": "LHR", "LH": "LHR"}
-_ARROWS = {"->", "→", "=>", "⇒", "TO", "TOWARD", "TOWARDS"}
-_FILLERS = {"AT", "AND", "DEG", "DEGREES", "DEGREE"}
+_HAND_RULES = {"RHR": "RHR", "RH": "RHR", "LHR": "LHR", "LH": "LHR"}
+_ARROW_WORDS = {"->", "→", "=>", "⇒", "TO", "TOWARD", "TOWARDS"}
+_FILLER_WORDS = {"AT", "AND", "DEG", "DEGREES", "DEGREE"}
 
-_SAME = str.maketrans(
+_CHARACTER_REPLACEMENTS = str.maketrans(
     {
         "º": "°",
         "˚": "°",
@@ -95,7 +95,7 @@ _TOKEN = re.compile(
     r"|(?P<arrow>->|→|=>|⇒)|(?P<word>[A-Z]+)|(?P<mark>[/;,:|\\_-])|(?P<other>\S)"
 )
 
-SIDE_REACH_DEG = {1: 80.0, 2: 55.0, 3: 45.0}
+MAX_SIDE_ANGLE_DEG = {1: 80.0, 2: 55.0, 3: 45.0}
 """Maximum angle between a dip direction and the compass point of the dip side, by the number of
 letters of that point. SE denotes a quadrant (45 degrees to both sides, plus 10 for a rounded
 strike); E denotes a half circle, which must not be mistaken for the strike.
@@ -118,7 +118,7 @@ class _Token:
 # Reading -------------------------------------------------------------------------------------
 
 
-def exact_plane(plane: Plane) -> str:
+def format_exact_plane(plane: Plane) -> str:
     """Format a plane as dip direction/dip with all digits, for `parse_plane`.
 
     Parameters
@@ -129,10 +129,10 @@ def exact_plane(plane: Plane) -> str:
     -------
     str
     """
-    return _exact(plane.dip_direction_deg, plane.dip_deg)
+    return _format_exactly(plane.dip_direction_deg, plane.dip_deg)
 
 
-def exact_line(line: Line) -> str:
+def format_exact_line(line: Line) -> str:
     """Format a line as trend/plunge with all digits, for `parse_line`.
 
     Parameters
@@ -143,10 +143,10 @@ def exact_line(line: Line) -> str:
     -------
     str
     """
-    return _exact(line.trend_deg, line.plunge_deg)
+    return _format_exactly(line.trend_deg, line.plunge_deg)
 
 
-def _exact(*angles_deg: float) -> str:
+def _format_exactly(*angles_deg: float) -> str:
     return "/".join(np.format_float_positional(angle, trim="-") for angle in angles_deg)
 
 
@@ -157,7 +157,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     ----------
     text : str
     notation : str, optional
-        Interpretation of two plain numbers, one of `PAIR_MEANINGS`; default "dipdir/dip". Explicit
+        Interpretation of two plain numbers, one of `PAIR_NOTATIONS`; default "dipdir/dip". Explicit
         notations (RHR, LHR, a quadrant, a label, an arrow) have precedence.
 
     Returns
@@ -170,48 +170,48 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
         If the text is not a valid plane.
     """
     meaning = "dipdir/dip" if notation is None else notation
-    if meaning not in PAIR_MEANINGS:
-        raise ValueError(f"unknown notation {notation!r}; use one of {PAIR_MEANINGS}")
+    if meaning not in PAIR_NOTATIONS:
+        raise ValueError(f"unknown notation {notation!r}; use one of {PAIR_NOTATIONS}")
     if text.strip().lower() == "horizontal":
         return Plane(0.0, 0.0)
     tokens = _tokens(text)
     labels = {t.text for t in tokens if t.kind == "label"}
     if labels:
         if labels == {"strike", "dip"}:
-            tokens, meaning = _unlabel(text, tokens, "strike", "dip"), "strike/dip"
+            tokens, meaning = _take_labelled_angles(text, tokens, "strike", "dip"), "strike/dip"
         elif labels == {"dipdir", "dip"}:
-            tokens, meaning = _unlabel(text, tokens, "dipdir", "dip"), "dipdir/dip"
+            tokens, meaning = _take_labelled_angles(text, tokens, "dipdir", "dip"), "dipdir/dip"
         else:
-            raise _refused("notation.not-a-plane", text)
+            raise _notation_error("notation.not-a-plane", text)
     kinds = _kinds(tokens)
     if kinds == ["number"] or kinds in (["number", "wind"], ["number", "rule"]):
         tokens = _split_comma(tokens)
         kinds = _kinds(tokens)
     if any(t.signed for t in tokens[:1]):
-        raise _refused("notation.signed-azimuth", text)
+        raise _notation_error("notation.signed-azimuth", text)
 
     match kinds:
         case ["number", "number"]:
             azimuth, dip = tokens
             if meaning == "quadrant":
-                raise _refused("notation.no-quadrant", text)
-            return _plane_from(text, azimuth, dip, meaning)
+                raise _notation_error("notation.no-quadrant", text)
+            return _build_plane(text, azimuth, dip, meaning)
         case ["number", "number", "rule"]:
             azimuth, dip, rule = tokens
             hand = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
-            return _plane_from(text, azimuth, dip, hand)
+            return _build_plane(text, azimuth, dip, hand)
         case ["bearing", "number", "rule"]:
             strike, dip, rule = tokens
             hand = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
-            return _plane_from(text, strike, dip, hand)
+            return _build_plane(text, strike, dip, hand)
         case ["number" | "bearing" | "wind", "number", "wind"]:
             strike, dip, side = tokens
             if meaning == "dipdir/dip" and "dipdir" in labels:
-                raise _refused("notation.needless-quadrant", text)
-            return _plane_to_side(text, strike, dip, side)
+                raise _notation_error("notation.needless-quadrant", text)
+            return _build_plane_with_side(text, strike, dip, side)
         case ["number" | "bearing" | "wind", "wind", "number"]:
             strike, side, dip = tokens
-            return _plane_to_side(text, strike, dip, side)
+            return _build_plane_with_side(text, strike, dip, side)
         case ["number", "arrow", "number" | "bearing" | "wind"]:
             dip, _, azimuth = tokens
             return Plane(_azimuth(text, azimuth), _steepness(text, dip, "dip"))
@@ -222,10 +222,10 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
             value = _steepness(text, dip, "dip")
             if value in (0.0, 90.0):  # the only planes that dip to neither side
                 return Plane.from_strike(_azimuth(text, strike), value)
-            raise _refused("notation.no-quadrant", text)
+            raise _notation_error("notation.no-quadrant", text)
         case ["number"] | ["bearing"]:
-            raise _refused("notation.one-angle", text, example="132/41")
-    raise _refused("notation.not-a-plane", text)
+            raise _notation_error("notation.one-angle", text, example="132/41")
+    raise _notation_error("notation.not-a-plane", text)
 
 
 def plane_option(text: str, field: str = "--plane") -> Plane:
@@ -291,12 +291,12 @@ def parse_line(text: str) -> Line:
     if labels:
         first = "azimuth" if "azimuth" in labels else "trend"
         if labels != {first, "plunge"}:
-            raise _refused("notation.not-a-line", text)
-        tokens = _unlabel(text, tokens, first, "plunge")
+            raise _notation_error("notation.not-a-line", text)
+        tokens = _take_labelled_angles(text, tokens, first, "plunge")
     if _kinds(tokens) == ["number"]:
         tokens = _split_comma(tokens)
     if any(t.signed for t in tokens[:1]) and "arrow" not in _kinds(tokens):
-        raise _refused("notation.signed-azimuth", text)
+        raise _notation_error("notation.signed-azimuth", text)
     match _kinds(tokens):
         case ["number" | "bearing" | "wind", "number"]:
             trend, plunge = tokens
@@ -308,8 +308,8 @@ def parse_line(text: str) -> Line:
             plunge, trend = tokens
             return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
         case ["number"] | ["bearing"]:
-            raise _refused("notation.one-angle", text, example="130/25")
-    raise _refused("notation.not-a-line", text)
+            raise _notation_error("notation.one-angle", text, example="130/25")
+    raise _notation_error("notation.not-a-line", text)
 
 
 def parse_azimuth(text: str) -> float:
@@ -331,7 +331,7 @@ def parse_azimuth(text: str) -> float:
     """
     tokens = _tokens(text, is_azimuth=True)
     if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
-        raise _refused("notation.not-an-azimuth", text)
+        raise _notation_error("notation.not-an-azimuth", text)
     return _azimuth(text, tokens[0])
 
 
@@ -357,13 +357,15 @@ def parse_rake(text: str, plane: Plane) -> float:
     """
     tokens = _tokens(text)
     if _kinds(tokens) != ["number", "wind"] or tokens[0].signed:
-        raise _refused("notation.not-a-rake", text)
+        raise _notation_error("notation.not-a-rake", text)
     angle, end = tokens
     if angle.value > 90.0:
-        raise _refused("notation.rake-out-of-range", text, rake_deg=angle.value)
+        raise _notation_error("notation.rake-out-of-range", text, rake_deg=angle.value)
     off = abs((end.value - plane.strike_rhr_deg + 180.0) % 360.0 - 180.0)
-    if plane.undefined or min(off, 180.0 - off) > SIDE_REACH_DEG[len(end.text)]:
-        raise _refused("notation.not-an-end", text, end=end.text, strike_deg=plane.strike_rhr_deg)
+    if plane.undefined or min(off, 180.0 - off) > MAX_SIDE_ANGLE_DEG[len(end.text)]:
+        raise _notation_error(
+            "notation.not-an-end", text, end=end.text, strike_deg=plane.strike_rhr_deg
+        )
     return angle.value if off < 90.0 else 180.0 - angle.value
 
 
@@ -386,11 +388,11 @@ def parse_angle(text: str) -> float:
     """
     tokens = _tokens(text)
     if _kinds(tokens) != ["number"]:
-        raise _refused("notation.not-an-angle", text)
+        raise _notation_error("notation.not-an-angle", text)
     return -tokens[0].value if tokens[0].signed else tokens[0].value
 
 
-def _refused(code: str, text: str, **values: float | str) -> InputError:
+def _notation_error(code: str, text: str, **values: float | str) -> InputError:
     return InputError(Finding(code, text=" ".join(text.split()), **values))
 
 
@@ -407,7 +409,7 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
         raise InputError(Finding("notation.empty"))
     raw: list[_Token] = []
     after_mark = True
-    clean = text.translate(_SAME).upper()
+    clean = text.translate(_CHARACTER_REPLACEMENTS).upper()
     for match in _TOKEN.finditer(clean):
         kind = str(match.lastgroup)
         matched = match.group(0)
@@ -437,8 +439,8 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
                 after_mark = True
             raw.append(_Token("mark", matched))
         else:
-            raise _refused("notation.unknown-word", text, word=matched)
-    return _bearings(text, raw, is_azimuth=is_azimuth)
+            raise _notation_error("notation.unknown-word", text, word=matched)
+    return _join_bearings(text, raw, is_azimuth=is_azimuth)
 
 
 def _number(match: re.Match[str]) -> _Token:
@@ -455,26 +457,26 @@ def _number(match: re.Match[str]) -> _Token:
 
 
 def _word(text: str, word: str) -> list[_Token]:
-    if word in _WINDS:
-        return [_Token("wind", word, _WINDS[word])]
+    if word in _WIND_AZIMUTHS:
+        return [_Token("wind", word, _WIND_AZIMUTHS[word])]
     if word in ("NS", "SN"):
         return [_Token("bearing", "N-S", 0.0)]
     if word in ("EW", "WE"):
         return [_Token("bearing", "E-W", 90.0)]
-    if word in _RULES:
-        return [_Token("rule", _RULES[word])]
-    if word in _ARROWS:
+    if word in _HAND_RULES:
+        return [_Token("rule", _HAND_RULES[word])]
+    if word in _ARROW_WORDS:
         return [_Token("arrow", word)]
-    if word in _FILLERS:
+    if word in _FILLER_WORDS:
         return []
     if word in ("DIR", "DIRECTION"):
         return [_Token("label", "DIRECTION")]
-    if word in _LABELS:
-        return [_Token("label", _LABELS[word])]
-    raise _refused("notation.unknown-word", text, word=word)
+    if word in _ANGLE_LABELS:
+        return [_Token("label", _ANGLE_LABELS[word])]
+    raise _notation_error("notation.unknown-word", text, word=word)
 
 
-def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
+def _join_bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
     """Join tokens into bearings (N 42 E), strikes (NE - SW) and labels (dip direction)."""
     out: list[_Token] = []
     i = 0
@@ -495,14 +497,14 @@ def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]
             angle = three[1].value
             name = f"{t.text}{three[1].text}{three[2].text}"
             if not 0.0 <= angle <= 90.0:
-                raise _refused("notation.bearing-out-of-range", text, bearing=name)
+                raise _notation_error("notation.bearing-out-of-range", text, bearing=name)
             clockwise = t.text + three[2].text in ("NE", "ES", "SW", "WN")
             out.append(_Token("bearing", name, wrap360(t.value + (angle if clockwise else -angle))))
             i += 3
         elif t.kind == "mark":
             i += 1
         elif t.text == "DIRECTION":
-            raise _refused("notation.lone-direction", text)
+            raise _notation_error("notation.lone-direction", text)
         else:
             out.append(t)
             i += 1
@@ -521,7 +523,7 @@ def _is_bearing(raw: list[_Token], first: int) -> bool:
     return start in ("E", "W") and end in ("N", "S") and bool(others)
 
 
-def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
+def _take_labelled_angles(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
     """Return the angles labelled `first` and `second`, followed by the other tokens."""
     values: dict[str, _Token] = {}
     other_tokens: list[_Token] = []
@@ -529,7 +531,7 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
     for token in tokens:
         if token.kind == "label":
             if label is not None or token.text in values:
-                raise _refused("notation.no-number", text, label=label or token.text)
+                raise _notation_error("notation.no-number", text, label=label or token.text)
             label = token.text
         elif label is not None and token.kind in ("number", "bearing", "wind"):
             values[label] = token
@@ -537,7 +539,7 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
         else:
             other_tokens.append(token)
     if label is not None:
-        raise _refused("notation.no-number", text, label=label)
+        raise _notation_error("notation.no-number", text, label=label)
     return [values[first], values[second], *other_tokens]
 
 
@@ -555,7 +557,7 @@ def _split_comma(tokens: list[_Token]) -> list[_Token]:
 
 def _azimuth(text: str, token: _Token) -> float:
     if not 0.0 <= token.value <= 360.0:
-        raise _refused("notation.azimuth-out-of-range", text, azimuth_deg=token.value)
+        raise _notation_error("notation.azimuth-out-of-range", text, azimuth_deg=token.value)
     return token.value
 
 
@@ -563,17 +565,17 @@ def _steepness(text: str, token: _Token, name: str) -> float:
     """Return a dip or plunge. Raises InputError if it is out of range."""
     value = token.value
     if token.signed and value > 0:
-        raise _refused("notation.unclear-minus", text)
+        raise _notation_error("notation.unclear-minus", text)
     if name == "dip" and value < 0:
-        raise _refused("notation.signed-dip", text)
+        raise _notation_error("notation.signed-dip", text)
     if abs(value) > 90.0:
         if name == "dip":
-            raise _refused("notation.dip-out-of-range", text, dip_deg=value)
-        raise _refused("notation.plunge-out-of-range", text, plunge_deg=value)
+            raise _notation_error("notation.dip-out-of-range", text, dip_deg=value)
+        raise _notation_error("notation.plunge-out-of-range", text, plunge_deg=value)
     return value
 
 
-def _plane_from(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane:
+def _build_plane(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane:
     first = _azimuth(text, azimuth)
     # In planes, a minus before the dip can only be a separator: 132 -41.
     free = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
@@ -583,12 +585,12 @@ def _plane_from(text: str, azimuth: _Token, dip: _Token, meaning: str) -> Plane:
     return Plane.from_strike(first if meaning == "strike/dip" else first + 180.0, steep)
 
 
-def _plane_to_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plane:
+def _build_plane_with_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plane:
     azimuth = _azimuth(text, strike)
     steep = _steepness(text, dip, "dip")
     off = (side.value - azimuth - 90.0 + 180.0) % 360.0 - 180.0
-    if steep > 0.0 and min(abs(off), 180.0 - abs(off)) > SIDE_REACH_DEG[len(side.text)]:
-        raise _refused("notation.other-side", text, strike=strike.text, side=side.text)
+    if steep > 0.0 and min(abs(off), 180.0 - abs(off)) > MAX_SIDE_ANGLE_DEG[len(side.text)]:
+        raise _notation_error("notation.other-side", text, strike=strike.text, side=side.text)
     return Plane(azimuth + 90.0 if abs(off) < 90.0 else azimuth - 90.0, steep)
 
 
@@ -607,8 +609,8 @@ def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
     -------
     str
     """
-    text = _padded(wrap360(azimuth_deg), decimals, 3)
-    return _padded(0.0, decimals, 3) if text.startswith("360") else text
+    text = _pad_number(wrap360(azimuth_deg), decimals, 3)
+    return _pad_number(0.0, decimals, 3) if text.startswith("360") else text
 
 
 def format_wind(azimuth_deg: float) -> str:
@@ -623,7 +625,10 @@ def format_wind(azimuth_deg: float) -> str:
     str
     """
     whole = round(azimuth_deg) % 360
-    point = min(_WINDS, key=lambda name: abs((_WINDS[name] - azimuth_deg + 180.0) % 360.0 - 180.0))
+    point = min(
+        _WIND_AZIMUTHS,
+        key=lambda name: abs((_WIND_AZIMUTHS[name] - azimuth_deg + 180.0) % 360.0 - 180.0),
+    )
     return f"{point} ({whole:03d})"
 
 
@@ -643,7 +648,7 @@ def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
 
 
 def format_plane(
-    plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, bare: bool = False
+    plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, omits_hand_rule: bool = False
 ) -> str:
     """Format a plane with a fixed number of digits.
 
@@ -653,7 +658,7 @@ def format_plane(
     notation : str, optional
         One of `NOTATIONS`.
     decimals : int, optional
-    bare : bool, optional
+    omits_hand_rule : bool, optional
         Whether to omit "RHR" after strike/dip, for columns whose header already contains it.
 
     Returns
@@ -665,18 +670,18 @@ def format_plane(
     ValueError
         If the notation is unknown.
     """
-    dip = _padded(plane.dip_deg, decimals, 2)
+    dip = _pad_number(plane.dip_deg, decimals, 2)
     if notation == "dipdir/dip":
         return f"{format_azimuth(plane.dip_direction_deg, decimals)}/{dip}"
     if notation == "strike/dip":
         pair = f"{format_azimuth(plane.strike_rhr_deg, decimals)}/{dip}"
-        return pair if bare else f"{pair} RHR"
+        return pair if omits_hand_rule else f"{pair} RHR"
     if notation == "quadrant":
         strike = float(format_azimuth(plane.strike_rhr_deg, decimals))
-        side = _SIDES[round((strike + 90.0) / 45.0) % 8]
+        side = _QUADRANT_SIDES[round((strike + 90.0) / 45.0) % 8]
         axis = strike % 180.0
         east = axis <= 90.0
-        angle = _padded(axis if east else 180.0 - axis, decimals, 2)
+        angle = _pad_number(axis if east else 180.0 - axis, decimals, 2)
         return f"N{angle}{'E' if east else 'W'} {dip}{side}"
     raise ValueError(f"unknown notation {notation!r}; use one of {NOTATIONS}")
 
@@ -693,7 +698,7 @@ def format_line(line: Line, decimals: int = 0) -> str:
     -------
     str
     """
-    return f"{format_azimuth(line.trend_deg, decimals)}/{_padded(line.plunge_deg, decimals, 2)}"
+    return f"{format_azimuth(line.trend_deg, decimals)}/{_pad_number(line.plunge_deg, decimals, 2)}"
 
 
 def format_attitude(
@@ -701,7 +706,7 @@ def format_attitude(
     error95_deg: float | None,
     notation: str = "dipdir/dip",
     *,
-    bare: bool = False,
+    omits_hand_rule: bool = False,
 ) -> str:
     """Format a plane or line with its 95 % error, such as 318/39 ± 2.4°.
 
@@ -715,16 +720,16 @@ def format_attitude(
         Total 95 % error. If None (unknown), the attitude is formatted without an error.
     notation : {"dipdir/dip", "strike/dip", "quadrant"}
         Notation of planes.
-    bare : bool
+    omits_hand_rule : bool
         See `format_plane`.
     """
     decimals = attitude_decimals(error95_deg)
     text = (
-        format_plane(attitude, notation, decimals, bare=bare)
+        format_plane(attitude, notation, decimals, omits_hand_rule=omits_hand_rule)
         if isinstance(attitude, Plane)
         else format_line(attitude, decimals)
     )
-    return text if error95_deg is None else f"{text} ± {degrees(error95_deg)}"
+    return text if error95_deg is None else f"{text} ± {format_error_deg(error95_deg)}"
 
 
 def attitude_decimals(error95_deg: float | None) -> int:
@@ -743,7 +748,7 @@ def attitude_decimals(error95_deg: float | None) -> int:
     return 1 if error95_deg >= 0.0995 else 2
 
 
-def degrees(value: float | None) -> str:
+def format_error_deg(value: float | None) -> str:
     """Format an error, or an angle of similar accuracy, with two significant digits.
 
     Parameters
@@ -762,7 +767,7 @@ def degrees(value: float | None) -> str:
     return f"{value:.{decimals}f}°"
 
 
-def _padded(value: float, decimals: int, digits: int) -> str:
+def _pad_number(value: float, decimals: int, digits: int) -> str:
     width = digits + (decimals + 1 if decimals else 0)
     text = f"{abs(value):0{width}.{decimals}f}"
     return f"-{text}" if value < 0 and float(text) != 0.0 else text

@@ -21,7 +21,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.populations.probabilities import f_tail
-from vomstudio.geology.profiles import DEFAULTS
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS
 from vomstudio.geology.quality import governing_half_angles, is_within_wander, resolution_tilt_deg
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import FittedPlane
@@ -31,7 +31,7 @@ MAX_HALF_WIDTH_DEG = 10.0
 MIN_ASPECT_RATIO = 3.0
 """Minimum ratio of the rotation error about the trace to that along it (own choice)."""
 SIGNIFICANCE = 0.05
-N_TURNS, N_ACROSS, GRID_RANGE_SIGMA = 360, 41, 6.0
+N_TURNS, N_TILTS, GRID_RANGE_SIGMA = 360, 41, 6.0
 # Minimum direction error of a trace, which may be straight to the last digit.
 MIN_SIGMA_RAD = 1e-6
 MIN_CROSSING_DEG = 10.0
@@ -171,7 +171,7 @@ def find_plane_band(
         return None
     largest = max(largest, resolution_tilt_deg(fit, resolution_m) or 0.0)
     l1, l2, l3 = (max(float(v), 0.0) for v in fit.eigenvalues)
-    if largest <= DEFAULTS.poor_confidence95_deg or l1 <= 0.0:
+    if largest <= DEFAULT_THRESHOLDS.poor_confidence95_deg or l1 <= 0.0:
         return None
     third = np.tan(np.radians(min(smallest, 89.0)))
     # The error is proportional to the variance in the direction of the normal.
@@ -365,12 +365,12 @@ def _line_error_rad(band: PlaneBand, normal: FloatArray) -> float:
 def _band_grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
     """Return grid normals (k, 3) that extend beyond the edges of the band, and their areas."""
     turn = (np.arange(N_TURNS) + 0.5) * np.pi / N_TURNS - np.pi / 2
-    share = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_ACROSS)
+    share = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_TILTS)
     sigma = band.sigma_rad(turn)
     along = np.clip(np.outer(sigma, share), -1.5, 1.5)
     step = sigma * (share[1] - share[0]) * np.pi / N_TURNS
-    normals = band.normals(np.repeat(turn, N_ACROSS), along.ravel())
-    return normals, np.repeat(step, N_ACROSS) * np.cos(along.ravel())
+    normals = band.normals(np.repeat(turn, N_TILTS), along.ravel())
+    return normals, np.repeat(step, N_TILTS) * np.cos(along.ravel())
 
 
 def _fisher_density(kappa: float, cosine: FloatArray) -> FloatArray:

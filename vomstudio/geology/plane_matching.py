@@ -41,7 +41,7 @@ class MutualAgreement:
 
 
 def compare_proposals(
-    picked: Sequence[OrientedPlane], proposed: Sequence[OrientedPlane]
+    picked_planes: Sequence[OrientedPlane], proposed_planes: Sequence[OrientedPlane]
 ) -> MutualAgreement:
     """Compare proposed planes with picked ones.
 
@@ -51,15 +51,15 @@ def compare_proposals(
 
     Parameters
     ----------
-    picked : sequence of OrientedPlane
-    proposed : sequence of OrientedPlane
+    picked_planes : sequence of OrientedPlane
+    proposed_planes : sequence of OrientedPlane
 
     Returns
     -------
     MutualAgreement
     """
-    placed_picks = [plane for plane in picked if plane.place is not None]
-    placed_proposals = [plane for plane in proposed if plane.place is not None]
+    placed_picks = [plane for plane in picked_planes if plane.place is not None]
+    placed_proposals = [plane for plane in proposed_planes if plane.place is not None]
     if not (placed_picks and placed_proposals):
         return MutualAgreement(len(placed_picks), 0, 0, len(placed_proposals), 0, 0, None)
     is_near, agrees, angle = _compare_planes(placed_picks, placed_proposals)

@@ -96,7 +96,9 @@ class Thresholds:
         )
 
 
-DEFAULTS = Thresholds()
-TEXTBOOK = Thresholds(profile="textbook", by="shape")
-PROFILES = {profile.profile: profile for profile in (DEFAULTS, TEXTBOOK)}
+DEFAULT_THRESHOLDS = Thresholds()
+TEXTBOOK_THRESHOLDS = Thresholds(profile="textbook", by="shape")
+PROFILES_BY_NAME = {
+    profile.profile: profile for profile in (DEFAULT_THRESHOLDS, TEXTBOOK_THRESHOLDS)
+}
 """Built-in profiles by name."""

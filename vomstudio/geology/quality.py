@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geometry.lines import FittedLine
-from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION, PlaneSizes, within_wander
+from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION, PlaneSizes, is_width_within_wander
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.rotation_errors import CHI2_TWO
@@ -40,7 +40,7 @@ class Verdict:
     quality: Quality
     reasons: tuple[Finding, ...]
     notes: tuple[Finding, ...] = ()
-    limits: Thresholds = DEFAULTS
+    limits: Thresholds = DEFAULT_THRESHOLDS
 
     @property
     def profile(self) -> str:
@@ -50,7 +50,7 @@ class Verdict:
 
 # Own choice: if a trace is closer to the outcrop face than this angle, its plane may be the face
 # itself. A plane with a larger error is poor in any case.
-MAX_FACE_ANGLE_DEG = DEFAULTS.poor_confidence95_deg
+MAX_FACE_ANGLE_DEG = DEFAULT_THRESHOLDS.poor_confidence95_deg
 # Own choice: a trace with less relief is merely a line drawn on the face.
 MIN_RELIEF_OVER_RESOLUTION = 3.0
 MIN_RELIEF_OVER_EXTENT = 0.02
@@ -154,7 +154,7 @@ def is_within_wander(
     angle = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
     if angle is None or angle > MAX_FACE_ANGLE_DEG:
         return False
-    return within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, spacing)
+    return is_width_within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, spacing)
 
 
 def feature_extent_m(fit: FittedPlane, kind: Kind = "trace") -> float | None:
@@ -218,7 +218,7 @@ def _tilt_of_points_deg(fit: FittedPlane, sigma_m: float) -> float:
     return math.degrees(math.atan2(math.sqrt(CHI2_TWO) * sigma_m, width))
 
 
-def is_from_too_few(fit: FittedPlane, resolution_m: float | None, good_deg: float) -> bool:
+def has_too_few_points(fit: FittedPlane, resolution_m: float | None, good_deg: float) -> bool:
     """Return whether a plane has fewer than 6 independent points and no roughness bound.
 
     The misfit of a few points is too often small by chance. The resolution of the model is a
@@ -295,7 +295,7 @@ def judge(
     resolution_m: float | None,
     outcrop_normal: npt.ArrayLike | None,
     kind: Kind = "trace",
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
     registration_deg: float | None = None,
     surface_findings: Sequence[Finding] = (),
     stretch_error_deg: float | None = None,
@@ -417,7 +417,7 @@ def _judge_by_shape(
     fit: FittedPlane,
     kind: Kind,
     resolution_m: float | None,
-    t: Thresholds,
+    thresholds: Thresholds,
     registration_deg: float | None,
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
@@ -425,27 +425,33 @@ def _judge_by_shape(
     """Judge a plane by its shape; return whether it is poor, the reasons and the notes."""
     reasons, notes = list[Finding](), list[Finding]()
     # None means infinite: the points lie exactly in one plane or along one line.
-    if fit.coplanarity is not None and fit.coplanarity < t.least_coplanarity:
+    if fit.coplanarity is not None and fit.coplanarity < thresholds.least_coplanarity:
         reasons.append(
-            Finding("plane.not-coplanar", coplanarity=fit.coplanarity, minimum=t.least_coplanarity)
+            Finding(
+                "plane.not-coplanar",
+                coplanarity=fit.coplanarity,
+                minimum=thresholds.least_coplanarity,
+            )
         )
-    if fit.collinearity is None or fit.collinearity > t.most_collinearity:
+    if fit.collinearity is None or fit.collinearity > thresholds.most_collinearity:
         reasons.append(
             Finding(
                 "plane.collinear",
-                collinearity=_or_infinite(fit.collinearity),
-                maximum=t.most_collinearity,
+                collinearity=_number_or_infinity(fit.collinearity),
+                maximum=thresholds.most_collinearity,
             )
         )
     extent = feature_extent_m(fit, kind)
     if extent is None or resolution_m is None or not resolution_m > 0.0:
         notes.append(Finding("plane.unknown-resolution"))
-    elif extent < t.extent_over_resolution * resolution_m:
+    elif extent < thresholds.extent_over_resolution * resolution_m:
         ratio = extent / resolution_m
-        reasons.append(Finding("plane.too-small", ratio=ratio, minimum=t.extent_over_resolution))
+        reasons.append(
+            Finding("plane.too-small", ratio=ratio, minimum=thresholds.extent_over_resolution)
+        )
     poor = len(reasons) > 1
     _, error_reasons = _direction_findings(
-        fit, kind, resolution_m, t, registration_deg, face, stretch_error_deg
+        fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
     )
     if governing_confidence_deg(fit, kind) is None:
         # Without redundancy, or if points are identical, the shape is irrelevant.
@@ -458,7 +464,7 @@ def _face_findings(
     kind: Kind,
     outcrop_normal: npt.ArrayLike | None,
     resolution_m: float | None,
-    t: Thresholds,
+    thresholds: Thresholds,
 ) -> tuple[list[Finding], list[Finding]]:
     """Return the objections to a trace that is parallel to the outcrop face.
 
@@ -469,7 +475,12 @@ def _face_findings(
         return [], []
     face = np.asarray(outcrop_normal, dtype=np.float64)
     angle = _axial_angle_deg(fit.normal, face)
-    if angle is None or angle >= t.surface_effect_deg or fit.trace is None or fit.extent is None:
+    if (
+        angle is None
+        or angle >= thresholds.surface_effect_deg
+        or fit.trace is None
+        or fit.extent is None
+    ):
         return [], []
     unit = face / np.linalg.norm(face)
     variance = float(np.sum(fit.eigenvalues * (fit.axes @ unit) ** 2)) * fit.trace
@@ -486,7 +497,7 @@ def _direction_findings(
     fit: FittedPlane,
     kind: Kind,
     resolution_m: float | None,
-    t: Thresholds,
+    thresholds: Thresholds,
     registration_deg: float | None,
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
@@ -501,12 +512,12 @@ def _direction_findings(
         ]
     if angle is None:
         return True, [Finding("plane.three-distinct-points", n=fit.n)]
-    if angle <= t.good_confidence95_deg:
-        if not is_from_too_few(fit, resolution_m, t.good_confidence95_deg):
+    if angle <= thresholds.good_confidence95_deg:
+        if not has_too_few_points(fit, resolution_m, thresholds.good_confidence95_deg):
             return False, []
         return False, [Finding("plane.too-few-points", minimum=int(MIN_INDEPENDENT_POINTS))]
-    poor = angle > t.poor_confidence95_deg
-    limit_deg = t.poor_confidence95_deg if poor else t.good_confidence95_deg
+    poor = angle > thresholds.poor_confidence95_deg
+    limit_deg = thresholds.poor_confidence95_deg if poor else thresholds.good_confidence95_deg
     model_error = angle
     if registration_deg is not None:
         model_error = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
@@ -524,34 +535,34 @@ def _direction_findings(
     if kind == "patch":
         code = "plane.uncertain-patch"
     else:
-        code = "plane.too-straight" if _is_straight(fit, t) else "plane.uncertain"
+        code = "plane.too-straight" if _is_straight(fit, thresholds) else "plane.uncertain"
     return poor, [Finding(code, error_deg=angle, limit_deg=limit_deg)]
 
 
-def _is_straight(fit: FittedPlane, t: Thresholds) -> bool:
-    return fit.K is None or t.good_K <= fit.K
+def _is_straight(fit: FittedPlane, thresholds: Thresholds) -> bool:
+    return fit.K is None or thresholds.good_K <= fit.K
 
 
-def _shape_findings(fit: FittedPlane, kind: Kind, t: Thresholds) -> list[Finding]:
+def _shape_findings(fit: FittedPlane, kind: Kind, thresholds: Thresholds) -> list[Finding]:
     """Compare the scatter of the points with the recommended values."""
     notes = list[Finding]()
     # None means infinite: the points lie exactly in one plane.
-    if fit.M is not None and t.good_M >= fit.M:
+    if fit.M is not None and thresholds.good_M >= fit.M:
         notes.append(
             Finding(
                 "plane.scattered",
                 M=fit.M,
-                coplanarity=_or_infinite(fit.coplanarity),
-                recommended=t.good_M,
+                coplanarity=_number_or_infinity(fit.coplanarity),
+                recommended=thresholds.good_M,
             )
         )
-    if _is_straight(fit, t):
+    if _is_straight(fit, thresholds):
         notes.append(
             Finding(
                 "plane.almost-straight",
-                collinearity=_or_infinite(fit.collinearity),
-                K=_or_infinite(fit.K),
-                recommended=t.good_K,
+                collinearity=_number_or_infinity(fit.collinearity),
+                K=_number_or_infinity(fit.K),
+                recommended=thresholds.good_K,
             )
         )
     if fit.hyperbolic_overflow:
@@ -574,11 +585,11 @@ def judge_line(
     *,
     confidence95_deg: float | None,
     off_plane_deg: float | None = None,
-    plane_is_gone: bool = False,
-    plane_is_known: bool = True,
+    is_plane_missing: bool = False,
+    is_plane_known: bool = True,
     scatter_deg: float = 0.0,
     registration_deg: float | None = None,
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
 ) -> Verdict:
     """Judge a lineation or, without `fit`, a line derived from planes.
 
@@ -589,9 +600,9 @@ def judge_line(
         Larger semi-axis of the 95 % region, including the registration, degrees; None if unknown.
     off_plane_deg : float, optional
         Angle between the line and its plane, degrees.
-    plane_is_gone : bool
+    is_plane_missing : bool
         True if the plane of the line was deleted.
-    plane_is_known : bool
+    is_plane_known : bool
         True if the plane of the line has an error, which is the error of the line across the plane.
     scatter_deg : float
         RMS angle between planes and their mean in the set with the larger scatter, degrees.
@@ -612,7 +623,7 @@ def judge_line(
             reasons.append(Finding("line.plane-error-unknown"))
         elif fit.confidence95_deg is None:
             reasons.append(Finding("line.two-points"))
-        if fit is not None and not plane_is_known:
+        if fit is not None and not is_plane_known:
             reasons.append(Finding("line.plane-error-unknown"))
     elif angle > t.good_confidence95_deg:
         poor = angle > t.poor_confidence95_deg
@@ -628,7 +639,7 @@ def judge_line(
         reasons.append(Finding("line.off-plane", angle_deg=off_plane_deg))
     if scatter_deg > MAX_SET_SCATTER_DEG:
         reasons.append(Finding("line.scattered-set", scatter_deg=scatter_deg))
-    if plane_is_gone:
+    if is_plane_missing:
         reasons.append(Finding("line.plane-missing"))
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     return Verdict(quality, tuple(reasons), limits=t)
@@ -647,5 +658,5 @@ def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:
     return math.degrees(math.atan2(across, along))
 
 
-def _or_infinite(ratio: float | None) -> float:
+def _number_or_infinity(ratio: float | None) -> float:
     return math.inf if ratio is None else ratio

@@ -14,11 +14,11 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.rose_options import check_bins
 
-ROSE_OF = ("strike", "dip-direction", "trend")
-HISTOGRAM_OF = ("dip", "plunge")
+ROSE_ANGLES = ("strike", "dip-direction", "trend")
+HISTOGRAM_ANGLES = ("dip", "plunge")
 LINE_ANGLES = ("trend", "plunge")
 """Angles of lines; all other angles are those of planes."""
-MIN_FOR_RAYLEIGH = 5
+MIN_RAYLEIGH_DIRECTIONS = 5
 """Rayleigh's test has almost no power for fewer rows."""
 MIN_INCLINATION_DEG = 1e-6
 """Planes with a smaller dip, and lines closer to vertical, have no azimuth."""
@@ -172,7 +172,11 @@ def count_rose(
     full_circle = np.tile(shares, 2) if axial else shares
     resultant = min(resultant, 1.0)
     counts = int((w > 0).sum())
-    p = rayleigh_p(total**2 / float(w @ w), resultant) if counts >= MIN_FOR_RAYLEIGH else None
+    p = (
+        rayleigh_p(total**2 / float(w @ w), resultant)
+        if counts >= MIN_RAYLEIGH_DIRECTIONS
+        else None
+    )
     return Rose(bin_deg, axial, len(a), total, full_circle, mean, resultant, p, left_out)
 
 
@@ -270,13 +274,13 @@ def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> Fl
     ValueError
         If the name is unknown.
     """
-    if of not in (*ROSE_OF, *HISTOGRAM_OF):
-        raise ValueError(f"unknown angle {of!r}; use one of {(*ROSE_OF, *HISTOGRAM_OF)}")
+    if of not in (*ROSE_ANGLES, *HISTOGRAM_ANGLES):
+        raise ValueError(f"unknown angle {of!r}; use one of {(*ROSE_ANGLES, *HISTOGRAM_ANGLES)}")
     if of in LINE_ANGLES:
         # A line that points up is equivalent to its opposite, which points down.
         azimuth_deg = np.where(angle_deg < 0.0, (azimuth_deg + 180.0) % 360.0, azimuth_deg)
         angle_deg = np.abs(angle_deg)
-    if of in HISTOGRAM_OF:
+    if of in HISTOGRAM_ANGLES:
         return np.asarray(angle_deg, dtype=np.float64)
     has_no_azimuth = (
         np.abs(angle_deg) > 90.0 - MIN_INCLINATION_DEG

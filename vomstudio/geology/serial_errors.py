@@ -73,7 +73,7 @@ def whiten(values: FloatArray, rho: float) -> FloatArray:
     return np.concatenate([values[:1], innovations])
 
 
-def correlated(values: FloatArray, rho: float) -> FloatArray:
+def correlate(values: FloatArray, rho: float) -> FloatArray:
     """Multiply serial values by the correlation matrix rho^|i - j|.
 
     Parameters

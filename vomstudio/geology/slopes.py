@@ -143,7 +143,7 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     # Scalar product of the dip line (x z, y z, -flat^2) / flat and the normal of the face.
     daylight = sin_d * x * z / np.where(level, 1.0, flat) - cos_d * flat
     slide = np.where(level, -1.0, flat * cos_f - z * sin_f)
-    return Margins(np.minimum(daylight, slide), _lateral(face, x, y))
+    return Margins(np.minimum(daylight, slide), _lateral_margin(face, x, y))
 
 
 def planar_sliding(face: SlopeFace, normals: FloatArray) -> Zones:
@@ -183,9 +183,9 @@ def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     out = np.where(z < MIN_ANGLE_RAD, np.abs(x), -x)
     limit = face.plane.dip_deg - face.options.friction_deg
     if limit <= ANGLE_TOLERANCE_DEG:
-        return Margins(np.full(x.shape, -1.0), _lateral(face, out, y))
+        return Margins(np.full(x.shape, -1.0), _lateral_margin(face, out, y))
     sin_l, cos_l = _sin_cos(limit)
-    return Margins(sin_l * out - cos_l * z, _lateral(face, out, y))
+    return Margins(sin_l * out - cos_l * z, _lateral_margin(face, out, y))
 
 
 def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
@@ -349,7 +349,7 @@ def count_pairs(
     return PairCounts(*counts)
 
 
-def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
+def count_critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
     """Count the critical intersection lines of each face.
 
     Matrix products make this fast enough for thousands of faces.
@@ -395,7 +395,9 @@ class PairMembers(NamedTuple):
     toppling: IntArray
 
 
-def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = None) -> PairMembers:
+def count_pair_members(
+    face: SlopeFace, normals: FloatArray, sets: IntArray | None = None
+) -> PairMembers:
     """Count the critical intersections that each plane takes part in.
 
     Parameters
@@ -419,7 +421,7 @@ def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = N
     return PairMembers(*counts)
 
 
-def pairs_of_sets(n: int, sets: IntArray | None) -> int:
+def count_pairs_between_sets(n: int, sets: IntArray | None) -> int:
     """Return the number of pairs of planes that do not belong to the same set.
 
     Parameters
@@ -488,7 +490,7 @@ def intersections(
         yield np.stack([x * scale, y * scale, z * scale], axis=-1), is_line, np.stack([a, b])
 
 
-def _lateral(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
+def _lateral_margin(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
     """Return the margin to the lateral limits.
 
     `out` is the component out of (or into) the face, `along` the component along it.

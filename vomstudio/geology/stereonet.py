@@ -23,7 +23,7 @@ from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 PROJECTIONS = ("area", "angle")
 
 
-def _check(projection: str) -> None:
+def _check_projection(projection: str) -> None:
     if projection not in PROJECTIONS:
         raise ValueError(f"unknown projection {projection!r}; use one of {PROJECTIONS}")
 
@@ -46,7 +46,7 @@ def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = Tr
     -------
     (n, 2) ndarray
     """
-    _check(projection)
+    _check_projection(projection)
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     with np.errstate(invalid="ignore", divide="ignore"):
         v = v / np.linalg.norm(v, axis=-1, keepdims=True)
@@ -72,7 +72,7 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
     (n, 3) ndarray
         NaN for points outside the primitive circle.
     """
-    _check(projection)
+    _check_projection(projection)
     p = np.atleast_2d(np.asarray(points, dtype=np.float64))
     r2 = np.sum(p**2, axis=-1)
     inside = r2 <= 1.0 + 1e-12

@@ -28,7 +28,7 @@ from vomstudio.geology.orientation import normals_to_planes, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 
 DEFAULT_KIND = "bedding"
-UNNAMED = "unassigned"
+UNASSIGNED_NAME = "unassigned"
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def _domains(
     names = table.column(column)
     members: dict[str, list[int]] = {}
     for i in np.flatnonzero(selection.use):
-        members.setdefault(names[i].strip() or UNNAMED, []).append(int(i))
+        members.setdefault(names[i].strip() or UNASSIGNED_NAME, []).append(int(i))
     if len(members) < 2:
         raise UsageError(
             Finding("fold.one-domain", column=column),
@@ -189,21 +189,21 @@ def fold_of_table(
     return axis, selection.not_good
 
 
-def not_good_warning(not_good: int | None, used: int) -> list[Finding]:
+def not_good_warning(n_not_good: int | None, n_used: int) -> list[Finding]:
     """Report the planes of a fold axis whose verdict is not good.
 
     Parameters
     ----------
-    not_good : int or None
+    n_not_good : int or None
         Number of planes whose verdict is not good; None if unknown.
-    used : int
+    n_used : int
         Number of planes used.
 
     Returns
     -------
     list of Finding
     """
-    return [Finding("fold.planes-not-good", not_good=not_good, used=used)] if not_good else []
+    return [Finding("fold.planes-not-good", not_good=n_not_good, used=n_used)] if n_not_good else []
 
 
 class _Selection:
@@ -220,7 +220,7 @@ class _Selection:
         kind: str | None,
         sets: Sequence[str] | None,
         waviness_deg: float | None,
-        which: FoldFilter,
+        fold_filter: FoldFilter,
         turn: Callable[[FloatArray], FloatArray] | None = None,
     ) -> FoldAxis:
         """Return the axis of the selected planes, or of the named sets."""
@@ -229,7 +229,7 @@ class _Selection:
         has_kinds = self.table.kinds is not None and any(self.table.kinds)
         if kind is not None or (sets is None and has_kinds):
             self.select_kind(kind)
-        self.apply_filter(which)
+        self.apply_filter(fold_filter)
         try:
             axis = self.axis(waviness_deg, turn) if sets is None else self.common_axis(sets)
         except GeometryError as error:
@@ -237,28 +237,30 @@ class _Selection:
         self.not_good = select_planes(*self._verdicts_and_sets(self.use), FoldFilter()).not_good
         return axis
 
-    def apply_filter(self, which: FoldFilter) -> None:
+    def apply_filter(self, fold_filter: FoldFilter) -> None:
         """Select the planes that pass the filter for sets and verdicts."""
         table = self.table
         qualities, sets = self._verdicts_and_sets(self.use)
-        if which.min_quality is not None and not any(qualities):
+        if fold_filter.min_quality is not None and not any(qualities):
             raise self._error(Finding("fold.no-verdicts", option="--quality"), "--quality")
-        if which.set_name is not None and not any(_equal_names(s, which.set_name) for s in sets):
+        if fold_filter.set_name is not None and not any(
+            _equal_names(s, fold_filter.set_name) for s in sets
+        ):
             present = sorted(set(sets) - {""})
-            finding = Finding("sets.unknown", set=which.set_name, sets=present or None)
+            finding = Finding("sets.unknown", set=fold_filter.set_name, sets=present or None)
             raise self._error(finding, "--only-set")
-        selected = select_planes(qualities, sets, which)
+        selected = select_planes(qualities, sets, fold_filter)
         self.left_out += selected.left_out
         rows = np.flatnonzero(self.use)
         self.use = np.zeros(len(table), bool)
         self.use[rows[selected.use]] = True
         if not self.use.any():
-            finding = Finding("fold.none-good-enough", quality=which.min_quality)
+            finding = Finding("fold.none-good-enough", quality=fold_filter.min_quality)
             raise self._error(finding, "--quality")
 
-    def _verdicts_and_sets(self, use: BoolArray) -> tuple[list[str], list[str]]:
+    def _verdicts_and_sets(self, is_used: BoolArray) -> tuple[list[str], list[str]]:
         """Return the verdicts and sets of the selected rows; "" if missing."""
-        table, rows = self.table, np.flatnonzero(use)
+        table, rows = self.table, np.flatnonzero(is_used)
         try:
             words = table.column("quality")
         except UsageError:
@@ -274,12 +276,12 @@ class _Selection:
         if not self.use.any():
             raise self._error(Finding("orientation.no-planes"), "element")
 
-    def select_kind(self, requested: str | None) -> None:
+    def select_kind(self, requested_kind: str | None) -> None:
         """Select one kind, as cross joints among beds would rotate beta by up to 90 degrees."""
         kinds = self.table.kinds
         if kinds is None:
             raise self._error(Finding("fold.no-column", columns="kind", option="--kind"), "--kind")
-        name = requested or DEFAULT_KIND
+        name = requested_kind or DEFAULT_KIND
         present = Counter(kind for kind, use in zip(kinds, self.use, strict=True) if use)
         if not any(_equal_names(kind, name) for kind in present):
             listed = [kind or "(empty)" for kind in present]

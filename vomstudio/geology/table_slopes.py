@@ -19,11 +19,11 @@ from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import (
     SlopeFace,
     Zones,
+    count_pair_members,
     count_pairs,
+    count_pairs_between_sets,
     direct_toppling,
     flexural_toppling,
-    pair_members,
-    pairs_of_sets,
     planar_sliding,
     to_face_frame,
 )
@@ -178,7 +178,7 @@ def table_slope(
     normals = to_face_frame(face, planes.normals)
     zones = _plane_zones(face, normals)
     sets = set_numbers(table)
-    n_pairs = pairs_of_sets(len(rows), sets)
+    n_pairs = count_pairs_between_sets(len(rows), sets)
     progress.stage(tr("Intersecting pairs of planes"), n_pairs)
     pairs = count_pairs(face, normals[None], progress, sets)
     expected = _expected(face, planes, sets, progress)
@@ -195,7 +195,7 @@ def table_slope(
     ]
     planar, flexural, bases = plane_modes
     of, parallel = int(pairs.of[0]), int(pairs.parallel[0])
-    same_set = pairs_of_sets(len(rows), None) - n_pairs
+    same_set = count_pairs_between_sets(len(rows), None) - n_pairs
     n_known = int(planes.known.sum())
     wedge, topple = int(pairs.wedge[0]), int(pairs.toppling[0])
     return TableSlope(
@@ -211,7 +211,7 @@ def table_slope(
         wedge=PairsMode(
             wedge,
             of,
-            _share(wedge, of),
+            _critical_share(wedge, of),
             expected.pairs[0],
             int(pairs.wedge_secondary[0]),
             parallel,
@@ -221,7 +221,7 @@ def table_slope(
         direct_toppling=TopplingMode(
             topple,
             of,
-            _share(topple, of),
+            _critical_share(topple, of),
             expected.pairs[1],
             int(pairs.oblique[0]),
             parallel,
@@ -270,7 +270,7 @@ class CriticalPlane:
     intersections: int | None = None
 
 
-def critical_planes(
+def list_critical_planes(
     table: OrientationRows, face: SlopeFace, slope: TableSlope
 ) -> dict[str, tuple[CriticalPlane, ...]]:
     """Return the critical planes of each failure mode, and the base planes as "bases".
@@ -289,7 +289,7 @@ def critical_planes(
     """
     rows = np.flatnonzero(table.is_plane)
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
-    members = pair_members(face, to_face_frame(face, normals), set_numbers(table))
+    members = count_pair_members(face, to_face_frame(face, normals), set_numbers(table))
     planes_by_mode = {
         "planar": slope.planar.ids,
         "flexural_toppling": slope.flexural_toppling.ids,
@@ -315,7 +315,7 @@ def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zo
     )
 
 
-def _share(critical: int, of: int) -> float | None:
+def _critical_share(critical: int, of: int) -> float | None:
     return critical / of if of else None
 
 
@@ -341,37 +341,39 @@ def _expected(
     if not planes.known.any():
         return _Expected()
     n = len(planes.normals)
-    draws = _draws(MAX_DRAWN_PLANES, n)
+    draws = _n_draws(MAX_DRAWN_PLANES, n)
     generator = np.random.default_rng(SEED)
     critical = np.zeros(3)
     progress.stage(tr("Estimating probabilities of planes"), draws)
-    for done, portion in _portions(draws, n):
+    for done, portion in _split_draws(draws, n):
         progress.step(done)
         normals = to_face_frame(face, planes.draw(portion, generator))
         critical += [zone.critical.sum() for zone in _plane_zones(face, normals)]
     a, b, c = (critical / (draws * n)).tolist()
     if n < 2:
         return _Expected((a, b, c), draws=(draws, 0))
-    pairs = pairs_of_sets(n, sets)
+    pairs = count_pairs_between_sets(n, sets)
     if not pairs:
         return _Expected((a, b, c), draws=(draws, 0))
-    pair_draws = _draws(MAX_DRAWN_PAIRS, pairs)
+    pair_draws = _n_draws(MAX_DRAWN_PAIRS, pairs)
     of = wedge = topple = 0
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
-    for done, portion in _portions(pair_draws, n):
+    for done, portion in _split_draws(pair_draws, n):
         normals = to_face_frame(face, planes.draw(portion, generator))
         counts = count_pairs(face, normals, ResumedProgress(progress, done * pairs), sets)
         of += int(counts.of.sum())
         wedge += int(counts.wedge.sum())
         topple += int(counts.toppling.sum())
-    return _Expected((a, b, c), (_share(wedge, of), _share(topple, of)), (draws, pair_draws))
+    return _Expected(
+        (a, b, c), (_critical_share(wedge, of), _critical_share(topple, of)), (draws, pair_draws)
+    )
 
 
-def _draws(budget: int, each: int) -> int:
-    return int(np.clip(budget // each, MIN_DRAWS, MAX_DRAWS))
+def _n_draws(max_draws: int, each: int) -> int:
+    return int(np.clip(max_draws // each, MIN_DRAWS, MAX_DRAWS))
 
 
-def _portions(draws: int, n: int) -> list[tuple[int, int]]:
+def _split_draws(draws: int, n: int) -> list[tuple[int, int]]:
     """Return the number of draws before each block, and the number within it."""
     max_draws = max(1, PLANES_PER_PORTION // n)
     return [(start, min(max_draws, draws - start)) for start in range(0, draws, max_draws)]

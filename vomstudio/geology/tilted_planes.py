@@ -90,7 +90,7 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
     registration_deg = np.zeros(len(rows))
     if turns is not None:
         # Exclude the common rotation from the errors of the individual planes.
-        registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
+        registration = np.nan_to_num(column_numbers(table, rows, "registration_error_deg"))
         registration_deg = np.where(turns.group >= 0, registration, 0.0)
     axes = _axes(table, rows, registration_deg)
     return TiltedPlanes(planes_to_normals(azimuth, dip), axes, turns)
@@ -112,7 +112,7 @@ def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatAr
     (n, 2, 3) ndarray
         See `TiltedPlanes`.
     """
-    registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
+    registration = np.nan_to_num(column_numbers(table, rows, "registration_error_deg"))
     return _axes(table, rows, registration)
 
 
@@ -123,7 +123,7 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     largest, smallest, total, rake = (
-        cells_of(table, rows, name)
+        column_numbers(table, rows, name)
         for name in (
             "max_confidence95_deg",
             "min_confidence95_deg",
@@ -132,7 +132,7 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
         )
     )
     along, across = (
-        cells_of(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
+        column_numbers(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
     )
     # An error of the dip direction tilts the plane along its strike by the sine of the dip.
     across = across * np.sin(np.radians(dip))
@@ -160,7 +160,7 @@ def _frames(azimuth_deg: FloatArray, dip_deg: FloatArray, rake_deg: FloatArray) 
     return np.stack([cos_r * strike + sin_r * down, cos_r * down - sin_r * strike], axis=1)
 
 
-def cells_of(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
+def column_numbers(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
     """Return the numbers in a column; half-angles and rakes are never negative.
 
     Parameters

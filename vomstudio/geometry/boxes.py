@@ -10,12 +10,12 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.results import Result
-from vomstudio.geometry.coordinate_limits import invalid_places
+from vomstudio.geometry.coordinate_limits import find_invalid_points
 
-FACES = tuple((axis, side) for axis in range(3) for side in range(2))
+BOX_FACES = tuple((axis, side) for axis in range(3) for side in range(2))
 """Faces as (axis, 0 for the lower or 1 for the upper side), in the order of the handles."""
 
-EDGES = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1)
+BOX_EDGES = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1)
 """Pairs of rows of `ClipBox.corners`."""
 
 
@@ -43,7 +43,7 @@ class ClipBox(Result):
             raise ValueError(f"not a clipping box: {values!r}") from error
         if low.shape != (3,) or high.shape != (3,) or not (low < high).all():
             raise ValueError(f"not a clipping box: {values!r}")
-        if invalid_places(np.stack([low, high])).any():
+        if find_invalid_points(np.stack([low, high])).any():
             raise ValueError(f"not a clipping box: {values!r}")
         return cls(_triple(low), _triple(high))
 
@@ -133,7 +133,7 @@ def box_range(
     return enter, leave
 
 
-def box_hit(
+def hits_box(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray, pad: float = 0.0
 ) -> bool:
     """Return whether a ray meets one box (3,), enlarged by `pad`, ahead of its origin.
@@ -168,7 +168,7 @@ def box_hit(
     return leave >= enter
 
 
-def boxes_hit(
+def hits_boxes(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> BoolArray:
     """Return which boxes (n, 3) a ray meets ahead of its origin.

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray, IntegerArray
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import place_keys, welded
+from vomstudio.geometry.coincident_points import position_keys, weld_points
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
 from vomstudio.geometry.patches import face_areas, face_points
@@ -133,7 +133,7 @@ class MeshSurface(VertexSurface):
                 vertices = np.concatenate([vertices, new_vertices])
                 new_faces = self._inside(self._faces_at(new_vertices), index, centre, radius)
                 inner_faces = _join(inner_faces, new_faces)
-            nodes = welded(self._vertices[vertices])[place[self._mesh.faces[inner_faces]]]
+            nodes = weld_points(self._vertices[vertices])[place[self._mesh.faces[inner_faces]]]
         finally:
             place[vertices] = -1
         return inner_faces[_reached(nodes, int(np.searchsorted(inner_faces, index)))]
@@ -151,7 +151,7 @@ class MeshSurface(VertexSurface):
         if not len(ids):
             return np.zeros((0, 2, 3))
         corners = self.corners(ids)
-        nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
+        nodes = weld_points(corners.reshape(-1, 3)).reshape(-1, 3)
         ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
         first_ends, second_ends = ends.T
         # Process the two ends separately: a reduction along rows of two is many times slower.
@@ -215,12 +215,12 @@ class MeshSurface(VertexSurface):
         if self._tree is not None:
             ids_by_point = self._tree.query_ball_point(points, 0.0)
             return _distinct(np.concatenate([np.asarray(each, np.int64) for each in ids_by_point]))
-        keys, id_blocks = place_keys(points), []
+        keys, id_blocks = position_keys(points), []
         low, high = points.min(axis=0), points.max(axis=0)
         for start in range(0, len(self._vertices), BLOCK_SIZE):
             part = np.asarray(self._vertices[start : start + BLOCK_SIZE])
             near = np.flatnonzero(((part >= low) & (part <= high)).all(axis=1))
-            id_blocks.append(start + near[np.isin(place_keys(part[near]), keys)])
+            id_blocks.append(start + near[np.isin(position_keys(part[near]), keys)])
         return np.concatenate(id_blocks)
 
     def _faces_at(self, vertices: IntArray) -> IntArray:

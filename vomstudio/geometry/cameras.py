@@ -182,7 +182,7 @@ class Intrinsics:
         falling = np.flatnonzero(~(np.diff(real) > 0))
         return float(r[falling[0]]) if len(falling) else np.inf
 
-    def _straighten(self, distorted: FloatArray) -> FloatArray:
+    def _straighten(self, distorted_points: FloatArray) -> FloatArray:
         """Invert `_bend` by Newton's method.
 
         The radius is solved first, then the tangential distortion.
@@ -190,15 +190,17 @@ class Intrinsics:
         edge = min(self._edge, MAX_RADIUS)
         r = np.linspace(0.0, edge, 2000)
         real = self._radius(r)
-        radii: FloatArray = np.hypot(distorted[:, 0], distorted[:, 1])
+        radii: FloatArray = np.hypot(distorted_points[:, 0], distorted_points[:, 1])
         first = np.interp(radii, real, r)
         with np.errstate(divide="ignore", invalid="ignore"):
             flat = np.where(
-                radii[:, None] > 1e-12, distorted / radii[:, None] * first[:, None], distorted
+                radii[:, None] > 1e-12,
+                distorted_points / radii[:, None] * first[:, None],
+                distorted_points,
             )
         step = 1e-6
         for _ in range(12):
-            residuals = self._bend(flat) - distorted
+            residuals = self._bend(flat) - distorted_points
             if not np.nanmax(np.abs(residuals), initial=0.0) > 1e-14:
                 break
             dx = (self._bend(flat + [step, 0.0]) - self._bend(flat - [step, 0.0])) / (2 * step)
@@ -211,7 +213,7 @@ class Intrinsics:
                         (dx[:, 0] * residuals[:, 1] - dx[:, 1] * residuals[:, 0]) / det,
                     ]
                 )
-        has_failed = np.abs(self._bend(flat) - distorted).max(axis=1, initial=0.0) > 1e-8
+        has_failed = np.abs(self._bend(flat) - distorted_points).max(axis=1, initial=0.0) > 1e-8
         flat = np.where(has_failed[:, None], np.nan, flat)
         return flat
 

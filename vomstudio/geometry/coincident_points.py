@@ -8,7 +8,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray, IntArray, UInt64Array
 
 
-def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
+def position_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
     """Return a key per point: equal for equal coordinates.
 
     Two different points have the same key with a probability of 1e-19.
@@ -30,7 +30,7 @@ def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
     return key
 
 
-def welded(points: FloatArray) -> IntArray:
+def weld_points(points: FloatArray) -> IntArray:
     """Assign a number to each distinct position of points, starting at 0.
 
     Parameters
@@ -42,7 +42,7 @@ def welded(points: FloatArray) -> IntArray:
     (k,) ndarray of int
         Number of the position of each point.
     """
-    keys = place_keys(points)
+    keys = position_keys(points)
     order = np.argsort(keys)
     number = np.empty(len(keys), np.int64)
     number[order] = np.cumsum(np.append(False, np.diff(keys[order]) != 0))

@@ -44,7 +44,7 @@ def check_error(value: float) -> Finding | None:
     return Finding("accuracy.out-of-range", value=value, minimum=MIN_ERROR, maximum=MAX_ERROR)
 
 
-def invalid_places(points: FloatArray) -> BoolArray:
+def find_invalid_points(points: FloatArray) -> BoolArray:
     """Find points that are not finite or beyond the limits of metres on Earth.
 
     Parameters

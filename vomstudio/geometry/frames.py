@@ -128,7 +128,7 @@ def crs_label(crs: str) -> str:
     return match[1] if match else crs
 
 
-UNDECLARED = Frame()
+UNDECLARED_FRAME = Frame()
 
 WORLD_NORTHS = {
     "crs": "grid north of the CRS",

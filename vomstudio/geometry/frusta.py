@@ -91,7 +91,7 @@ def frustum(view: View, depth: float) -> Frustum:
     return Frustum(view.name, view.centre, points[::steps], outline)
 
 
-def good_size(centres: npt.ArrayLike, distance: float) -> float:
+def choose_frustum_size(centres: npt.ArrayLike, distance: float) -> float:
     """Return a suitable depth of the pyramids of photos.
 
     It is a share of the median distance between cameras, limited to a share of the distance to the
@@ -142,26 +142,26 @@ def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
         return []
     centres = np.array([view.centre for view in views])
     distance = float(np.median(np.linalg.norm(centres - np.asarray(target), axis=1)))
-    size = good_size(centres, distance)
+    size = choose_frustum_size(centres, distance)
     return [frustum(view, size) for view in views]
 
 
 def frustum_at(
-    tips: FloatArray, corners: FloatArray, x: float, y: float, reach: float
+    apexes: FloatArray, corners: FloatArray, x: float, y: float, max_distance_px: float
 ) -> int | None:
     """Find the camera at a pixel.
 
-    This is the camera with the nearest apex within `reach` pixels or, if no apex is that close, the
-    one with the smallest outline that contains the pixel.
+    This is the camera with the nearest apex within `max_distance_px` pixels or, if no apex is that
+    close, the one with the smallest outline that contains the pixel.
 
     Parameters
     ----------
-    tips : (n, 2) ndarray
+    apexes : (n, 2) ndarray
     corners : (n, 4, 2) ndarray
         Pixels, NaN behind the viewer.
     x, y : float
         Pixel.
-    reach : float
+    max_distance_px : float
         Maximum distance of the nearest apex, pixels.
 
     Returns
@@ -169,11 +169,11 @@ def frustum_at(
     int or None
         Row of the camera.
     """
-    if not len(tips):
+    if not len(apexes):
         return None
-    distances = np.hypot(tips[:, 0] - x, tips[:, 1] - y)
+    distances = np.hypot(apexes[:, 0] - x, apexes[:, 1] - y)
     distances = np.where(np.isfinite(distances), distances, np.inf)
-    if distances.min() <= reach:
+    if distances.min() <= max_distance_px:
         return int(distances.argmin())
     ends = np.roll(corners, -1, axis=1)
     side = (ends[..., 0] - corners[..., 0]) * (y - corners[..., 1]) - (

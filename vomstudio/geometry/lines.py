@@ -13,7 +13,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_errors import joint_quantile
-from vomstudio.geometry.plane_limits import LARGEST, ROUNDINGS
+from vomstudio.geometry.plane_limits import MAX_COORDINATE, MIN_EXTENT_ROUNDINGS
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +59,13 @@ def fit_line(points: npt.ArrayLike) -> FittedLine:
     n = len(xyz)
     if n < 2:
         raise GeometryError(Finding("feature.too-few-points", count=2 - n, minimum=2))
-    if not (np.abs(xyz) < LARGEST).all():
+    if not (np.abs(xyz) < MAX_COORDINATE).all():
         raise GeometryError(Finding("points.not-finite"))
     local = xyz - xyz[0]
     mean = local.mean(axis=0)
     local = local - mean
     _, singular, axes = np.linalg.svd(local, full_matrices=False)
-    rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(xyz).max())
+    rounding = MIN_EXTENT_ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(xyz).max())
     if singular[0] <= rounding * np.sqrt(n):
         raise GeometryError(Finding("points.coincident"))
     direction = axes[0] if axes[0, 2] <= 0.0 else -axes[0]
@@ -129,7 +129,7 @@ def path_lengths(lines: Sequence[FloatArray]) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Approach:
+class NearestApproach:
     """Nearest approach of two polylines.
 
     Attributes
@@ -147,7 +147,7 @@ class Approach:
     along: float
 
 
-def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
+def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> NearestApproach:
     """Find the nearest approach of two polylines.
 
     The nearest points of all pairs of segments are computed (Ericson 2005, Real-Time Collision
@@ -167,7 +167,7 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
     base = np.asarray(line, np.float64)[0]
     p, q = (np.asarray(points, np.float64) - base for points in (line, other))
     steps = np.diff(q, axis=0)
-    nearest: Approach | None = None
+    nearest: NearestApproach | None = None
     length_so_far = 0.0
     for start, end in pairwise(p):
         step = end - start
@@ -176,7 +176,7 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
         gaps = np.linalg.norm(start + fractions_first[:, None] * step - places, axis=1)
         i, length = int(np.argmin(gaps)), float(np.linalg.norm(step))
         if nearest is None or gaps[i] < nearest.distance:
-            nearest = Approach(
+            nearest = NearestApproach(
                 places[i] + base, float(gaps[i]), length_so_far + float(fractions_first[i]) * length
             )
         length_so_far += length
@@ -196,7 +196,7 @@ def _nearest_of_segments(
     b, c = steps @ step, between @ step
     f = np.einsum("ij,ij->i", steps, between)
     square = a * e - b * b
-    is_skew = square > ROUNDINGS * np.finfo(float).eps * a * e
+    is_skew = square > MIN_EXTENT_ROUNDINGS * np.finfo(float).eps * a * e
     s = np.where(is_skew, np.clip((b * f - c * e) / np.where(is_skew, square, 1.0), 0.0, 1.0), 0.0)
     t = np.clip((b * s + f) / np.where(e > 0, e, 1.0), 0.0, 1.0)
     s = np.clip((b * t - c) / a, 0.0, 1.0) if a > 0 else np.zeros_like(t)

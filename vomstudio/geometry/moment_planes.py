@@ -10,10 +10,10 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import plane_errors
 from vomstudio.geometry.plane_limits import (
-    LARGEST,
-    ROUNDINGS,
-    degenerate_points,
-    too_few_points,
+    MAX_COORDINATE,
+    MIN_EXTENT_ROUNDINGS,
+    degenerate_points_finding,
+    too_few_points_finding,
 )
 from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.vectors import MIN_TILT, dip_of_normals, upward
@@ -52,19 +52,21 @@ def fit_moments(
     centroid = np.asarray(mean, dtype=np.float64)
     matrix = np.asarray(scatter, dtype=np.float64)
     if n < 3:
-        raise GeometryError(too_few_points(n))
-    if not (np.isfinite(matrix).all() and (np.abs(centroid) < LARGEST).all()):
+        raise GeometryError(too_few_points_finding(n))
+    if not (np.isfinite(matrix).all() and (np.abs(centroid) < MAX_COORDINATE).all()):
         raise GeometryError(Finding("points.not-finite"))
     matrix = matrix / n
     size = float(np.trace(matrix))
-    rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
+    rounding = (
+        MIN_EXTENT_ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
+    )
     if size <= max(rounding**2, np.finfo(np.float64).tiny):
-        raise GeometryError(degenerate_points(n, coincident=True))
+        raise GeometryError(degenerate_points_finding(n, coincident=True))
     values, vectors = np.linalg.eigh(matrix / size)
     values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
     thin = 64.0 * float(np.finfo(np.float64).eps)
     if values[1] <= max(thin, (rounding**2) / size):
-        raise GeometryError(degenerate_points(n, coincident=False))
+        raise GeometryError(degenerate_points_finding(n, coincident=False))
     values = np.where(values <= thin, 0.0, values)
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]
@@ -97,14 +99,14 @@ def fit_moments(
         collinearity=l1 / l2,
         M=float(np.log(l1 / l3)) if l3 > 0.0 else None,
         K=float(np.log(l1 / l2) / np.log(l2 / l3)) if l3 > 0.0 and l2 > l3 else None,
-        max_angular_error_deg=_known(h_max, known),
-        min_angular_error_deg=_known(h_min, known),
+        max_angular_error_deg=_value_if_known(h_max, known),
+        min_angular_error_deg=_value_if_known(h_min, known),
         hyperbolic_overflow=bool(overflow[0]) and known,
-        max_confidence95_deg=_known(np.degrees(largest), known),
-        min_confidence95_deg=_known(np.degrees(smallest), known),
-        error_rake_deg=_known(np.degrees(rake), known),
-        dip_error_deg=_known(np.degrees(dip_error), known),
-        dip_direction_error_deg=_known(np.degrees(azimuth_error), known),
+        max_confidence95_deg=_value_if_known(np.degrees(largest), known),
+        min_confidence95_deg=_value_if_known(np.degrees(smallest), known),
+        error_rake_deg=_value_if_known(np.degrees(rake), known),
+        dip_error_deg=_value_if_known(np.degrees(dip_error), known),
+        dip_direction_error_deg=_value_if_known(np.degrees(azimuth_error), known),
         n_effective=free + 3.0 if known else None,
         long_roughness=False,
         bow_tilt_deg=0.0 if known else None,
@@ -117,5 +119,5 @@ def fit_moments(
     )
 
 
-def _known(value: FloatArray, known: bool) -> float | None:
+def _value_if_known(value: FloatArray, known: bool) -> float | None:
     return float(value[0]) if known and np.isfinite(value[0]) else None

@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.arrays import AnyArray, FloatArray, GenericArray, IntArray
-from vomstudio.geometry.coincident_points import welded
-from vomstudio.geometry.kernels.jit import for_kernels, for_reading
-from vomstudio.geometry.kernels.patch_cells import cell_sums, turned, weighted_spread
+from vomstudio.geometry.coincident_points import weld_points
+from vomstudio.geometry.kernels.jit import to_kernel_array, to_read_only_array
+from vomstudio.geometry.kernels.patch_cells import cell_sums, rotate_points, weighted_spread
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
 
@@ -30,7 +30,7 @@ Triple = tuple[float, float, float]
 
 # Number of cells per side: 36 means have 33 degrees of freedom. Means over fewer points would add
 # no information.
-CELLS = 6
+CELLS_PER_SIDE = 6
 POINTS_PER_CELL = 4
 TILT_SIGNIFICANCE, TILT_MARGIN, MIN_CELLS = 1e-4, 1.4, 9
 MAX_LEANING_POINTS = 40_000
@@ -60,7 +60,7 @@ class Moments:
 
 
 def moments(
-    points: npt.ArrayLike, weights: npt.ArrayLike | None = None, *, distinct: bool = False
+    points: npt.ArrayLike, weights: npt.ArrayLike | None = None, *, are_distinct: bool = False
 ) -> Moments:
     """Compute the moments of points.
 
@@ -71,7 +71,7 @@ def moments(
     weights : (k,) array_like, optional
         Positive relative weights, such as the area of each point, which prevents the finer parts
         of a mesh from dominating.
-    distinct : bool
+    are_distinct : bool
         Whether all points are known to be distinct.
 
     Returns
@@ -84,14 +84,14 @@ def moments(
         zero = (0.0, 0.0, 0.0)
         return Moments(0, zero, (zero, zero, zero), 0.0)
     weight, places = given_weights, xyz
-    if not distinct:
-        place_of_point = welded(xyz)
+    if not are_distinct:
+        place_of_point = weld_points(xyz)
         weight = np.bincount(place_of_point, given_weights).astype(np.float64)
         places = np.empty((len(weight), 3))
         places[place_of_point] = xyz
     n = len(weight)
     if n > MAX_SORTED_POINTS:
-        return _many_moments(for_reading(places, np.float64), weight)
+        return _many_moments(to_read_only_array(places, np.float64), weight)
     weight = weight * (n / weight.sum())
     first = places[0]
     local = places - first
@@ -103,7 +103,7 @@ def moments(
         n,
         _triple(first + mean),
         (_triple(scatter[0]), _triple(scatter[1]), _triple(scatter[2])),
-        _effective(u, v, r),
+        _effective_count(u, v, r),
     )
 
 
@@ -113,26 +113,26 @@ def _many_moments(places: FloatArray, weight: FloatArray) -> Moments:
     if float(np.ptp(weight)) == 0.0:
         weight = np.ones(1)
     else:
-        weight = for_kernels(weight * (n / weight.sum()), np.float64)
+        weight = to_kernel_array(weight * (n / weight.sum()), np.float64)
     weighted_spread(places, weight, centre, scatter)
-    axes = for_kernels(np.linalg.eigh(scatter / n)[1].T[::-1], np.float64)
+    axes = to_kernel_array(np.linalg.eigh(scatter / n)[1].T[::-1], np.float64)
     u, v, r = (np.empty(n) for _ in range(3))
-    turned(places, centre, axes, u, v, r)
+    rotate_points(places, centre, axes, u, v, r)
     return Moments(
         n,
         _triple(centre),
         (_triple(scatter[0]), _triple(scatter[1]), _triple(scatter[2])),
-        _effective(u, v, r),
+        _effective_count(u, v, r),
     )
 
 
-def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
+def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     """Return the effective number of points from the scatter of the means of equal cells.
 
     `u`, `v` and `r` (n,) are coordinates along the principal axes, longest axis first.
     """
     n = len(u)
-    cells_per_side = min(2 * CELLS, 2 * int(np.sqrt(n / POINTS_PER_CELL) / 2))
+    cells_per_side = min(2 * CELLS_PER_SIDE, 2 * int(np.sqrt(n / POINTS_PER_CELL) / 2))
     if cells_per_side < 6:
         return float(n)
     white = float((r * r).mean()) * n / (n - 3.0)
@@ -140,7 +140,7 @@ def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
         return float(n)
     # Richardson extrapolation: the scatter of the means misses correlated neighbours on the other
     # side of a cell border. Small cells miss more, so sqrt(excess) increases with the cell width.
-    fine_root, coarse = (np.sqrt(x / white) for x in _excesses(u, v, r, cells_per_side))
+    fine_root, coarse = (np.sqrt(x / white) for x in _excess_variances(u, v, r, cells_per_side))
     excess = max(float(2.0 * coarse - fine_root), 1.0) ** 2
     free = cells_per_side * cells_per_side / 4.0 - 3.0
     # q is 2 F / dof times the variance of one independent point over l3, as in plane_errors.
@@ -152,7 +152,9 @@ def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     return float(min(3.0 - 2.0 * np.log(SIGNIFICANCE) / np.log1p(q), n))
 
 
-def _excesses(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> tuple[float, float]:
+def _excess_variances(
+    u: FloatArray, v: FloatArray, r: FloatArray, side: int
+) -> tuple[float, float]:
     """Return the variance per independent point, estimated from the means of cells.
 
     The first value is computed from side x side cells, the second from wider cells.
@@ -163,15 +165,15 @@ def _excesses(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> tuple[f
         wide_counts, heights = (
             x.reshape(four).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2])
         )
-        return _excess(count, sums[:, 2]), _excess(wide_counts, heights)
+        return _excess_variance(count, sums[:, 2]), _excess_variance(wide_counts, heights)
     fine, coarse = (equal_cells(u, v, k) for k in (side, side // 2))
     fine_excess, coarse_excess = (
-        _excess(np.bincount(c), np.bincount(c, r)) for c in (fine, coarse)
+        _excess_variance(np.bincount(c), np.bincount(c, r)) for c in (fine, coarse)
     )
     return fine_excess, coarse_excess
 
 
-def _excess(count: GenericArray, sums: GenericArray) -> float:
+def _excess_variance(count: GenericArray, sums: GenericArray) -> float:
     cell_sums = np.asarray(sums, np.float64)
     each = np.maximum(np.asarray(count, np.float64), 1.0)
     return float((cell_sums * cell_sums / each).sum()) / (len(cell_sums) - 3.0)
@@ -237,9 +239,9 @@ def _sums(
     ends = np.cumsum([len(slab) for slab in slabs])[:-1]
     count, sums = np.zeros(side * side, np.int64), np.zeros((side * side, 8))
     first_coordinates, second_coordinates, *values = (
-        for_kernels(x, np.float64) for x in (rows, columns, u, v, r)
+        to_kernel_array(x, np.float64) for x in (rows, columns, u, v, r)
     )
-    slab_bounds = for_kernels(rows[sample][order][ends], np.float64)
+    slab_bounds = to_kernel_array(rows[sample][order][ends], np.float64)
     cell_sums(first_coordinates, second_coordinates, slab_bounds, parts, *values, count, sums)
     return count, sums
 
@@ -261,20 +263,20 @@ def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
     """
     n = len(u)
     slab = np.empty(n, np.int16)
-    slab[np.argsort(u, kind="stable")] = _equal_parts(np.arange(n), np.int64(n), side)
+    slab[np.argsort(u, kind="stable")] = _split_equally(np.arange(n), np.int64(n), side)
     order = np.argsort(v, kind="stable")
     order = order[np.argsort(slab[order], kind="stable")]
     count = np.bincount(slab, minlength=side)
     slab_of_point = slab[order].astype(np.int64)
     begin = np.cumsum(count) - count
     cell = np.empty(n, np.int64)
-    cell[order] = slab_of_point * side + _equal_parts(
+    cell[order] = slab_of_point * side + _split_equally(
         np.arange(n) - begin[slab_of_point], count[slab_of_point], side
     )
     return cell
 
 
-def _equal_parts(place: IntArray, count: Any, parts: int) -> IntArray:
+def _split_equally(place: IntArray, count: Any, parts: int) -> IntArray:
     """Assign ranks below `count` to parts of nearly equal size, larger parts first."""
     size, n_larger = np.divmod(count, parts)
     first = n_larger * (size + 1)

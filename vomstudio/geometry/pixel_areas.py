@@ -63,12 +63,12 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
     return PixelArea(left, top, inside.astype(np.bool_))
 
 
-def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -> PixelArea:
+def stroke_area(polyline: npt.ArrayLike, radius: float, width: int, height: int) -> PixelArea:
     """Return the pixels whose centres are near a polyline.
 
     Parameters
     ----------
-    course : (n, 2) array_like
+    polyline : (n, 2) array_like
         Pixels.
     radius : float
         Maximum distance, pixels.
@@ -79,7 +79,7 @@ def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -
     -------
     PixelArea
     """
-    points = np.asarray(course, np.float64).reshape(-1, 2)
+    points = np.asarray(polyline, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, radius, width, height)
     inside = np.zeros((high, wide), np.bool_)
     starts = points[:-1] if len(points) > 1 else points
@@ -113,7 +113,7 @@ def whole_area(width: int, height: int) -> PixelArea:
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class MaskChange:
     """Change of a mask; applying it twice restores the mask."""
 
     left: int
@@ -122,7 +122,7 @@ class Change:
     bits: bytes
 
     @classmethod
-    def of(cls, area: PixelArea, changed: BoolArray) -> Change:
+    def of(cls, area: PixelArea, changed: BoolArray) -> MaskChange:
         return cls(
             area.left, area.top, changed.shape, zlib.compress(np.packbits(changed).tobytes(), 1)
         )
@@ -134,7 +134,7 @@ class Change:
         used[self.top : self.top + high, self.left : self.left + wide] ^= changed
 
 
-def changed_by(used: BoolArray, area: PixelArea, hides: bool) -> Change | None:
+def draw_area(used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChange | None:
     """Draw a shape into a mask.
 
     Parameters
@@ -142,7 +142,7 @@ def changed_by(used: BoolArray, area: PixelArea, hides: bool) -> Change | None:
     used : (height, width) ndarray of bool
         Mask; changed in place.
     area : PixelArea
-    hides : bool
+    is_masking : bool
         Whether the pixels of the shape are excluded, not included.
 
     Returns
@@ -151,11 +151,11 @@ def changed_by(used: BoolArray, area: PixelArea, hides: bool) -> Change | None:
         Change, or None if no pixel changed.
     """
     region = used[area.window]
-    changed = area.inside & (region if hides else ~region)
+    changed = area.inside & (region if is_masking else ~region)
     if not changed.any():
         return None
     region ^= changed
-    return Change.of(area, changed)
+    return MaskChange.of(area, changed)
 
 
 def _box(points: FloatArray, margin: float, width: int, height: int) -> tuple[int, int, int, int]:

@@ -11,11 +11,11 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.planes import FittedPlane
 
-NOTHING_KNOWN_DEG = 45.0
+MAX_DISC_ERROR_DEG = 45.0
 """95 % error above which a plane could equally well be perpendicular to the fitted plane."""
 
 
-def known_well_enough(fit: FittedPlane) -> bool:
+def is_attitude_accurate(fit: FittedPlane) -> bool:
     """Return whether the attitude of a fit is accurate enough to draw a disc.
 
     Parameters
@@ -26,7 +26,7 @@ def known_well_enough(fit: FittedPlane) -> bool:
     -------
     bool
     """
-    return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
+    return fit.max_confidence95_deg is None or fit.max_confidence95_deg < MAX_DISC_ERROR_DEG
 
 
 def disc_of_fit(fit: FittedPlane | None) -> FloatArray | None:
@@ -42,7 +42,7 @@ def disc_of_fit(fit: FittedPlane | None) -> FloatArray | None:
         Vertices, or None if the plane or its extent is missing, or the attitude is practically
         unknown.
     """
-    if fit is None or fit.extent is None or not known_well_enough(fit):
+    if fit is None or fit.extent is None or not is_attitude_accurate(fit):
         return None
     return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
 

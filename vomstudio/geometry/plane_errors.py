@@ -16,22 +16,22 @@ from vomstudio.geometry.vectors import strike_and_dip_lines
 SIGNIFICANCE = 0.05
 
 
-def joint_quantile(dof: FloatArray) -> FloatArray:
+def joint_quantile(degrees_of_freedom: FloatArray) -> FloatArray:
     """Return 2 F / dof, where F is the 95 % quantile of Fisher's F distribution.
 
-    The distribution has 2 and `dof` degrees of freedom, for which the closed form is
+    The distribution has 2 and `degrees_of_freedom` degrees of freedom, for which the closed form is
     P(F > f) = (1 + 2 f / dof)^(-dof / 2).
 
     Parameters
     ----------
-    dof : (m,) ndarray
+    degrees_of_freedom : (m,) ndarray
 
     Returns
     -------
     (m,) ndarray
     """
     with np.errstate(over="ignore"):
-        return np.asarray(np.expm1(-2.0 / dof * np.log(SIGNIFICANCE)))
+        return np.asarray(np.expm1(-2.0 / degrees_of_freedom * np.log(SIGNIFICANCE)))
 
 
 def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -108,8 +108,8 @@ def quantiles(
     r: FloatArray,
     starts: IntArray,
     counts: IntArray,
-    dof: FloatArray,
-    ordered: bool,
+    degrees_of_freedom: FloatArray,
+    is_ordered: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Compute the quantiles q along e1 and e2, allowing for correlated residuals of traces.
 
@@ -119,9 +119,9 @@ def quantiles(
         Coordinates of all points along e1, e2 and e3, group after group.
     starts, counts : (m,) ndarray of int
         First point and number of points of each group.
-    dof : (m,) ndarray
+    degrees_of_freedom : (m,) ndarray
         Degrees of freedom of each group.
-    ordered : bool
+    is_ordered : bool
         Whether the points follow a trace.
 
     Returns
@@ -133,10 +133,15 @@ def quantiles(
     long : (m,) ndarray of bool
         Whether the roughness is as long as the trace.
     """
-    white = joint_quantile(dof)
-    if not ordered:
-        return white, white.copy(), dof + 3.0, np.zeros(len(dof), bool)
-    return residual_correlation.inflate(u, v, r, starts, counts, dof, white)
+    white = joint_quantile(degrees_of_freedom)
+    if not is_ordered:
+        return (
+            white,
+            white.copy(),
+            degrees_of_freedom + 3.0,
+            np.zeros(len(degrees_of_freedom), bool),
+        )
+    return residual_correlation.inflate(u, v, r, starts, counts, degrees_of_freedom, white)
 
 
 def regression_axes_rad(

@@ -11,10 +11,10 @@ from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import plane_errors
 from vomstudio.geometry.plane_limits import (
-    COUNT_REPEATS_UP_TO,
-    LARGEST,
-    ROUNDINGS,
-    degenerate_points,
+    MAX_COORDINATE,
+    MAX_POINTS_COUNTING_REPEATS,
+    MIN_EXTENT_ROUNDINGS,
+    degenerate_points_finding,
 )
 from vomstudio.geometry.vectors import MIN_TILT, dip_of_normals, upward
 
@@ -22,7 +22,7 @@ Method = Literal["pca", "regression"]
 
 
 def figures(
-    xyz: FloatArray, counts: IntArray, method: Method, axis: int, ordered: bool
+    xyz: FloatArray, counts: IntArray, method: Method, axis: int, is_ordered: bool
 ) -> tuple[dict[str, AnyArray], list[Finding | None]]:
     """Compute the figures of groups with at least 3 points each.
 
@@ -35,7 +35,7 @@ def figures(
     method : Method
     axis : int
         Index of the coordinate that a regression minimises.
-    ordered : bool
+    is_ordered : bool
         Whether the points of each group follow a trace.
 
     Returns
@@ -48,7 +48,7 @@ def figures(
     m = len(counts)
     starts = np.cumsum(counts) - counts
     n = counts.astype(np.float64)
-    local, scale = _centred(xyz, starts, counts, n)
+    local, scale = _centre_and_scale(xyz, starts, counts, n)
     unit, rounding = scale.unit, scale.rounding
 
     covariance = np.empty((m, 3, 3))
@@ -62,10 +62,10 @@ def figures(
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
     values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
     errors: list[Finding | None] = [None] * m
-    identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / LARGEST)
+    identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / MAX_COORDINATE)
     collinear = ~identical & (np.sqrt(values[:, 1]) <= rounding)
     for i in np.flatnonzero(identical | collinear).tolist():
-        errors[i] = degenerate_points(int(counts[i]), coincident=bool(identical[i]))
+        errors[i] = degenerate_points_finding(int(counts[i]), coincident=bool(identical[i]))
 
     trace = values.sum(axis=1)
     trace = np.where(trace > 0.0, trace, 1.0)
@@ -94,10 +94,10 @@ def figures(
         axes,
         (normal, dip_direction, dip, flat),
         _distinct(xyz, starts, counts),
-        ordered,
+        is_ordered,
         None if leverage is None else leverage * (residual**2)[:, None, None],
     )
-    bow = plane_errors.bow_tilt_rad((u, v, r), starts, counts, values) if ordered else 0.0
+    bow = plane_errors.bow_tilt_rad((u, v, r), starts, counts, values) if is_ordered else 0.0
     return {
         "centroid": scale.centroid,
         "normal": normal,
@@ -119,7 +119,7 @@ def figures(
 
 
 @dataclass(frozen=True, eq=False)
-class _Scale:
+class _GroupScale:
     """Scale of the coordinates of each group.
 
     Attributes
@@ -140,9 +140,9 @@ class _Scale:
     rounding: FloatArray
 
 
-def _centred(
+def _centre_and_scale(
     xyz: FloatArray, starts: IntArray, counts: IntArray, n: FloatArray
-) -> tuple[list[FloatArray], _Scale]:
+) -> tuple[list[FloatArray], _GroupScale]:
     """Return x, y and z relative to the centroid of each group, divided by its size."""
 
     def spread(x: FloatArray) -> FloatArray:
@@ -159,11 +159,11 @@ def _centred(
 
     # Divide by a common length, so that squares of tiny and huge coordinates do not overflow.
     size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local]), starts)
-    unit = np.where(size > 1.0 / LARGEST, size, 1.0)
+    unit = np.where(size > 1.0 / MAX_COORDINATE, size, 1.0)
     per_unit = spread(1.0 / unit)
     local = [x * per_unit for x in local]
-    rounding = ROUNDINGS * np.finfo(np.float64).eps * max_coordinate / unit
-    return local, _Scale(centroid, size, unit, max_coordinate, rounding)
+    rounding = MIN_EXTENT_ROUNDINGS * np.finfo(np.float64).eps * max_coordinate / unit
+    return local, _GroupScale(centroid, size, unit, max_coordinate, rounding)
 
 
 def _indices(parts: FloatArray) -> dict[str, FloatArray]:
@@ -233,7 +233,7 @@ def _along(
 def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
     """Count the distinct points of each group; repeated clicks are not independent."""
     distinct = counts.copy()
-    short = counts <= COUNT_REPEATS_UP_TO
+    short = counts <= MAX_POINTS_COUNTING_REPEATS
     if not short.any():
         return distinct
     group = np.repeat(np.flatnonzero(short), counts[short])
@@ -302,7 +302,7 @@ def _errors(
     axes: FloatArray,
     attitude: tuple[FloatArray, FloatArray, FloatArray, BoolArray],
     distinct: IntArray,
-    ordered: bool,
+    is_ordered: bool,
     regression: FloatArray | None,
 ) -> dict[str, AnyArray]:
     """Compute both angular errors and their components, NaN below 4 distinct points.
@@ -314,7 +314,7 @@ def _errors(
     known = distinct > 3
     n = np.where(known, counts, 4)
     dof = np.where(known, distinct - 3.0, 1.0)
-    q1, q2, effective, long = plane_errors.quantiles(*along, starts, counts, dof, ordered)
+    q1, q2, effective, long = plane_errors.quantiles(*along, starts, counts, dof, is_ordered)
     # Residuals of points that lie exactly in a plane are rounding errors, not roughness.
     exact = values[:, 2] == 0.0
     effective, long = np.where(exact, dof + 3.0, effective), long & ~exact

@@ -6,14 +6,14 @@ from vomstudio.core.findings import Finding
 
 MIN_POINTS = 3
 # Maximum coordinate, whose square does not overflow.
-LARGEST = 1e150
+MAX_COORDINATE = 1e150
 # Distances below this many roundings of the largest coordinate are rounding, not shape.
-ROUNDINGS = 4.0
+MIN_EXTENT_ROUNDINGS = 4.0
 # Maximum number of points of a trace in which repeated points, which matter there, are searched.
-COUNT_REPEATS_UP_TO = 16
+MAX_POINTS_COUNTING_REPEATS = 16
 
 
-def too_few_points(n: int) -> Finding:
+def too_few_points_finding(n: int) -> Finding:
     """Report that a plane has less than three points.
 
     Parameters
@@ -28,7 +28,7 @@ def too_few_points(n: int) -> Finding:
     return Finding("feature.too-few-points", count=MIN_POINTS - n, minimum=MIN_POINTS)
 
 
-def degenerate_points(n: int, *, coincident: bool) -> Finding:
+def degenerate_points_finding(n: int, *, coincident: bool) -> Finding:
     """Report that all points coincide or are collinear.
 
     Parameters

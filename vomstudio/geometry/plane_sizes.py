@@ -52,7 +52,7 @@ def resolution_tilt_deg(resolution: float, width: float) -> float:
     return math.degrees(math.atan2(0.5 * resolution, width))
 
 
-def within_wander(second: float, extent: float, n: int, resolution: float) -> bool:
+def is_width_within_wander(second: float, extent: float, n: int, resolution: float) -> bool:
     """Return whether the width of a trace may be due to wandering along a flat face.
 
     Such a width does not determine the rotation of its plane about the line. Own choice: points

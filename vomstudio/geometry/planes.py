@@ -20,7 +20,7 @@ from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_figures import Method, figures, members
-from vomstudio.geometry.plane_limits import LARGEST, too_few_points
+from vomstudio.geometry.plane_limits import MAX_COORDINATE, too_few_points_finding
 
 Axis = Literal["auto", "x", "y", "z"]
 _AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
@@ -188,7 +188,7 @@ def fit_plane(
     *,
     method: Method = "pca",
     axis: Axis = "auto",
-    ordered: bool = True,
+    is_ordered: bool = True,
 ) -> FittedPlane:
     """Fit a plane to points.
 
@@ -196,7 +196,7 @@ def fit_plane(
     ----------
     points : (n, 3) array_like
         Points in the World frame, m.
-    method, axis, ordered
+    method, axis, is_ordered
         See `fit_planes`.
 
     Returns
@@ -211,7 +211,9 @@ def fit_plane(
     array = np.asarray(points, dtype=np.float64)
     if array.size == 0:
         array = array.reshape(0, 3)
-    fits = fit_planes(array, np.array([0, len(array)]), method=method, axis=axis, ordered=ordered)
+    fits = fit_planes(
+        array, np.array([0, len(array)]), method=method, axis=axis, is_ordered=is_ordered
+    )
     if fits.error[0] is not None:
         raise GeometryError(fits.error[0])
     return fits[0]
@@ -223,7 +225,7 @@ def fit_planes(
     *,
     method: Method = "pca",
     axis: Axis = "auto",
-    ordered: bool = True,
+    is_ordered: bool = True,
 ) -> PlaneFits:
     """Fit planes to many groups of points.
 
@@ -240,7 +242,7 @@ def fit_planes(
         regression along another axis attributes scatter to coordinates that it assumes to be exact,
         and underestimates the dip of steep planes. If an axis is named, planes that are parallel to
         it within their scatter are reported as errors.
-    ordered : bool
+    is_ordered : bool
         Whether the points follow a trace. If True, the correlation of neighbouring residuals is
         estimated and widens the confidence region. If False, the points are independent.
 
@@ -276,15 +278,15 @@ def fit_planes(
         raise GeometryError(Finding("points.offsets"), field="offsets")
     counts = np.diff(cuts)
     if method == "regression" and axis == "auto":
-        return _along_nearest_axes(xyz, cuts, ordered)
+        return _along_nearest_axes(xyz, cuts, is_ordered)
     reasons, keep = _valid_groups(xyz, cuts, counts)
-    result = _blank(counts, method, ordered)
+    result = _blank_figures(counts, method, is_ordered)
     if keep.any():
         if keep.all():
             points_used = xyz[cuts[0] : cuts[-1]]
         else:
             points_used = xyz[members(cuts[:-1][keep], counts[keep])]
-        part, errors = figures(points_used, counts[keep], method, _axis_index(axis), ordered)
+        part, errors = figures(points_used, counts[keep], method, _axis_index(axis), is_ordered)
         rows = np.flatnonzero(keep)
         failed = [i for i, error in enumerate(errors) if error is not None]
         for name, value in part.items():
@@ -294,19 +296,19 @@ def fit_planes(
             for name in part:
                 blank = False if result[name].dtype == bool else np.nan
                 result[name][rows[i]] = blank
-    return PlaneFits(n=counts, error=tuple(reasons), method=method, ordered=ordered, **result)
+    return PlaneFits(n=counts, error=tuple(reasons), method=method, ordered=is_ordered, **result)
 
 
 def _axis_index(axis: Axis) -> int:
     return 2 if axis == "auto" else _AXES.index(axis)
 
 
-def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, ordered: bool) -> PlaneFits:
+def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, is_ordered: bool) -> PlaneFits:
     """Fit regressions along the axis nearest to the PCA normal of each plane."""
-    pca_fits = fit_planes(xyz, cuts, ordered=ordered)
+    pca_fits = fit_planes(xyz, cuts, is_ordered=is_ordered)
     nearest = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
     counts = np.diff(cuts)
-    result = _blank(counts, "regression", ordered)
+    result = _blank_figures(counts, "regression", is_ordered)
     reasons: list[Finding | None] = [None] * len(counts)
     for k, axis in enumerate(_AXES):
         rows = np.flatnonzero(nearest == k)
@@ -314,15 +316,19 @@ def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, ordered: bool) -> Plane
             continue
         offsets = np.concatenate([[0], np.cumsum(counts[rows])])
         points_used = xyz[members(cuts[:-1][rows], counts[rows])]
-        part = fit_planes(points_used, offsets, method="regression", axis=axis, ordered=ordered)
+        part = fit_planes(
+            points_used, offsets, method="regression", axis=axis, is_ordered=is_ordered
+        )
         for name in result:
             result[name][rows] = getattr(part, name)
         for row, reason in zip(rows, part.error, strict=True):
             reasons[row] = reason
-    return PlaneFits(n=counts, error=tuple(reasons), method="regression", ordered=ordered, **result)
+    return PlaneFits(
+        n=counts, error=tuple(reasons), method="regression", ordered=is_ordered, **result
+    )
 
 
-def _blank(counts: IntArray, method: str, ordered: bool) -> dict[str, AnyArray]:
+def _blank_figures(counts: IntArray, method: str, is_ordered: bool) -> dict[str, AnyArray]:
     shapes = {"centroid": (3,), "normal": (3,), "eigenvalues": (3,), "axes": (3, 3)}
     flags = ("hyperbolic_overflow", "long_roughness", "undefined")
     m = len(counts)
@@ -343,10 +349,12 @@ def _valid_groups(
     finite = np.ones(len(counts), bool)
     # One maximum suffices in the usual case, in which all points are valid. A comparison with NaN
     # is false.
-    if len(xyz) and not np.abs(xyz).max() < LARGEST:
-        bad_counts = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < LARGEST).all(axis=1))])
+    if len(xyz) and not np.abs(xyz).max() < MAX_COORDINATE:
+        bad_counts = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < MAX_COORDINATE).all(axis=1))])
         finite = bad_counts[cuts[1:]] == bad_counts[cuts[:-1]]
     reasons: list[Finding | None] = [None] * len(counts)
     for i in np.flatnonzero(~(has_points & finite)).tolist():
-        reasons[i] = too_few_points(int(counts[i])) if finite[i] else Finding("points.not-finite")
+        reasons[i] = (
+            too_few_points_finding(int(counts[i])) if finite[i] else Finding("points.not-finite")
+        )
     return reasons, has_points & finite

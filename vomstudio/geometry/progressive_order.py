@@ -138,10 +138,10 @@ def _depth(row_bits: int) -> int:
     return min(MAX_LEVEL, (64 - row_bits) // 3)
 
 
-_Each = Callable[[Callable[[slice], None], int], None]
+_RunBlocks = Callable[[Callable[[slice], None], int], None]
 
 
-def _bounds(points: FloatArray, each: _Each) -> tuple[FloatArray, FloatArray]:
+def _bounds(points: FloatArray, each: _RunBlocks) -> tuple[FloatArray, FloatArray]:
     """Return the lower and upper bounds, which are not finite if any point is not finite."""
     lows, highs = [np.full(3, np.inf)], [np.full(3, -np.inf)]
 
@@ -155,7 +155,7 @@ def _bounds(points: FloatArray, each: _Each) -> tuple[FloatArray, FloatArray]:
 
 
 def _keys(
-    points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, each: _Each
+    points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, each: _RunBlocks
 ) -> UInt64Array:
     """Pack curve positions and rows into integers, which sort faster than argsort."""
     keys = np.empty(len(points), np.uint64)
@@ -202,7 +202,7 @@ def _shuffle(code: UInt64Array, depth: int) -> None:
 
 
 def _levels(
-    codes: UInt64Array, side: float, depth: int, each: _Each
+    codes: UInt64Array, side: float, depth: int, each: _RunBlocks
 ) -> tuple[ByteArray, FloatArray]:
     """Return the level of each point along the curve, and the spacing of every level."""
     count = len(codes)

@@ -32,7 +32,7 @@ def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) ->
         scaled by `by`.
     """
     rows = transform.matrix(np.asarray(by, np.float64))
-    scale = transform.scale_of(rows)
+    scale = transform.scale_factor(rows)
     rotation = rows[:3, :3] / scale
     covariance = None
     if registration.covariance is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.geometry.matrices import IDENTITY, Matrix, Point
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ class Registration:
     id: str
     name: str
     method: Method
-    frame: Frame = UNDECLARED
+    frame: Frame = UNDECLARED_FRAME
     matrix: Matrix = IDENTITY
     reconstruction_id: str = ""
     rotation_error_deg: tuple[float, float, float] | None = None

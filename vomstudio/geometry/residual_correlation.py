@@ -29,10 +29,10 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 # Correlation lengths as fractions of the trace length. The residuals cannot distinguish the long
 # ones from the plane itself. They are included, with a small weight, so that they are recognised.
-SHORT = tuple(0.1 * 0.5 ** (i / 2) for i in range(-1, 8))
-LONG = (0.25, 0.5)
-LONGER_THAN_A_TENTH = 0.12
-MIXED_WHITE = (0.25, 0.5)  # shares of picking noise in the variance
+SHORT_LENGTHS = tuple(0.1 * 0.5 ** (i / 2) for i in range(-1, 8))
+LONG_LENGTHS = (0.25, 0.5)
+MIN_LONG_LENGTH = 0.12
+MIXED_WHITE_SHARES = (0.25, 0.5)  # shares of picking noise in the variance
 MIN_POINTS = 12  # fewer points do not determine a correlation
 MAX_PIECES = 256  # longer traces are divided into this many pieces, whose means are compared
 MAX_UNEVENNESS = (
@@ -44,15 +44,15 @@ MAX_SUBDIVISION = 16  # positions within a piece that suffice for the correlatio
 N_FREQUENCIES = 127
 # White variance added to data and models: frequencies without power must not decide between models,
 # and no surface is as smooth as a Gaussian correlation implies.
-NOISE_FLOOR = 0.05
+MIN_NOISE_SHARE = 0.05
 
 # Calibrated prior weights for a correlation length of a tenth of the trace; they increase with a
 # power of the length. Pairs refer to exponential and Gaussian correlation.
-KIND_WEIGHT = (1.0, 0.38)
-KIND_SLOPE = (0.33, 0.0)
-LONG_WEIGHT = (0.75, 0.035)  # weight of each long length
+SMOOTHNESS_WEIGHTS = (1.0, 0.38)
+SMOOTHNESS_WEIGHT_SLOPES = (0.33, 0.0)
+LONG_LENGTH_WEIGHTS = (0.75, 0.035)  # weight of each long length
 MIXED_WEIGHT = (0.37, 0.036)  # weight for each share of white noise
-MIXED_SLOPE = 0.48
+MIXED_WEIGHT_SLOPE = 0.48
 # The weight of white noise is (WHITE_POINTS / n)^WHITE_POWER, but at least MIN_WHITE_WEIGHT.
 WHITE_POINTS, WHITE_POWER, MIN_WHITE_WEIGHT = 43.0, 2.0, 0.083
 # Exponent applied to the weights of the models. A plain mixture is too wide if the right model is
@@ -70,18 +70,27 @@ def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     rows: list[tuple[float, float, bool, float]] = []
     for smooth in (False, True):
         rows += [
-            (x, 0.0, smooth, KIND_WEIGHT[smooth] * (10.0 * x) ** KIND_SLOPE[smooth]) for x in SHORT
+            (
+                x,
+                0.0,
+                smooth,
+                SMOOTHNESS_WEIGHTS[smooth] * (10.0 * x) ** SMOOTHNESS_WEIGHT_SLOPES[smooth],
+            )
+            for x in SHORT_LENGTHS
         ]
-        rows += [(x, 0.0, smooth, LONG_WEIGHT[smooth]) for x in LONG]
-    for share, mixed_weight in zip(MIXED_WHITE, MIXED_WEIGHT, strict=True):
-        rows += [(x, share, False, mixed_weight * (10.0 * x) ** MIXED_SLOPE) for x in SHORT[::2]]
+        rows += [(x, 0.0, smooth, LONG_LENGTH_WEIGHTS[smooth]) for x in LONG_LENGTHS]
+    for share, mixed_weight in zip(MIXED_WHITE_SHARES, MIXED_WEIGHT, strict=True):
+        rows += [
+            (x, share, False, mixed_weight * (10.0 * x) ** MIXED_WEIGHT_SLOPE)
+            for x in SHORT_LENGTHS[::2]
+        ]
     length, white, smoothness, weight = (np.array(column) for column in zip(*rows, strict=True))
     return length, white, smoothness, weight
 
 
-LENGTH, WHITE, SMOOTH, WEIGHT = _models()
-PURE = np.concatenate([[True], WHITE == 0.0])
-IS_LONG = np.concatenate([[False], LENGTH > LONGER_THAN_A_TENTH])
+MODEL_LENGTHS, MODEL_WHITE_SHARES, IS_SMOOTH_MODEL, MODEL_WEIGHTS = _models()
+IS_PURE_MODEL = np.concatenate([[True], MODEL_WHITE_SHARES == 0.0])
+IS_LONG_MODEL = np.concatenate([[False], MODEL_LENGTHS > MIN_LONG_LENGTH])
 
 
 def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray]:
@@ -97,15 +106,15 @@ def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray
     lag = np.abs(np.arange(n)[:, None] + shift / n_fine) * (
         points_per_piece / (n * points_per_piece - 1.0)
     )
-    x = lag / LENGTH[:, None, None]
-    rough = np.exp(np.where(SMOOTH[:, None, None], -0.5 * x * x, -x)) @ share
-    rough *= (1.0 - WHITE)[:, None]
-    variance = rough[:, :1] + (WHITE / points_per_piece)[:, None]
-    white = (WHITE / points_per_piece) / variance[:, 0]
+    x = lag / MODEL_LENGTHS[:, None, None]
+    rough = np.exp(np.where(IS_SMOOTH_MODEL[:, None, None], -0.5 * x * x, -x)) @ share
+    rough *= (1.0 - MODEL_WHITE_SHARES)[:, None]
+    variance = rough[:, :1] + (MODEL_WHITE_SHARES / points_per_piece)[:, None]
+    white = (MODEL_WHITE_SHARES / points_per_piece) / variance[:, 0]
     return np.vstack([np.zeros(n), rough / variance]), np.concatenate([[1.0], white])
 
 
-class _Library:
+class _ModelLibrary:
     """Expectations of the models for a trace of n equal pieces; the first is white noise.
 
     Attributes
@@ -146,21 +155,21 @@ class _Library:
         self.mean = 1.0 + 2.0 * (rho * taper).sum(axis=1)
         # Scale to a variance of 1 after a fit has removed the two lowest coefficients.
         remaining = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
-        scaled = s[:, :N_FREQUENCIES] * ((n - 3.0) / remaining)[:, None] + NOISE_FLOOR
+        scaled = s[:, :N_FREQUENCIES] * ((n - 3.0) / remaining)[:, None] + MIN_NOISE_SHARE
         self.log = np.log(scaled)
         self.inverse = 1.0 / scaled
         doubled = np.full(n + 1, 2.0)
         doubled[[0, n]] = 1.0
         self.toeplitz = ((1.0 - self.white)[:, None] + 2.0 * transform.real) * doubled / (2 * n)
         # A correlation below 1/e at the next point is equivalent to white noise.
-        decay_length = np.where(SMOOTH, np.sqrt(2.0), 1.0) * LENGTH
+        decay_length = np.where(IS_SMOOTH_MODEL, np.sqrt(2.0), 1.0) * MODEL_LENGTHS
         is_resolved = decay_length * (n * points_per_piece - 1.0) > points_per_piece
         white = max((WHITE_POINTS / n) ** WHITE_POWER, MIN_WHITE_WEIGHT)
-        weight = np.concatenate([[white], np.where(is_resolved, WEIGHT, 0.0)])
+        weight = np.concatenate([[white], np.where(is_resolved, MODEL_WEIGHTS, 0.0)])
         self.log_weight = np.log(np.maximum(weight, MIN_FLOAT))
 
 
-_library = lru_cache(maxsize=256)(_Library)
+_library = lru_cache(maxsize=256)(_ModelLibrary)
 
 
 def inflate(
@@ -169,8 +178,8 @@ def inflate(
     r: FloatArray,
     starts: IntArray,
     counts: IntArray,
-    dof: FloatArray,
-    white: FloatArray,
+    degrees_of_freedom: FloatArray,
+    white_share: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Compute the quantiles for correlated residuals; see `plane_errors.quantiles`.
 
@@ -180,9 +189,9 @@ def inflate(
         Coordinates along e1 and e2 of each plane, and residuals.
     starts, counts : (m,) ndarray of int
         First point and number of points of each group.
-    dof : (m,) ndarray
+    degrees_of_freedom : (m,) ndarray
         Degrees of freedom.
-    white : (m,) ndarray
+    white_share : (m,) ndarray
         Quantile for independent points.
 
     Returns
@@ -194,20 +203,20 @@ def inflate(
     long : (m,) ndarray of bool
         Whether the roughness is as long as the trace.
     """
-    q1, q2 = white.copy(), white.copy()
-    effective = dof + 3.0
-    long = np.zeros(len(dof), bool)
+    q1, q2 = white_share.copy(), white_share.copy()
+    effective = degrees_of_freedom + 3.0
+    long = np.zeros(len(degrees_of_freedom), bool)
     positions = _places(u, v, starts, counts)
     order = np.argsort(counts, kind="stable")
     sizes, first = np.unique(counts[order], return_index=True)
     for n, rows in zip(sizes.tolist(), np.split(order, first[1:]), strict=True):
         # A trace with few distinct points, or exactly in its plane, cannot be compared with models.
-        rows = rows[(dof[rows] > 1.0)]
+        rows = rows[(degrees_of_freedom[rows] > 1.0)]
         if n < MIN_POINTS or not len(rows):
             continue
         index = starts[rows][:, None] + np.arange(n)
         series = np.stack([u[index], v[index], r[index]])
-        variance_share, free = np.ones(len(rows)), dof[rows]
+        variance_share, free = np.ones(len(rows)), degrees_of_freedom[rows]
         models = _library(min(n, MAX_PIECES), max(round(n / MAX_PIECES), 1))
         if n > MAX_PIECES:
             blocks, variance_share = _block_means(series)
@@ -225,7 +234,7 @@ def inflate(
         # The number of independent points that would give the same limit.
         with np.errstate(divide="ignore"):  # q is 0 for points exactly on the plane
             independent = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1])
-        effective[rows] = np.minimum(independent, dof[rows] + 3.0)
+        effective[rows] = np.minimum(independent, degrees_of_freedom[rows] + 3.0)
     return q1, q2, effective, long
 
 
@@ -241,7 +250,7 @@ def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) ->
 
 
 def _inflation_at_places(
-    series: FloatArray, place: FloatArray, dof: FloatArray, models: _Library
+    series: FloatArray, place: FloatArray, degrees_of_freedom: FloatArray, models: _ModelLibrary
 ) -> FloatArray:
     """Return the inflation (2, k, models) for the actual positions of the points.
 
@@ -261,7 +270,7 @@ def _inflation_at_places(
     spectrum = np.fft.rfft(np.stack(piece_sums) / sums[..., None], 2 * m)
     loading = (spectrum.real**2 + spectrum.imag**2) @ models.toeplitz.T + models.white
     remaining = np.maximum(m - loading.sum(axis=0), 1e-2 * m)
-    return np.asarray(np.maximum(loading[:2] * (dof[:, None] / remaining), 1.0))
+    return np.asarray(np.maximum(loading[:2] * (degrees_of_freedom[:, None] / remaining), 1.0))
 
 
 def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -279,7 +288,7 @@ def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _compare_models(
-    series: FloatArray, dof: FloatArray, models: _Library
+    series: FloatArray, degrees_of_freedom: FloatArray, models: _ModelLibrary
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Compare k traces of n points with all models.
 
@@ -287,7 +296,7 @@ def _compare_models(
     ----------
     series : (3, k, n) ndarray
         Coordinates along e1 and e2, and residuals.
-    dof : (k,) ndarray
+    degrees_of_freedom : (k,) ndarray
     models : _Library
 
     Returns
@@ -314,18 +323,18 @@ def _compare_models(
         FREEDOM_FACTOR * remaining**2 / (remaining_share @ models.square.T), n - 3.0
     )
     freedom[:, 0] = n - 3.0
-    share = dof / (n - 3.0)
-    inflation = np.maximum(loading * (dof[:, None] / remaining), 1.0)
+    share = degrees_of_freedom / (n - 3.0)
+    inflation = np.maximum(loading * (degrees_of_freedom[:, None] / remaining), 1.0)
     # Whittle likelihood with the scale profiled out.
     used_share = remaining_share[:, :N_FREQUENCIES]
     misfit = (
-        squares[2, :, :N_FREQUENCIES] * (n - 3.0) + NOISE_FLOOR * used_share
+        squares[2, :, :N_FREQUENCIES] * (n - 3.0) + MIN_NOISE_SHARE * used_share
     ) @ models.inverse.T
     number = used_share.sum(axis=1) * share
     likelihood = -0.5 * (used_share @ models.log.T + number[:, None] * np.log(misfit))
     weight = _normalize(SHARPNESS * (likelihood + models.log_weight))
-    plain_weight = _normalize(likelihood) * PURE
-    long = plain_weight[:, IS_LONG].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)
+    plain_weight = _normalize(likelihood) * IS_PURE_MODEL
+    long = plain_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)
     return inflation, freedom * share[:, None], weight, long
 
 
@@ -336,7 +345,7 @@ def _normalize(logarithms: FloatArray) -> FloatArray:
 
 
 def _mixture_quantile(
-    g: FloatArray, freedom: FloatArray, weight: FloatArray, dof: FloatArray
+    g: FloatArray, freedom: FloatArray, weight: FloatArray, degrees_of_freedom: FloatArray
 ) -> FloatArray:
     """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k).
 
@@ -348,7 +357,7 @@ def _mixture_quantile(
     _, k, models = g.shape
     half = np.broadcast_to(0.5 * freedom, g.shape).reshape(-1, models)
     weight = np.broadcast_to(weight, g.shape).reshape(-1, models)
-    rate = (dof[:, None] / (g * freedom)).reshape(-1, models)
+    rate = (degrees_of_freedom[:, None] / (g * freedom)).reshape(-1, models)
     # A hundredth of a degree of freedom does not determine the plane.
     single_quantiles = np.log1p(np.expm1(np.minimum(-LOG_LEVEL / half, 500.0)) / rate)
     low, high = single_quantiles.min(axis=-1), single_quantiles.max(axis=-1)

@@ -42,7 +42,7 @@ def resolving_points(data: Mesh | PointCloud) -> FloatArray:
     return np.asarray(points, np.float64)
 
 
-class Tree(Protocol):
+class NeighbourTree(Protocol):
     """Interface of scipy's search tree."""
 
     n: int
@@ -50,7 +50,7 @@ class Tree(Protocol):
     def query(self, x: FloatArray, k: int) -> tuple[FloatArray, IntArray]: ...
 
 
-class FewPoints:
+class SmallPointTree:
     """Search tree for few points that avoids the slow import of SciPy."""
 
     def __init__(self, points: FloatArray) -> None:
@@ -63,7 +63,9 @@ class FewPoints:
         return np.sqrt(np.take_along_axis(square, rows, axis=1)), rows
 
 
-def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) -> float | None:
+def effective_resolution(
+    points: FloatingArray, tree: NeighbourTree, places: FloatArray
+) -> float | None:
     """Return the median resolution around positions on a surface.
 
     Parameters
@@ -87,10 +89,10 @@ def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) 
         rows = tree.query(index, k=k)[1]
         return np.asarray(np.asarray(points)[rows.reshape(len(index), k)])
 
-    return resolution_by(neighbours)
+    return resolution_from_neighbours(neighbours)
 
 
-def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | None:
+def resolution_from_neighbours(neighbours: Callable[[int], FloatArray | None]) -> float | None:
     """Return the median resolution at positions from their nearest points.
 
     The smallest neighbourhoods that are pieces of a sheet are used: a quarter of the points within
@@ -114,7 +116,7 @@ def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | Non
         areas_and_noises = neighbour_statistics(near)
         if _inner_share(near) >= MIN_INNER_SHARE or near.shape[1] < count:
             break
-    return None if areas_and_noises is None else _larger(*areas_and_noises)
+    return None if areas_and_noises is None else _larger_of_spacing_and_noise(*areas_and_noises)
 
 
 def _inner_share(near: FloatArray) -> float:
@@ -123,7 +125,7 @@ def _inner_share(near: FloatArray) -> float:
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
-def _larger(areas: FloatArray, noises: FloatArray) -> float | None:
+def _larger_of_spacing_and_noise(areas: FloatArray, noises: FloatArray) -> float | None:
     """Return the larger of median spacing and median noise of the places."""
     is_known = np.isfinite(areas) & (areas > 0)
     if not is_known.any():

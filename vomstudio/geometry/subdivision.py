@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray, IntegerArray
-from vomstudio.geometry.coincident_points import place_keys, welded
+from vomstudio.geometry.coincident_points import position_keys, weld_points
 
 MIN_BEND_RAD, MAX_BEND_RAD = 3e-4, 2e-2
 """Faces with a smaller angle are coplanar, and sides are straight; between these limits the angle
@@ -20,7 +20,7 @@ that rounding of the coordinates can cause is used.
 """
 ROUNDING_FACTOR = 4.0
 MAX_DECIMALS = 7
-SAMPLED_VERTICES = 1000
+MAX_SAMPLED_VERTICES = 1000
 MIN_SHARE = 0.05
 """Minimum share of interpolated vertices in a divided mesh."""
 MIN_AREA_SHARE = 0.25
@@ -51,7 +51,7 @@ def find_undivided(
     if _sampled_share(vertices, faces, bend) < MIN_SHARE:
         return None
     used, inverse = np.unique(faces, return_inverse=True)
-    number = welded(np.asarray(vertices[used], np.float64))
+    number = weld_points(np.asarray(vertices[used], np.float64))
     origin = np.asarray(vertices[used[0]], np.float64)
     places = np.empty((int(number.max()) + 1, 3))
     places[number] = vertices[used] - origin
@@ -97,7 +97,7 @@ def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
     """Return the angle by which rounding of the coordinates can bend a flat surface, radians."""
-    sample = np.asarray(vertices[:: max(1, len(vertices) // SAMPLED_VERTICES)], np.float64)
+    sample = np.asarray(vertices[:: max(1, len(vertices) // MAX_SAMPLED_VERTICES)], np.float64)
     sample = sample[np.isfinite(sample).all(axis=1)]
     if not len(sample):
         return MIN_BEND_RAD
@@ -108,7 +108,7 @@ def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
         if not (sample == np.round(sample, decimals)).all():
             break
         rounding = 10.0**-decimals
-    corners = vertices[faces[:: max(1, len(faces) // SAMPLED_VERTICES)]]
+    corners = vertices[faces[:: max(1, len(faces) // MAX_SAMPLED_VERTICES)]]
     edge = float(np.sqrt(np.nanmedian(2.0 * _normals(corners)[1])))
     bend = ROUNDING_FACTOR * rounding / edge if edge > 0.0 else 0.0
     return min(max(bend, MIN_BEND_RAD), MAX_BEND_RAD)
@@ -116,8 +116,8 @@ def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
 
 def _sampled_share(vertices: FloatArray, faces: IntegerArray, bend: float) -> float:
     """Return the share of sampled vertices whose faces lie in at most two planes."""
-    step = max(1, len(vertices) // SAMPLED_VERTICES)
-    keys = place_keys(vertices)
+    step = max(1, len(vertices) // MAX_SAMPLED_VERTICES)
+    keys = position_keys(vertices)
     sampled_keys = np.unique(keys[step // 2 :: step])
     row = np.minimum(np.searchsorted(sampled_keys, keys), len(sampled_keys) - 1)
     row[sampled_keys[row] != keys] = -1

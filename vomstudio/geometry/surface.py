@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.geometry.plane_sizes import within_wander
-from vomstudio.geometry.resolution import resolution_by
+from vomstudio.geometry.plane_sizes import is_width_within_wander
+from vomstudio.geometry.resolution import resolution_from_neighbours
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -111,7 +111,7 @@ class VertexSurface:
             neighbourhoods = [self._nearest(place, count) for place in places]
             return np.stack(neighbourhoods) if neighbourhoods else None
 
-        return resolution_by(neighbours)
+        return resolution_from_neighbours(neighbours)
 
     def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
         line = _resample(points)
@@ -198,7 +198,7 @@ def _fit_face(line: FloatArray, near: FloatArray, radius: float) -> FloatArray |
 def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | None:
     """Return the normal (3,) of the plane of points (k, 3) no wider than their wander.
 
-    None for wider traces, see `plane_sizes.within_wander`.
+    None for wider traces, see `plane_sizes.is_width_within_wander`.
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 3 or not resolution > 0.0:
@@ -207,7 +207,7 @@ def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | 
     values, vectors = np.linalg.eigh(centred.T @ centred / len(points))
     extent = float(np.ptp(centred @ vectors[:, 2]))
     is_straight = values[1] <= 1e-12 * values[2]
-    if is_straight or not within_wander(float(values[1]), extent, len(points), resolution):
+    if is_straight or not is_width_within_wander(float(values[1]), extent, len(points), resolution):
         return None
     return np.asarray(vectors[:, 0])
 

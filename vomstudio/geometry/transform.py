@@ -55,7 +55,7 @@ def invert(rows: Sequence[Sequence[float]] | FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(matrix(rows)))
 
 
-def scale_of(rows: Sequence[Sequence[float]] | FloatArray) -> float:
+def scale_factor(rows: Sequence[Sequence[float]] | FloatArray) -> float:
     """Return the factor by which a similarity changes lengths.
 
     Parameters
@@ -82,4 +82,4 @@ def rotate(rows: Sequence[Sequence[float]] | FloatArray, vectors: npt.ArrayLike)
     (n, 3) ndarray
     """
     m = matrix(rows)
-    return np.asarray(vectors, dtype=np.float64).reshape(-1, 3) @ (m[:3, :3] / scale_of(m)).T
+    return np.asarray(vectors, dtype=np.float64).reshape(-1, 3) @ (m[:3, :3] / scale_factor(m)).T

@@ -63,7 +63,7 @@ class Axes:
 
 
 WORLD = Axes()
-UNPLACED = Axes(metric=False, north=False)
+UNPLACED_AXES = Axes(metric=False, north=False)
 
 MAX_ROUNDING_M = 1e-7
 """Maximum length that is considered a rounding error."""
@@ -91,7 +91,7 @@ def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
     return name
 
 
-def columns_of(names: Sequence[str], *, metric: bool) -> list[str]:
+def table_columns(names: Sequence[str], *, metric: bool) -> list[str]:
     """Return the column names of a table, whose lengths are in metres if `metric`.
 
     Parameters
@@ -116,12 +116,12 @@ UNIT_SUFFIXES = (
 )
 
 
-def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) -> str:
+def length_text(length_m: float | None, digits: int = 3, *, metric: bool = True) -> str:
     """Format a length with a number of significant digits, at least to whole units.
 
     Parameters
     ----------
-    value_m : float or None
+    length_m : float or None
     digits : int, optional
         Number of significant digits.
     metric : bool, optional
@@ -132,17 +132,17 @@ def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) 
     -------
     str
     """
-    if value_m is None:
+    if length_m is None:
         return "–"
     if not metric:
-        return tr("{length} units", length=_format_rounded(value_m, digits))
-    if abs(value_m) < MAX_ROUNDING_M:
+        return tr("{length} units", length=_format_rounded(length_m, digits))
+    if abs(length_m) < MAX_ROUNDING_M:
         return "0 mm"
     for unit, size in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)):
-        text = _format_rounded(value_m / size, digits)
+        text = _format_rounded(length_m / size, digits)
         if abs(float(text)) < {"mm": 10.0, "cm": 100.0, "m": 1000.0}[unit]:
             return f"{text} {unit}"
-    return f"{_format_rounded(value_m / 1000.0, digits)} km"
+    return f"{_format_rounded(length_m / 1000.0, digits)} km"
 
 
 def round_length(max_length: float) -> float:

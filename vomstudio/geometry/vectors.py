@@ -58,14 +58,14 @@ def upward(normals: FloatArray) -> FloatArray:
 
 
 def dip_of_normals(
-    normals: FloatArray, floor: FloatArray | float = MIN_TILT
+    normals: FloatArray, min_tilt: FloatArray | float = MIN_TILT
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return the dip direction and dip of upward normals.
 
     Parameters
     ----------
     normals : (m, 3) ndarray
-    floor : ndarray or float, optional
+    min_tilt : ndarray or float, optional
         Sine of the tilt below which a plane is horizontal; its dip direction is then 0 and
         undefined.
 
@@ -78,7 +78,7 @@ def dip_of_normals(
     undefined : (m,) ndarray of bool
     """
     lean = np.hypot(normals[:, 0], normals[:, 1])
-    flat = lean <= floor
+    flat = lean <= min_tilt
     azimuth = wrap360(np.degrees(np.arctan2(normals[:, 0], normals[:, 1])))
     azimuth = np.where(flat, 0.0, azimuth)
     dip = np.where(flat, 0.0, np.degrees(np.arctan2(lean, normals[:, 2])))

@@ -198,7 +198,7 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
                 for limits in value.values():
                     Thresholds(**limits)
             else:
-                _check(setting, value, default)
+                _check_setting(setting, value, default)
             setattr(settings, setting.name, value)
         except (TypeError, ValueError, AttributeError) as error:
             problems.append(
@@ -207,7 +207,7 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
     return settings, problems
 
 
-def _check(setting: Field[Any], value: Any, default: Any) -> None:
+def _check_setting(setting: Field[Any], value: Any, default: Any) -> None:
     """Raise TypeError or ValueError if a value is not valid for a setting."""
     if type(value) is not type(default):
         raise TypeError(f"{type(default).__name__} expected")

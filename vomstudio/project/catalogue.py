@@ -159,7 +159,7 @@ def _frame(s: Subject) -> str:
     return tr(NO_MODEL) if model is None else model.frame.name()
 
 
-def _overturned(s: Subject) -> bool | None:
+def _is_overturned(s: Subject) -> bool | None:
     value = getattr(s.feature, "overturned", None)
     return None if value is None else bool(value)
 
@@ -206,7 +206,7 @@ OVERTURNED = Figure(
     "overturned",
     _("Overturned"),
     _("The bed is overturned: its younging direction is known"),
-    _overturned,
+    _is_overturned,
     "flag",
     words=("overturned",),
     attribute="overturned",

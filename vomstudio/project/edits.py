@@ -15,7 +15,7 @@ from typing import Any, Literal
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
-from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.geology.profiles import PROFILES_BY_NAME, Thresholds
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.registrations import Registration
@@ -451,7 +451,7 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
     name = limits.profile.strip()
     if not name:
         raise DocumentError(Finding("name.empty"), field="profile")
-    standard = PROFILES.get(name)
+    standard = PROFILES_BY_NAME.get(name)
     if standard is not None and standard != limits:
         raise DocumentError(
             Finding("profile.fixed", profile=name),

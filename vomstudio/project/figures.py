@@ -13,7 +13,7 @@ from math import floor, isfinite, log10
 from typing import Any, Literal
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geology.notation import degrees as degrees
+from vomstudio.geology.notation import format_error_deg as degrees
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.project.measurement import Measurement, NearestPick
 from vomstudio.project.records import FeatureType, Model, OnAModel, Record, Typed, get

@@ -77,7 +77,7 @@ def _axis(
     azimuth: bytes,
     dip: bytes,
     turns: tuple[bytes, bytes] | None,
-    bowed: float | None,
+    bowing_deg: float | None,
     names: tuple[str, ...],
     overturned: tuple[bool, ...],
 ) -> FoldAxis | GeometryError:
@@ -89,7 +89,7 @@ def _axis(
             np.frombuffer(azimuth),
             np.frombuffer(dip),
             known,
-            bowed,
+            bowing_deg,
             names=names,
             overturned=overturned,
         )
@@ -101,7 +101,7 @@ def fold_planes(
     records: Records,
     features: Iterable[Typed],
     measured: Mapping[str, Measurement],
-    which: FoldFilter,
+    fold_filter: FoldFilter,
 ) -> FoldPlanes:
     """Select the planes of a fold from the features of one type.
 
@@ -112,7 +112,7 @@ def fold_planes(
     selection = select_planes(
         [None if verdict is None else verdict.quality for verdict in verdicts],
         [f.set_name for f in planar],
-        which,
+        fold_filter,
     )
     used = [f for f, use in zip(planar, selection.use, strict=True) if use]
     planes = [plane for f in used if (plane := measured[f.id].plane) is not None]

@@ -152,12 +152,14 @@ class Measurement:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"
 
-    def attitude(self, notation: str = "dipdir/dip", *, bare: bool = False) -> str:
+    def attitude(self, notation: str = "dipdir/dip", *, omits_hand_rule: bool = False) -> str:
         """Return the plane or line with its 95 % error as text, or "–" if there is neither."""
         attitude = self.plane if self.plane is not None else self.line
         if attitude is None:
             return "–"
-        return format_attitude(attitude, self.total95_deg, notation, bare=bare)
+        return format_attitude(
+            attitude, self.total95_deg, notation, omits_hand_rule=omits_hand_rule
+        )
 
     def slip_vector(self) -> FloatArray | None:
         """Return the unit vector (3,) of the hanging wall's movement, or None if unknown."""
@@ -300,7 +302,7 @@ class ToWorld:
         rows = rows_of(model)
         registration = None if model is None else model.registration
         rotation = None if registration is None else registration.rotation_covariance()
-        return cls(rows, transform.scale_of(rows), is_metric(model), rotation)
+        return cls(rows, transform.scale_factor(rows), is_metric(model), rotation)
 
     @cached_property
     def turn(self) -> FloatArray:
@@ -328,7 +330,7 @@ def rows_of(model: Model | None) -> FloatArray:
 
 def length_in_metres(length: float | None, rows: FloatArray) -> float | None:
     """Convert a length in file units to metres."""
-    return None if length is None else length * transform.scale_of(rows)
+    return None if length is None else length * transform.scale_factor(rows)
 
 
 def is_metric(model: Model | None) -> bool:

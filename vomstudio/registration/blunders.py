@@ -258,16 +258,16 @@ def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
     return outliers if len(outliers) <= total // 3 else []
 
 
-def _far_better(points: Points, fit: Similarity, agree: BoolArray) -> bool:
+def _far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bool:
     """Return whether the consistent points fit far better than all points."""
 
     def variance(which: BoolArray, by: Similarity) -> float:
         misses = by(points.model[which]) - points.world[which]
         return float((misses**2).sum()) / (3 * int(which.sum()) - 7)
 
-    every = np.ones(len(agree), np.bool_)
+    every = np.ones(len(is_consistent), np.bool_)
     whole = fit_similarity(points.model, points.world)
-    return variance(every, whole) > _MIN_VARIANCE_RATIO * variance(agree, fit)
+    return variance(every, whole) > _MIN_VARIANCE_RATIO * variance(is_consistent, fit)
 
 
 def _clear_consistent(

@@ -353,5 +353,5 @@ def _inliers(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArr
     floor = 3 * float(known.max()) if len(known) else 0.0
     # Positions on a line are consistent with any rotation about it.
     with suppress(GeometryError):
-        return fit_robustly(model, world, floor=floor)[1]
+        return fit_robustly(model, world, min_sigma=floor)[1]
     return np.ones(len(model), bool)

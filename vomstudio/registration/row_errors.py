@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.serial_errors import (
-    correlated,
+    correlate,
     fit_serial_correlation,
     independent_share,
     variance_inflation,
@@ -250,7 +250,7 @@ def _correlated_moves(rows: Rows, moves: FloatArray, drift: Mapping[str, float])
     result = moves.copy()
     for group, rho in drift.items():
         rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
-        each = correlated(_along_axes(rows, rows_of_group, moves), rho)
+        each = correlate(_along_axes(rows, rows_of_group, moves), rho)
         if rows.axes is not None:
             each = rows.axes[rows_of_group].reshape(-1, 3, 3) @ each
         result[rows_of_group] = each.reshape(len(rows_of_group), -1)

@@ -18,7 +18,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.serial_errors import (
-    correlated,
+    correlate,
     fit_serial_correlation,
     independent_share,
     variance_inflation,
@@ -116,7 +116,7 @@ def scatter_of(
         ):
             rho = fit_serial_correlation(weights @ moves, white) if is_ordered else 0.0
             spread = roots @ moves
-            middle = np.einsum("nik,nil->kl", spread, correlated(spread, rho))
+            middle = np.einsum("nik,nil->kl", spread, correlate(spread, rho))
             covariance = inverse @ middle @ inverse / np.outer(units, units)
             sigma = np.sqrt(np.einsum("nii->i", known) / n)
             return Scatter(sigma, covariance, rho)
@@ -181,7 +181,7 @@ def _expected_square(moves: FloatArray, inverse: FloatArray, known: FloatArray) 
 
 def _information(moves: FloatArray, rho: float) -> FloatArray:
     """Return the information (3, 7, 7) of each axis with the correlations of its errors."""
-    return np.asarray(np.einsum("nik,nil->ikl", moves, correlated(moves, rho)), np.float64)
+    return np.asarray(np.einsum("nik,nil->ikl", moves, correlate(moves, rho)), np.float64)
 
 
 def drift_findings(drift: Mapping[str, float]) -> list[Finding]:

@@ -92,7 +92,7 @@ def fit_similarity(
 
 
 def fit_robustly(
-    source: npt.ArrayLike, target: npt.ArrayLike, *, floor: float = 0.0, seed: int = 0
+    source: npt.ArrayLike, target: npt.ArrayLike, *, min_sigma: float = 0.0, seed: int = 0
 ) -> tuple[Similarity, BoolArray]:
     """Fit a similarity if up to half of the points are wrong.
 
@@ -104,7 +104,7 @@ def fit_robustly(
     Parameters
     ----------
     source, target : (n, 3) array
-    floor : float
+    min_sigma : float
         Residual, in units of the target, below which points are always included.
     seed : int
 
@@ -139,7 +139,7 @@ def fit_robustly(
             best = fit_similarity(a[used], b[used])
         except GeometryError:  # the best half is collinear
             return fit_similarity(a, b), np.ones(n, np.bool_)
-        near = ~used & (_squares(best, a, b) <= floor**2)
+        near = ~used & (_squares(best, a, b) <= min_sigma**2)
         if near.any():
             used |= near
             continue

@@ -190,7 +190,7 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
         Names and values of the scale, the north and, if known, the resolution.
     """
     frame = model.frame
-    metres = transform.scale_of(model.to_world)
+    metres = transform.scale_factor(model.to_world)
     if not frame.has_metres:
         scale = tr("not known")
     elif abs(metres - 1.0) < _SCALE_TOLERANCE:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.coincident_points import weld_points
 from vomstudio.geometry.mesh import Mesh
 
 _MAX_ADDED_POINTS = 20_000_000
@@ -92,7 +92,7 @@ def surface_points(
         return places[np.isfinite(places).all(axis=1)], 0
     corners = [places[data.faces[:, k]] for k in range(3)]
     area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]), axis=1) / 2
-    number = welded(places)
+    number = weld_points(places)
     is_first = np.zeros(len(places), bool)
     is_first[np.unique(number, return_index=True)[1]] = True
     is_first &= np.isfinite(places).all(axis=1)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from vomstudio.core.signals import Signal
-from vomstudio.geology.coverage.repeat_selection import SHARE, select_repeats
+from vomstudio.geology.coverage.repeat_selection import DEFAULT_SHARE, select_repeats
 from vomstudio.project import repeated_features
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import kind_of
@@ -61,7 +61,7 @@ class BlindRepeats:
             if kind_of(f).orientations and kind_of(f).tool
         ]
 
-    def begin(self, share: float = SHARE, interpreter: str = "", seed: str = "") -> None:
+    def begin(self, share: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
         """Start a round with a random share of the picks. Raises UsageError if it is invalid."""
         self.chosen = select_repeats(self.available(), share, seed)
         self.interpreter = interpreter

@@ -35,9 +35,9 @@ class Editing:
         """Redo the last undone edit. Return False, after showing the reason, if it fails."""
         return self._do(self._projects.session.redo)
 
-    def _do(self, do: Callable[[], object]) -> bool:
+    def _do(self, action: Callable[[], object]) -> bool:
         try:
-            do()
+            action()
         except VomError as error:
             self._notices.fail(error)
             return False

@@ -18,7 +18,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of, finding_of
 from vomstudio.core.progress import Progress, SilentProgress
-from vomstudio.geology.profiles import PROFILES
+from vomstudio.geology.profiles import PROFILES_BY_NAME
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.cloud import PointCloud
@@ -621,12 +621,12 @@ class HeadlessProject:
         UsageError
             If the profile is unknown.
         """
-        if profile not in PROFILES:
+        if profile not in PROFILES_BY_NAME:
             raise UsageError(
-                Finding("option.not-a-choice", value=profile, choices=list(PROFILES)),
+                Finding("option.not-a-choice", value=profile, choices=list(PROFILES_BY_NAME)),
                 field="profile",
             )
-        self.session.apply(edits.judge_by(self.session.records, PROFILES[profile]))
+        self.session.apply(edits.judge_by(self.session.records, PROFILES_BY_NAME[profile]))
 
     def update_surroundings(self) -> tuple[int, tuple[Finding, ...]]:
         """Update the resolution and outcrop face of features measured by an earlier rule.

@@ -21,7 +21,7 @@ from vomstudio.geology.fractures.length_laws import (
 )
 from vomstudio.geology.fractures.network import describe_lengths, kaplan_meier
 from vomstudio.geology.fractures.pieces import clip_traces
-from vomstudio.geology.fractures.windows import fit_window, mean_by_ends
+from vomstudio.geology.fractures.windows import fit_window, mean_length_from_ends
 
 TRUE = {
     "exponential": (stats.expon(scale=2.0), {"mean_m": 2.0}),
@@ -205,7 +205,7 @@ def test_windows_are_corrected_in_95_of_100(name: str) -> None:
         lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
         window: Window = fit_window(pieces, NOTCHED)
         found = fit_law(law(name, lengths, cut), lengths, cut, window)
-        ends = mean_by_ends(lengths, cut)
+        ends = mean_length_from_ends(lengths, cut)
         assert found is not None
         for key, value in parameters.items():
             held[key] += found.parameters[key].low <= value <= found.parameters[key].high

@@ -10,7 +10,7 @@ from PIL import Image
 from tests.io.photos.photo_maker import write_photo
 from tests.messages import by_code, refused
 from vomstudio.core.errors import TargetError
-from vomstudio.geometry.pixel_areas import Change, PixelArea, changed_by
+from vomstudio.geometry.pixel_areas import MaskChange, PixelArea, draw_area
 from vomstudio.io.photos.drawn_masks import load_mask, mask_path, store_mask, write_mask
 from vomstudio.io.photos.pixels import read_mask
 from vomstudio.io.photos.reading import read_photos
@@ -118,8 +118,8 @@ def test_a_change_of_a_mask_takes_itself_back() -> None:
     used = drawn()
     before = used.copy()
     inside = drawn(3)[:50, :70]
-    change = changed_by(used, PixelArea(20, 30, inside), hides=True)
-    assert isinstance(change, Change)
+    change = draw_area(used, PixelArea(20, 30, inside), is_masking=True)
+    assert isinstance(change, MaskChange)
     assert not used[30:80, 20:90][inside].any()
     assert (used[30:80, 20:90] == (before[30:80, 20:90] & ~inside)).all()
     after = used.copy()
@@ -127,4 +127,6 @@ def test_a_change_of_a_mask_takes_itself_back() -> None:
     assert (used == before).all()
     change.do(used)
     assert (used == after).all()
-    assert changed_by(used, PixelArea(20, 30, inside), hides=True) is None, "it is hidden already"
+    assert draw_area(used, PixelArea(20, 30, inside), is_masking=True) is None, (
+        "it is hidden already"
+    )

@@ -10,7 +10,7 @@ import pytest
 from tests.messages import with_code
 from tests.photogrammetry.georeferencing.test_gps_priors import Flight, block, ground, nadir
 from tests.photogrammetry.made_photos import LENS, abreast, face
-from vomstudio.geology.bowing import model_shape, shape_change
+from vomstudio.geology.bowing import fit_shape_change, model_shape
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -111,7 +111,7 @@ def test_a_wrong_lens_is_in_the_stated_error() -> None:
     """A focal length 3 % too long and a principal point 5 pixels off, both held."""
     flight = Flight((45.0,), replace(LENS, params=(1500.0, 805.0, 596.0, -0.05)), 1545.0)
     scene = in_truth(flight.scene, flight.points)
-    true = shape_change(flight.points, scene.points - flight.points)
+    true = fit_shape_change(flight.points, scene.points - flight.points)
     bend = effect(scene).bend
     side = np.degrees(2.0 * abs(true.curvature_per_m) * model_shape(flight.points)[2])
     assert side < bend.side_deg
@@ -124,7 +124,7 @@ def test_the_path_of_the_cameras_bends_as_the_ground_does(k2: float, word: str) 
     params = (1500.0, 800.0, 600.0, -0.05, k2)
     flight = Flight((45.0,), replace(LENS, model="RADIAL", params=params), 1500.0)
     scene = in_truth(flight.scene, flight.points)
-    true = shape_change(flight.points, scene.points - flight.points).curvature_per_m
+    true = fit_shape_change(flight.points, scene.points - flight.points).curvature_per_m
     _, report = flight.placed(0.1, 2.0)
     assert not report.adjusted
     assert report.bowing is not None
@@ -148,7 +148,7 @@ def test_nineteen_wrong_lenses_of_twenty_are_in_the_stated_error() -> None:
         if len(truth) != len(made.points):
             continue
         scene = in_truth(made, truth)
-        true = shape_change(truth, scene.points - truth)
+        true = fit_shape_change(truth, scene.points - truth)
         bend = effect(scene).bend
         inside.append(
             [

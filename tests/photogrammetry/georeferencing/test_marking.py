@@ -15,8 +15,8 @@ from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.photogrammetry.georeferencing.mark_prediction import (
     Marking,
     PlacedPhotos,
+    find_usable_points,
     missing,
-    ready,
 )
 
 BENT = Intrinsics("OPENCV", 1000, 800, (900.0, 905.0, 510.0, 395.0, -0.12, 0.03, 1e-3, -5e-4))
@@ -174,12 +174,12 @@ def test_what_a_registration_lacks_is_said_plainly() -> None:
     assert finding.code == "control.too-few"
     assert values.items() <= finding.values.items()
     assert "A (1 mark)" in finding.message
-    assert ready(made) == ["B", "C"]
+    assert find_usable_points(made) == ["B", "C"]
     assert missing(made.marked("A", "b.jpg", (3.0, 3.0))) == []
     (finding,) = missing(made.removed("A"))
     assert (finding.values["count"], finding.values["total"]) == (2, 2)
     assert missing(made.removed("A").removed("B").removed("C")) == []
-    assert ready(made, ["a.jpg"]) == []
+    assert find_usable_points(made, ["a.jpg"]) == []
 
 
 def test_control_points_in_one_line_are_told_of() -> None:

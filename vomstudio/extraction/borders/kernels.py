@@ -36,9 +36,9 @@ def flatten_points(points, axes, centre, plane_coordinates, ends):  # type: igno
 def sort_into_cells(plane_coordinates, x, y, cells_per_unit, columns, cell_starts, cell, out):  # type: ignore[no-untyped-def]
     """Sort points by the square cells of a grid, row by row.
 
-    The corner of the grid is at x, y, and it has `cells_per_unit` cells per unit. `cell_starts` (cells + 1,) must
-    be zero on entry, and receives the start of each cell; `cell` (points,) is a work array; the
-    sorted points are written to `out`.
+    The corner of the grid is at x, y, and it has `cells_per_unit` cells per unit. `cell_starts`
+    (cells + 1,) must be zero on entry, and receives the start of each cell; `cell` (points,) is a
+    work array; the sorted points are written to `out`.
     """
     for i in range(len(plane_coordinates)):
         c = int((plane_coordinates[i, 0] - x) * cells_per_unit) + columns * int(
@@ -169,8 +169,8 @@ def roll_disc(  # type: ignore[no-untyped-def]
     """Write the pairs of points between which an empty disc rolls, and return their number.
 
     Return -1 if there are more pairs than fit into `edges`. The points are sorted by
-    `sort_into_cells`, with a margin of `reach` and one empty cells. If `spacing_factor`, only gaps that
-    reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
+    `sort_into_cells`, with a margin of `reach` and one empty cells. If `spacing_factor`, only gaps
+    that reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
     `is_queued` must be False on entry; `queue`, `near` and `arcs` are work arrays.
     """
     tail, total = 0, 0

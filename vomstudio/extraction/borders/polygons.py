@@ -15,8 +15,8 @@ from vomstudio.extraction.borders.kernels import (
     sort_into_cells,
     thin_cells,
 )
-from vomstudio.geometry.coincident_points import welded
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.coincident_points import weld_points
+from vomstudio.geometry.kernels.jit import to_kernel_array
 
 _EXPECTED_GAPS = 0.1
 """Expected number of random gaps in a facet that are mistaken for holes or bays."""
@@ -67,7 +67,7 @@ def enclose_faces(
     axes : (2, 3) array
         Axes of these coordinates.
     """
-    nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
+    nodes = weld_points(corners.reshape(-1, 3)).reshape(-1, 3)
     ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
     axes = plane_axes(normal)
     flat = ((corners.reshape(-1, 3) - centre) @ axes.T).reshape(-1, 3, 2)
@@ -127,7 +127,7 @@ def enclose_points(
     axes = plane_axes(normal)
     flat, ends = np.empty((len(points), 2)), np.zeros((2, 2))
     flatten_points(
-        for_kernels(points, np.float64), axes, for_kernels(centre, np.float64), flat, ends
+        to_kernel_array(points, np.float64), axes, to_kernel_array(centre, np.float64), flat, ends
     )
     radius = _gap_radius(len(points)) * spacing
     lines = _trace_boundary_lines(flat, ends, spacing, radius)

@@ -35,9 +35,9 @@ def assign_points(  # type: ignore[no-untyped-def]
     """Assign points to the nearest plane of their cell and the adjacent cells, or to none.
 
     labels (cells,) contains the facet of each cell, negative for none; centres, facing (f, 3) and
-    limits (f,) describe the planes of the facets. `open_rows` receives whether a point must be analysed
-    individually: if the adjacent cells belong to several facets, if they belong to none and contain
-    more than stray points, or if the point is not on the plane of its cell.
+    limits (f,) describe the planes of the facets. `open_rows` receives whether a point must be
+    analysed individually: if the adjacent cells belong to several facets, if they belong to none
+    and contain more than stray points, or if the point is not on the plane of its cell.
     """
     for c in range(len(cell_starts) - 1):
         own_label = labels[c]

@@ -23,7 +23,7 @@ from vomstudio.extraction.elements import (
 from vomstudio.extraction.growing import element_tolerances, facet_limits, facet_planes, grow_facets
 from vomstudio.extraction.point_neighbours import is_noise_dominated
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
@@ -131,11 +131,11 @@ def find_cell_planes(
         cells.starts,
         cells.near,
         labels,
-        for_kernels(cells.normals, np.float64),
+        to_kernel_array(cells.normals, np.float64),
         reach,
         float(np.cos(np.radians(angle_deg))),
-        for_kernels(planes.centre, np.float64),
-        for_kernels(planes.normal, np.float64),
+        to_kernel_array(planes.centre, np.float64),
+        to_kernel_array(planes.normal, np.float64),
         facet_limits(planes, typical_reach),
         point_labels,
         open_,
@@ -143,7 +143,7 @@ def find_cell_planes(
     point_values = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     copy_to_points(
         grid.begins,
-        for_kernels(cells.normals, np.float64),
+        to_kernel_array(cells.normals, np.float64),
         cells.variation,
         cells.areas,
         cells.noise,

@@ -26,7 +26,7 @@ from vomstudio.extraction.proposals.thinning import MAX_POINTS, sample_points
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.geology.band_figures import BandFigures
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.project.tables.orientation_table import Row
 
 DEFAULT_MIN_RESOLUTIONS = 20.0
@@ -96,7 +96,7 @@ def propose_traces(
     model: str,
     frame: str,
     progress: Progress,
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
 ) -> ProposedTraces:
     """Find lines that stand out from the noise of a surface.
 

@@ -19,8 +19,8 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import welded
-from vomstudio.geometry.kernels.jit import for_kernels, for_reading
+from vomstudio.geometry.coincident_points import weld_points
+from vomstudio.geometry.kernels.jit import to_kernel_array, to_read_only_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import PointGrid, run_in_blocks
 from vomstudio.geometry.nearby.shared_corners import neighbours_across_gaps
@@ -111,12 +111,12 @@ class MeshNeighbours:
             smooth_normals,
         )
 
-        self._faces = faces = for_reading(mesh.faces, np.int32)
-        self._vertices = for_reading(mesh.vertices, np.float64)
+        self._faces = faces = to_read_only_array(mesh.faces, np.int32)
+        self._vertices = to_read_only_array(mesh.vertices, np.float64)
         if not len(faces):
             raise GeometryError(Finding("model.no-faces"))
-        nodes = welded(self._vertices).astype(np.int32)
-        self._corners = for_kernels(nodes[faces], np.int32)
+        nodes = weld_points(self._vertices).astype(np.int32)
+        self._corners = to_kernel_array(nodes[faces], np.int32)
         self._places = int(nodes.max()) + 1
         starts, near = _faces_at(self._corners, self._places)
         raw = np.empty((len(faces), 3), np.float32)
@@ -182,7 +182,7 @@ class MeshNeighbours:
     def wider(self, selection: BoolArray) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import find_marked_faces, mark_nodes
 
-        selected = for_kernels(selection, np.bool_)
+        selected = to_kernel_array(selection, np.bool_)
         marked = np.zeros(self._places, np.bool_)
         out = np.zeros(len(selection), np.bool_)
 
@@ -226,7 +226,7 @@ class CloudNeighbours:
         self.estimated = cloud.normals is None
         self._point_normals = np.zeros((0, 3), np.float32)
         if cloud.normals is not None:
-            self._point_normals = for_kernels(np.asarray(cloud.normals)[self._rows], np.float32)
+            self._point_normals = to_kernel_array(np.asarray(cloud.normals)[self._rows], np.float32)
 
     def _grid(self) -> tuple[IntArray, IntArray, Int32Array, IntArray, IntArray, int]:
         return self._begins, self._row, self._column, self._names, self._ends, self._ny
@@ -278,7 +278,7 @@ class CloudNeighbours:
         if len(ids) * _SPARSE_RATIO > len(selection):
             sorted_selection = selection[self._rows]
             has_selected = np.logical_or.reduceat(sorted_selection, self._begins[:-1])
-            return sorted_selection, for_kernels(np.flatnonzero(has_selected), np.int32)
+            return sorted_selection, to_kernel_array(np.flatnonzero(has_selected), np.int32)
         # A few among many millions are looked up individually.
         sorted_selection = np.zeros(len(self._points), np.bool_)
         at = np.sort(self._place[ids])
@@ -287,7 +287,7 @@ class CloudNeighbours:
         cells = np.searchsorted(self._begins, at, side="right") - 1
         is_first = np.ones(len(cells), np.bool_)
         np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
-        return sorted_selection, for_kernels(cells[is_first], np.int32)
+        return sorted_selection, to_kernel_array(cells[is_first], np.int32)
 
     def _ring(self, selection: BoolArray, *, gains: bool) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import mark_ring
@@ -334,7 +334,7 @@ def _runs(
     row = np.empty(len(first), np.int64)
     order = used[np.argsort(ends[used, 0])]
     row[:] = np.repeat(names[order], (runs[order, 1] - runs[order, 0]))
-    return np.append(first, len(columns)), row, for_kernels(columns[first], np.int32), runs
+    return np.append(first, len(columns)), row, to_kernel_array(columns[first], np.int32), runs
 
 
 def _single_mask(row: int, count: int) -> BoolArray:
@@ -351,4 +351,4 @@ def _faces_at(corners: Int32Array, count: int) -> tuple[IntArray, Int32Array]:
     shape = (len(corners), count)
     # Compressing by columns is a counting sort in C that releases the interpreter lock.
     columns = csr_array((np.ones(corners.size, np.bool_), corners.ravel(), starts), shape).tocsc()
-    return for_kernels(columns.indptr, np.int64), for_kernels(columns.indices, np.int32)
+    return to_kernel_array(columns.indptr, np.int64), to_kernel_array(columns.indices, np.int32)

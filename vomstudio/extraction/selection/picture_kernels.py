@@ -14,8 +14,8 @@ def _is_inside(x, y, z, m, scale, parallel, shape, max_depths, depth_tolerance):
 
     `m` (3, 4) transforms from the file frame to right, up and depth in front of the eye. `scale` is
     the number of pixels per metre at depth 1, or at any depth in a parallel view. `shape` (h, w) is
-    non-zero inside. `max_depths` (h, w) is the depth beyond which a point is hidden; if it is empty,
-    no point is hidden.
+    non-zero inside. `max_depths` (h, w) is the depth beyond which a point is hidden; if it is
+    empty, no point is hidden.
     """
     depth = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
     if not depth > 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import eigen_of, first_not_below, slot_of
+from vomstudio.geometry.kernels.cells import find_first_not_below, find_slot, smallest_eigenvector
 from vomstudio.geometry.kernels.jit import kernel, part
 
 
@@ -35,7 +35,7 @@ def _plane(sums, plane):  # type: ignore[no-untyped-def]
     if not w > 0.0:
         return
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
-    eigen = eigen_of(
+    eigen = smallest_eigenvector(
         sums[4] / w - x * x,
         sums[5] / w - y * y,
         sums[6] / w - z * z,
@@ -182,11 +182,11 @@ def _list_adjacent_cells(rows, columns, names, ends, ny, cell, near):  # type: i
         for dj in range(-1, 2):
             if j0 + dj < 0 or j0 + dj >= ny or row + dj + ny * dk < 0:
                 continue
-            slot = slot_of(names, row + dj + ny * dk)
+            slot = find_slot(names, row + dj + ny * dk)
             if names[slot] == -1:
                 continue
             end = ends[slot, 1]
-            at = first_not_below(columns, column - 1, ends[slot, 0], end)
+            at = find_first_not_below(columns, column - 1, ends[slot, 0], end)
             while at < end and columns[at] <= column + 1:
                 near[count] = at
                 count += 1
@@ -227,7 +227,7 @@ def _cell_normal(points, cell_starts, near, count, cell, point_normals, normals)
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
     sx, sy, sz = sx / n, sy / n, sz / n
-    eigen = eigen_of(
+    eigen = smallest_eigenvector(
         xx / n - sx * sx,
         yy / n - sy * sy,
         zz / n - sz * sz,
@@ -275,8 +275,8 @@ def grow_points(  # type: ignore[no-untyped-def]
 
     `cell_starts` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
     points, or empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks
-    excluded points; `is_reached` must be zero on entry; `near` and `cells` are work arrays for 27 cells
-    and for all cells.
+    excluded points; `is_reached` must be zero on entry; `near` and `cells` are work arrays for 27
+    cells and for all cells.
     """
     ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
     _clear_sums(sums)
@@ -343,8 +343,8 @@ def mark_ring(  # type: ignore[no-untyped-def]
 ):
     """Mark points within `link_distance` of the other side of the boundary of a selection.
 
-    `gained_rows` receives the points to add, `lost_rows` the points to remove. `cells` are the cells that
-    contain selected points; `near` is a work array for 27 cells.
+    `gained_rows` receives the points to add, `lost_rows` the points to remove. `cells` are the
+    cells that contain selected points; `near` is a work array for 27 cells.
     """
     limit = link_distance * link_distance
     for at in range(len(cells)):

@@ -14,7 +14,7 @@ from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.core.progress import SilentProgress
 from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels, for_reading
+from vomstudio.geometry.kernels.jit import to_kernel_array, to_read_only_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 from vomstudio.geometry.streaming.octree import StreamedCloud
@@ -146,9 +146,15 @@ class ViewSnapshot:
         -------
         (n,) bool array
         """
-        matrix = for_kernels(self.to_eye(to_world), np.float64)
+        matrix = to_kernel_array(self.to_eye(to_world), np.float64)
         farthest = np.zeros((0, 0), np.float32) if through else self.farthest()
-        view = (self.scale, self.parallel, for_kernels(shape, np.uint8), farthest, 2.0 * spacing)
+        view = (
+            self.scale,
+            self.parallel,
+            to_kernel_array(shape, np.uint8),
+            farthest,
+            2.0 * spacing,
+        )
         out = np.zeros(element_count(data), np.bool_)
         if isinstance(data, Mesh):
             self._faces(data, matrix, view, out)
@@ -159,7 +165,10 @@ class ViewSnapshot:
     def _faces(self, mesh: Mesh, matrix: FloatArray, view: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import faces_inside
 
-        vertices, faces = for_reading(mesh.vertices, np.float64), for_reading(mesh.faces, np.int32)
+        vertices, faces = (
+            to_read_only_array(mesh.vertices, np.float64),
+            to_read_only_array(mesh.faces, np.int32),
+        )
 
         def work(rows: slice) -> None:
             faces_inside(vertices, faces[rows], matrix, *view, out[rows])
@@ -170,7 +179,7 @@ class ViewSnapshot:
         from vomstudio.extraction.selection.picture_kernels import points_inside
 
         for start, part in loaded_pieces(cloud):
-            points = for_reading(part, np.float64)
+            points = to_read_only_array(part, np.float64)
             mask = out[start : start + len(points)]
 
             def work(rows: slice, points: FloatArray = points, mask: BoolArray = mask) -> None:

@@ -230,13 +230,13 @@ def _fit_slopes(
     v: FloatArray,
     size: float,
     variance: float,
-    free: float,
+    degrees_of_freedom: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the slopes (n, 2) and the larger half-angles (n,) of their 95 % regions, degrees."""
     gradient = np.stack(_design_gradients(u, v, degree), axis=1) / size
     slopes = gradient @ fit.coefficients
     spread = variance * np.einsum("nak,kl,nbl->nab", gradient, fit.shape, gradient)
-    limit = float(joint_quantile(np.array([free]))[0]) * free
+    limit = float(joint_quantile(np.array([degrees_of_freedom]))[0]) * degrees_of_freedom
     largest = np.linalg.eigvalsh(spread)[:, 1]
     return slopes, np.degrees(np.arctan(np.sqrt(np.maximum(largest, 0.0) * limit)))
 

@@ -49,7 +49,7 @@ VOLCANICLASTIC = (
 )
 ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
 EVAPORITE = ("gypsum", "anhydrite", "halite")
-COVERED = ("covered", "unexposed")
+COVERED_ROCK_WORDS = ("covered", "unexposed")
 LITHOLOGIES = (
     *SILICICLASTIC,
     *(word.replace("_", " ") for word in PRIMARY),
@@ -77,7 +77,7 @@ def lithology_choices() -> tuple[str, ...]:
         *EVAPORITE,
         *ORGANIC,
         *VOLCANICLASTIC,
-        *COVERED,
+        *COVERED_ROCK_WORDS,
     )
 
 
@@ -138,7 +138,7 @@ def strabospot_fields(word: str) -> dict[str, str] | None:
     """
     normalized = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
     fields = dict.fromkeys(FIELDS, "")
-    if not normalized or normalized in COVERED:
+    if not normalized or normalized in COVERED_ROCK_WORDS:
         return fields
     for primary in PRIMARY:
         if normalized == primary.replace("_", " "):

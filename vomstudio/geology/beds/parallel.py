@@ -175,7 +175,7 @@ def parallel_beds(
     points: npt.ArrayLike,
     offsets: npt.ArrayLike,
     *,
-    ordered: bool = True,
+    is_ordered: bool = True,
     pairs: Sequence[tuple[str, str]] = (),
 ) -> ParallelBeds:
     """Fit parallel planes to several traces.
@@ -188,7 +188,7 @@ def parallel_beds(
         Points of all traces in the World frame, m.
     offsets : (G + 1,) array_like of int
         Trace i is ``points[offsets[i]:offsets[i + 1]]``.
-    ordered : bool
+    is_ordered : bool
         True if the points are in order along the traces, so that neighbours may be correlated.
     pairs : sequence of (str, str)
         Ids of the pairs of traces to compare; by default, each trace is compared with the next one
@@ -222,7 +222,7 @@ def parallel_beds(
     if basis[2, 2] < 0.0:
         basis = -basis
     local = centred @ basis
-    traces, p_parallel = _widen_for_misfit(_trace_errors(local, counts, starts, ordered))
+    traces, p_parallel = _widen_for_misfit(_trace_errors(local, counts, starts, is_ordered))
     normal = basis[:, 2]
     along = (middles - points.mean(axis=0)) @ normal
     has_errors = bool(np.isfinite(traces.tilt_covariance).all())
@@ -264,7 +264,9 @@ def parallel_beds(
     )
 
 
-def _trace_errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered: bool) -> _Traces:
+def _trace_errors(
+    flat: FloatArray, counts: IntArray, starts: IntArray, is_ordered: bool
+) -> _Traces:
     """Compute the errors of traces from points (n, 3) about their centroids, in plane axes."""
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
@@ -296,7 +298,7 @@ def _trace_errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered:
         begin = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
         # The eigenvector of the larger axis of a trace is the second one returned by eigh.
         u, v, r = rotated[index, 1], rotated[index, 0], rotated[index, 2]
-        q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], free[rows], ordered)
+        q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], free[rows], is_ordered)
         white = joint_quantile(free[rows])
         inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white[:, None], 1.0)
         effective[rows] = n_eff
@@ -322,7 +324,11 @@ def _trace_errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered:
 
 
 def _informative_axes(
-    rotated: FloatArray, sums: FloatArray, leans: FloatArray, counts: IntArray, starts: IntArray
+    rotated_points: FloatArray,
+    sums: FloatArray,
+    is_leaning: FloatArray,
+    counts: IntArray,
+    starts: IntArray,
 ) -> BoolArray:
     """Select the axes (G, 2) along which each trace determines the tilt of its plane.
 
@@ -331,11 +337,11 @@ def _informative_axes(
 
     Parameters
     ----------
-    rotated : (n, 3) ndarray
+    rotated_points : (n, 3) ndarray
         Coordinates along the narrow and the long axis of each trace, and along the normal.
     """
-    slope = leans[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
-    residuals = rotated[:, 2] - np.repeat(slope, counts) * rotated[:, 1]
+    slope = is_leaning[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
+    residuals = rotated_points[:, 2] - np.repeat(slope, counts) * rotated_points[:, 1]
     scatter = np.add.reduceat(residuals**2, starts)
     is_wide = (sums[:, 0] > MIN_WIDTH_RATIO**2 * scatter) | (
         sums[:, 0] > MIN_BEND_RATIO**2 * sums[:, 1]
@@ -347,7 +353,7 @@ def _distance_errors95(traces: _Traces) -> list[float]:
     """Return the 95 % errors of the positions of the traces along the normal, m."""
     one = np.ones(1)
     return [
-        _t95(one, np.array([free])) * float(np.sqrt(variance))
+        _weighted_t95(one, np.array([free])) * float(np.sqrt(variance))
         for variance, free in zip(traces.centre_variances, traces.free, strict=True)
     ]
 
@@ -397,27 +403,29 @@ def _compare_pair(
     return SamePlane(
         *ids,
         distance,
-        _t95(shares, frees) * float(np.sqrt(variance)),
+        _weighted_t95(shares, frees) * float(np.sqrt(variance)),
         _two_sided_p(t, shares, frees),
     )
 
 
-def _pool_variances(shares: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _pool_variances(
+    shares: FloatArray, degrees_of_freedom: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Pool the well-determined shares of a variance, with their degrees of freedom.
 
     See Satterthwaite 1946, Biometrics Bulletin 2, 110.
     """
     used = shares > 0.0
-    is_known = used & (free >= MIN_FREEDOM)
+    is_known = used & (degrees_of_freedom >= MIN_FREEDOM)
     remaining = used & ~is_known
     if not is_known.any():
-        return shares[remaining], free[remaining]
+        return shares[remaining], degrees_of_freedom[remaining]
     part = float(shares[is_known].sum())
-    free_pooled = part**2 / float((shares[is_known] ** 2 / free[is_known]).sum())
-    return np.append(shares[remaining], part), np.append(free[remaining], free_pooled)
+    free_pooled = part**2 / float((shares[is_known] ** 2 / degrees_of_freedom[is_known]).sum())
+    return np.append(shares[remaining], part), np.append(degrees_of_freedom[remaining], free_pooled)
 
 
-def _t95(shares: FloatArray, free: FloatArray) -> float:
+def _weighted_t95(shares: FloatArray, degrees_of_freedom: FloatArray) -> float:
     """Return the mean of Student's quantiles, weighted by the shares of the variance.
 
     See Cochran & Cox 1957, Experimental Designs, section 4.14. Averaged degrees of freedom would be
@@ -425,23 +433,25 @@ def _t95(shares: FloatArray, free: FloatArray) -> float:
     """
     from scipy.special import stdtrit
 
-    return float(shares @ stdtrit(free, 1.0 - SIGNIFICANCE / 2.0))
+    return float(shares @ stdtrit(degrees_of_freedom, 1.0 - SIGNIFICANCE / 2.0))
 
 
-def _two_sided_p(t: float, shares: FloatArray, free: FloatArray) -> float:
+def _two_sided_p(t: float, shares: FloatArray, degrees_of_freedom: FloatArray) -> float:
     """Return the two-sided p-value for which the weighted mean of Student's quantiles is t."""
     from scipy.optimize import brentq
     from scipy.special import stdtr, stdtrit
 
-    if len(free) == 1:
-        return 2.0 * float(stdtr(free[0], -t))
+    if len(degrees_of_freedom) == 1:
+        return 2.0 * float(stdtr(degrees_of_freedom[0], -t))
     if t <= 0.0:
         return 1.0
-    if not float(shares @ -stdtrit(free, MIN_P_VALUE)) > t:
+    if not float(shares @ -stdtrit(degrees_of_freedom, MIN_P_VALUE)) > t:
         return 2.0 * MIN_P_VALUE
     # Solve for the logarithm, because p may be very small.
     low, high = np.log(MIN_P_VALUE), np.log(0.5)
-    return 2.0 * float(np.exp(brentq(lambda x: shares @ -stdtrit(free, np.exp(x)) - t, low, high)))
+    return 2.0 * float(
+        np.exp(brentq(lambda x: shares @ -stdtrit(degrees_of_freedom, np.exp(x)) - t, low, high))
+    )
 
 
 def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:

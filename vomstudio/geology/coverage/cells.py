@@ -213,8 +213,8 @@ def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> Expo
 
 
 class _AreaSums:
-    def __init__(self, grid: SquareGrid, keep_pieces: bool) -> None:
-        self.grid, self._keep = grid, keep_pieces
+    def __init__(self, grid: SquareGrid, keeps_pieces: bool) -> None:
+        self.grid, self._keep = grid, keeps_pieces
         self.surface, self.covered = np.zeros(grid.count), np.zeros(grid.count)
         self._pieces: list[FloatArray] = []
         self._cells: list[IntArray] = []
@@ -286,13 +286,13 @@ def _cut_triangles(
 
 
 def _split_triangles(
-    sorted_: FloatArray, line: FloatArray, axis: int
+    sorted_corners: FloatArray, line: FloatArray, axis: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Split each triangle, whose corners are sorted along an axis, by a grid line.
 
     Return the pieces below and above the lines, and the cuts (m, 2, 3).
     """
-    a, b, c = sorted_[:, 0], sorted_[:, 1], sorted_[:, 2]
+    a, b, c = sorted_corners[:, 0], sorted_corners[:, 1], sorted_corners[:, 2]
     p = _points_on_line(a, c, line, axis)
     low = line <= b[:, axis]
     q = np.where(low[:, None], _points_on_line(a, b, line, axis), _points_on_line(b, c, line, axis))

@@ -18,15 +18,15 @@ from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import to_translate
 from vomstudio.geology.coverage.cells import SquareGrid
 
-OPEN, DONE, EMPTY, UNMEASURABLE = "-", "d", "e", "u"
+UNINSPECTED_MARK, INSPECTED_MARK, EMPTY_MARK, UNMEASURABLE_MARK = "-", "d", "e", "u"
 """States of a cell: not inspected, features picked, no features, or not measurable (vegetation,
 debris, shadow, hole in the model).
 """
-TITLES = {
-    OPEN: to_translate("not looked at"),
-    DONE: to_translate("done"),
-    EMPTY: to_translate("empty"),
-    UNMEASURABLE: to_translate("unmeasurable"),
+MARK_TITLES = {
+    UNINSPECTED_MARK: to_translate("not looked at"),
+    INSPECTED_MARK: to_translate("done"),
+    EMPTY_MARK: to_translate("empty"),
+    UNMEASURABLE_MARK: to_translate("unmeasurable"),
 }
 MIN_COVERED_SHARE = 1e-6
 
@@ -136,7 +136,7 @@ def measure_coverage(
     -------
     FaceCoverage
     """
-    kind = np.array(list(marks.ljust(grid.count, OPEN)[: grid.count]))
+    kind = np.array(list(marks.ljust(grid.count, UNINSPECTED_MARK)[: grid.count]))
     has_surface = covered > MIN_COVERED_SHARE * grid.cell**2
     total = float(covered[has_surface].sum())
 
@@ -150,15 +150,15 @@ def measure_coverage(
             area / total if total > 0 else None,
         )
 
-    shares = {mark: cell_share(mark) for mark in TITLES}
-    counted = has_surface & ((kind == DONE) | (kind == EMPTY))
+    shares = {mark: cell_share(mark) for mark in MARK_TITLES}
+    counted = has_surface & ((kind == INSPECTED_MARK) | (kind == EMPTY_MARK))
     area = float(covered[counted].sum())
     lengths = np.zeros(grid.count)
     n_inside = n_middles = 0
     contradictory: set[int] = set()
     for line in lines:
         lengths_by_cell = lengths_in_cells(grid, line)
-        middle = int(grid.at(_middle(line)[None])[0])
+        middle = int(grid.at(_midpoint(line)[None])[0])
         reaches = {c for c, length in lengths_by_cell.items() if counted[c] and length > 0.0}
         if middle >= 0 and counted[middle]:
             n_middles += 1
@@ -167,19 +167,19 @@ def measure_coverage(
         contradictory |= {
             c
             for c in reaches
-            if kind[c] == EMPTY and (c == middle or lengths_by_cell[c] > 0.05 * grid.cell)
+            if kind[c] == EMPTY_MARK and (c == middle or lengths_by_cell[c] > 0.05 * grid.cell)
         }
         for c, length in lengths_by_cell.items():
             lengths[c] += length
     names = tuple(cell_name(grid, c) for c in sorted(contradictory))
-    inspected = total - shares[OPEN].covered_m2
+    inspected = total - shares[UNINSPECTED_MARK].covered_m2
     return FaceCoverage(
         int(has_surface.sum()),
         grid.cell,
-        shares[OPEN],
-        shares[DONE],
-        shares[EMPTY],
-        shares[UNMEASURABLE],
+        shares[UNINSPECTED_MARK],
+        shares[INSPECTED_MARK],
+        shares[EMPTY_MARK],
+        shares[UNMEASURABLE_MARK],
         inspected / total if total > 0 else None,
         names,
         n_inside,
@@ -226,7 +226,7 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
     return lengths
 
 
-def _middle(line: FloatArray) -> FloatArray:
+def _midpoint(line: FloatArray) -> FloatArray:
     """Return the point (3,) at half the length of a line."""
     if len(line) == 1:
         return np.asarray(line[0])
@@ -236,10 +236,10 @@ def _middle(line: FloatArray) -> FloatArray:
 
 
 def _share_warnings(
-    shares: dict[str, CellShare], contradictory: tuple[str, ...], counted: float
+    shares: dict[str, CellShare], contradictory_cells: tuple[str, ...], counted_area: float
 ) -> list[Finding]:
     warnings = []
-    if (unmeasurable := shares[UNMEASURABLE]).cells:
+    if (unmeasurable := shares[UNMEASURABLE_MARK]).cells:
         warnings.append(
             Finding(
                 "grid.unmeasurable-cells",
@@ -247,7 +247,7 @@ def _share_warnings(
                 share_percent=100.0 * (unmeasurable.share or 0.0),
             )
         )
-    if (open_cells := shares[OPEN]).cells and counted > 0.0:
+    if (open_cells := shares[UNINSPECTED_MARK]).cells and counted_area > 0.0:
         warnings.append(
             Finding(
                 "grid.open-cells",
@@ -255,6 +255,6 @@ def _share_warnings(
                 share_percent=100.0 * (open_cells.share or 0.0),
             )
         )
-    if contradictory:
-        warnings.append(Finding("grid.empty-cells-with-features", cells=contradictory))
+    if contradictory_cells:
+        warnings.append(Finding("grid.empty-cells-with-features", cells=contradictory_cells))
     return warnings

@@ -9,10 +9,12 @@ from collections.abc import Collection
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 
-SHARE = 0.1
+DEFAULT_SHARE = 0.1
 
 
-def select_repeats(ids: Collection[str], share: float = SHARE, seed: str = "") -> tuple[str, ...]:
+def select_repeats(
+    ids: Collection[str], share: float = DEFAULT_SHARE, seed: str = ""
+) -> tuple[str, ...]:
     """Select a random share of the picks in random order, but at least one pick.
 
     The selection only depends on the ids and the seed, not on the order of the ids, and additional

@@ -196,12 +196,12 @@ def measure_spread(structures: Sequence[RepeatedStructure]) -> PickSpread | None
     PickSpread or None
         None without repeats.
     """
-    return _spread_from_squares(
+    return _build_pick_spread(
         sum(s.squares() for s in structures), sum(len(s.rows) - 1 for s in structures)
     )
 
 
-def _spread_from_squares(squares: float, n: int) -> PickSpread | None:
+def _build_pick_spread(squares: float, n: int) -> PickSpread | None:
     from scipy.stats import chi2
 
     if n < 1:
@@ -319,7 +319,7 @@ def compare_interpreters(
     spreads = {
         name: spread
         for name in sorted(counts)
-        if (spread := _spread_from_squares(squares[name], counts[name])) is not None
+        if (spread := _build_pick_spread(squares[name], counts[name])) is not None
     }
     within_n, within = sum(counts.values()), sum(squares.values())
     if not within_n or not between_n or not within > 0.0:

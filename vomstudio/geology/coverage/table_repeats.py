@@ -25,12 +25,12 @@ from vomstudio.geology.coverage.spread import (
     squared_difference,
 )
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geology.tilted_planes import axes_without_registration, cells_of
+from vomstudio.geology.tilted_planes import axes_without_registration, column_numbers
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
-Holds = Literal["yes", "no", "undetermined"]
+TestOutcome = Literal["yes", "no", "undetermined"]
 
-REPEAT_OF, INTERPRETER = "repeat_of", "interpreter"
+REPEAT_COLUMN, INTERPRETER_COLUMN = "repeat_of", "interpreter"
 """Columns of VOM Studio tables: id of the pick that a row repeats, and interpreter."""
 SIGNIFICANCE = 0.05
 MAX_NOTICEABLE_FACTOR = 2.0
@@ -109,7 +109,7 @@ class TableRepeats(PrintableResult):
     median_angle_deg: float | None
     stated95_deg: float | None
     test: StatedErrorTest | None
-    stated_errors_hold: Holds
+    stated_errors_hold: TestOutcome
     reasons: tuple[Finding, ...]
     interpreters: tuple[InterpreterSpread, ...]
     between: InterpreterTest | None
@@ -143,8 +143,10 @@ def table_repeats(
         If the table does not contain the column.
     """
     left_out: list[ExcludedPick] = []
-    groups = _groups_by(table, by) if by is not None else _groups_of_repeats(table, left_out)
-    groups = [spreads for group in groups for spreads in _same_geometry(table, group, left_out)]
+    groups = _group_rows(table, by) if by is not None else _groups_of_repeats(table, left_out)
+    groups = [
+        spreads for group in groups for spreads in _exclude_other_geometry(table, group, left_out)
+    ]
     interpreters = _interpreters(table, interpreter)
     vectors = table.vectors()
     structures = group_structures(vectors, _errors(table, vectors), groups)
@@ -179,7 +181,7 @@ def table_repeats(
 
 
 # --- which rows are the same structure -----------------------------------------------------------
-def _groups_by(table: OrientationRows, by: str) -> list[list[int]]:
+def _group_rows(table: OrientationRows, by: str) -> list[list[int]]:
     groups: dict[str, list[int]] = {}
     for row, word in enumerate(table.column(by)):
         # A row with an empty cell is a separate structure.
@@ -189,7 +191,7 @@ def _groups_by(table: OrientationRows, by: str) -> list[list[int]]:
 
 def _groups_of_repeats(table: OrientationRows, left_out: list[ExcludedPick]) -> list[list[int]]:
     try:
-        named = [word.strip() for word in table.column(REPEAT_OF)]
+        named = [word.strip() for word in table.column(REPEAT_COLUMN)]
     except UsageError as error:
         raise UsageError(
             Finding("repeats.no-column"),
@@ -203,7 +205,7 @@ def _groups_of_repeats(table: OrientationRows, left_out: list[ExcludedPick]) -> 
     for row, first_id in enumerate(named):
         if not first_id:
             continue
-        first = _first_pick(row, named, rows)
+        first = _find_first_pick(row, named, rows)
         if first is None:
             reason = Finding("repeats.first-missing", first=first_id)
             left_out.append(ExcludedPick(table.ids[row], reason))
@@ -212,18 +214,18 @@ def _groups_of_repeats(table: OrientationRows, left_out: list[ExcludedPick]) -> 
     return list(groups.values())
 
 
-def _first_pick(row: int, named: Sequence[str], rows: dict[str, int]) -> int | None:
+def _find_first_pick(row: int, original_names: Sequence[str], rows: dict[str, int]) -> int | None:
     """Return the first pick of a chain of repeats, or None if it is missing or cyclic."""
     visited = set()
-    while named[row]:
-        if row in visited or named[row] not in rows:
+    while original_names[row]:
+        if row in visited or original_names[row] not in rows:
             return None
         visited.add(row)
-        row = rows[named[row]]
+        row = rows[original_names[row]]
     return row
 
 
-def _same_geometry(
+def _exclude_other_geometry(
     table: OrientationRows, rows: list[int], left_out: list[ExcludedPick]
 ) -> list[list[int]]:
     """Exclude rows of the other geometry: the angle between a plane and a line is meaningless."""
@@ -237,7 +239,7 @@ def _same_geometry(
 
 def _interpreters(table: OrientationRows, column: str | None) -> list[str]:
     try:
-        return [word.strip() for word in table.column(column or INTERPRETER)]
+        return [word.strip() for word in table.column(column or INTERPRETER_COLUMN)]
     except UsageError:
         if column is not None:
             raise
@@ -255,9 +257,9 @@ def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
     if len(planes):
         axes[planes] = axes_without_registration(table, planes)
     if len(lines):
-        largest = cells_of(table, lines, "max_confidence95_deg")
-        total = cells_of(table, lines, "total95_deg")
-        registration = np.nan_to_num(cells_of(table, lines, "registration_error_deg"))
+        largest = column_numbers(table, lines, "max_confidence95_deg")
+        total = column_numbers(table, lines, "total95_deg")
+        registration = np.nan_to_num(column_numbers(table, lines, "registration_error_deg"))
         picking_errors = np.sqrt(np.maximum(total**2 - registration**2, 0.0))
         largest_known = np.nan_to_num(
             np.where(np.isfinite(picking_errors), picking_errors, largest)
@@ -302,8 +304,10 @@ def _pair(
 
 # --- verdict -------------------------------------------------------------------------------------
 def _assess_repeats(
-    spread: PickSpread | None, test: StatedErrorTest | None, between: InterpreterTest | None
-) -> tuple[Holds, list[Finding]]:
+    spread: PickSpread | None,
+    test: StatedErrorTest | None,
+    interpreter_test: InterpreterTest | None,
+) -> tuple[TestOutcome, list[Finding]]:
     if spread is None:
         return "undetermined", [Finding("repeats.none")]
     findings = [
@@ -315,21 +319,21 @@ def _assess_repeats(
             high_deg=spread.error95_high_deg,
         )
     ]
-    holds: Holds = "undetermined"
+    holds: TestOutcome = "undetermined"
     if test is None:
         findings.append(Finding("repeats.no-errors"))
     else:
         holds, finding = _check_stated_errors(test)
         findings.append(finding)
-    if between is not None:
-        differ = between.p < SIGNIFICANCE
+    if interpreter_test is not None:
+        differ = interpreter_test.p < SIGNIFICANCE
         code = "repeats.interpreters-differ" if differ else "repeats.interpreters-alike"
-        findings.append(Finding(code, ratio=between.ratio, p=between.p))
+        findings.append(Finding(code, ratio=interpreter_test.ratio, p=interpreter_test.p))
     findings.append(Finding("repeats.only-picking"))
     return holds, findings
 
 
-def _check_stated_errors(test: StatedErrorTest) -> tuple[Holds, Finding]:
+def _check_stated_errors(test: StatedErrorTest) -> tuple[TestOutcome, Finding]:
     if test.p < SIGNIFICANCE:
         return "no", Finding(
             "repeats.errors-too-small",

@@ -118,8 +118,8 @@ class Separations:
 
 
 def net_slip_of_piercing_points(
-    hanging_wall: npt.ArrayLike,
-    footwall: npt.ArrayLike,
+    hanging_wall_point: npt.ArrayLike,
+    footwall_point: npt.ArrayLike,
     fault: Plane,
     errors: DisplacementErrors = NO_ERRORS,
 ) -> Displacement:
@@ -127,7 +127,7 @@ def net_slip_of_piercing_points(
 
     Parameters
     ----------
-    hanging_wall, footwall : (3,) array_like
+    hanging_wall_point, footwall_point : (3,) array_like
         Points in the World frame, m.
     fault : Plane
     errors : DisplacementErrors
@@ -141,7 +141,7 @@ def net_slip_of_piercing_points(
     GeometryError
         If a point is not finite.
     """
-    points = _relative_points(hanging_wall, footwall)
+    points = _relative_points(hanging_wall_point, footwall_point)
 
     def vector(p: FloatArray) -> tuple[FloatArray, FloatArray]:
         return p[:3] - p[3:6], _tilted_normal(fault, p[6:8])
@@ -153,8 +153,8 @@ def net_slip_of_piercing_points(
 
 
 def net_slip_of_cutoffs(
-    hanging_wall: npt.ArrayLike,
-    footwall: npt.ArrayLike,
+    hanging_wall_point: npt.ArrayLike,
+    footwall_point: npt.ArrayLike,
     fault: Plane,
     bed: Plane,
     rake_deg: float,
@@ -169,7 +169,7 @@ def net_slip_of_cutoffs(
 
     Parameters
     ----------
-    hanging_wall, footwall : (3,) array_like
+    hanging_wall_point, footwall_point : (3,) array_like
         Points of the same bed in the World frame, m.
     fault, bed : Plane
         Attitudes; the bed has the same attitude on both sides.
@@ -188,7 +188,7 @@ def net_slip_of_cutoffs(
     GeometryError
         If the slip is within 5 degrees of the bed, which leaves it undetermined.
     """
-    points = _relative_points(hanging_wall, footwall)
+    points = _relative_points(hanging_wall_point, footwall_point)
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
     if abs(line_from_rake(fault, rake_deg).vector() @ bed_normal) < math.sin(
         math.radians(MIN_ANGLE_DEG)
@@ -209,8 +209,8 @@ def net_slip_of_cutoffs(
 
 
 def separations(
-    hanging_wall: npt.ArrayLike,
-    footwall: npt.ArrayLike,
+    hanging_wall_point: npt.ArrayLike,
+    footwall_point: npt.ArrayLike,
     fault: Plane,
     bed: Plane,
     errors: DisplacementErrors = NO_ERRORS,
@@ -219,7 +219,7 @@ def separations(
 
     Parameters
     ----------
-    hanging_wall, footwall : (3,) array_like
+    hanging_wall_point, footwall_point : (3,) array_like
         Points of the same bed in the World frame, m.
     fault, bed : Plane
     errors : DisplacementErrors
@@ -233,7 +233,7 @@ def separations(
     GeometryError
         If the bed is parallel to the fault.
     """
-    points = _relative_points(hanging_wall, footwall)
+    points = _relative_points(hanging_wall_point, footwall_point)
     fault_normal = planes_to_normals(fault.dip_direction_deg, fault.dip_deg).ravel()
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
     if np.linalg.norm(np.cross(fault_normal, bed_normal)) < math.sin(math.radians(MIN_ANGLE_DEG)):
@@ -249,7 +249,13 @@ def separations(
     for rake in (90.0, 0.0):
         try:
             slips[rake] = net_slip_of_cutoffs(
-                hanging_wall, footwall, fault, bed, rake, errors_without_rake, what="separation"
+                hanging_wall_point,
+                footwall_point,
+                fault,
+                bed,
+                rake,
+                errors_without_rake,
+                what="separation",
             )
         except GeometryError:
             slips[rake] = None
@@ -262,9 +268,11 @@ def separations(
 
 
 # --- vectors --------------------------------------------------------------------------------------
-def _relative_points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> FloatArray:
+def _relative_points(
+    hanging_wall_point: npt.ArrayLike, footwall_point: npt.ArrayLike
+) -> FloatArray:
     """Return both points (6,) relative to the footwall point, to preserve digits of northings."""
-    h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall, footwall))
+    h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall_point, footwall_point))
     if h.shape != (3,) or f.shape != (3,) or not np.isfinite([*h, *f]).all():
         raise GeometryError(Finding("points.invalid"))
     return np.concatenate([h - f, np.zeros(3)])

@@ -27,7 +27,7 @@ from vomstudio.geometry.rotation_errors import Z95
 
 MAX_OFF_PLANE_DEG = 10.0
 """Maximum angle between a slip direction and the fault that does not cause a warning."""
-_NAMED = 8
+_MAX_LISTED = 8
 
 
 @dataclass(frozen=True)

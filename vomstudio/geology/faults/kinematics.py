@@ -26,7 +26,7 @@ from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geology.stereonet import unproject
 
 SEED = 1
-RESAMPLES = 400
+N_RESAMPLES = 400
 MIN_FAULTS_FOR_CONFIDENCE = 5
 GRID_SIZE = 121
 """Number of directions per side of the net, at intervals of 1.3 degrees."""
@@ -137,7 +137,7 @@ def kinematic_axes(normals: FloatArray, slips: FloatArray) -> KinematicAxes:
     generator = np.random.default_rng(SEED)
     flat = tensors.reshape(n, 9)
     # The number of times each fault is drawn gives all means in one matrix product.
-    counts = generator.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES)
+    counts = generator.multinomial(n, np.full(n, 1.0 / n), size=N_RESAMPLES)
     means = (counts @ flat / n).reshape(-1, 3, 3)
     resampled_axes = np.swapaxes(np.linalg.eigh(means)[1], 1, 2)[:, ::-1]
     cosine = np.abs(np.einsum("kij,ij->ki", resampled_axes, axes))

@@ -219,13 +219,13 @@ def _angle_errors(
     return min(dip_error, 90.0), turn if turn < 90.0 else None
 
 
-def _line_warnings(sizes: FloatArray, worst_deg: float | None) -> tuple[Finding, ...]:
+def _line_warnings(sizes: FloatArray, max_tilt_deg: float | None) -> tuple[Finding, ...]:
     """Warn of points that do not determine the rotation about their line, or any plane.
 
-    `worst_deg` is the error of the plane; None if unknown.
+    `max_tilt_deg` is the error of the plane; None if unknown.
     """
     is_collinear = float(sizes[1]) < MAX_COLLINEAR_RATIO * float(sizes[0])
-    if worst_deg is None:
+    if max_tilt_deg is None:
         if not is_collinear:
             return ()
         return (
@@ -235,8 +235,8 @@ def _line_warnings(sizes: FloatArray, worst_deg: float | None) -> tuple[Finding,
                 turn_deg=math.degrees(math.atan(EXAMPLE_ERROR_M / float(sizes[1]))),
             ),
         )
-    if worst_deg < MAX_ERROR_DEG:
+    if max_tilt_deg < MAX_ERROR_DEG:
         return ()
     if is_collinear or float(sizes[1]) < 0.3 * float(sizes[0]):
-        return (Finding("points.uncertain-about-line", error_deg=worst_deg),)
-    return (Finding("points.too-near", error_deg=worst_deg),)
+        return (Finding("points.uncertain-about-line", error_deg=max_tilt_deg),)
+    return (Finding("points.too-near", error_deg=max_tilt_deg),)

@@ -54,7 +54,7 @@ VARIANCE_SIGNIFICANCE = 0.05
 MAX_MIXED_SHARE = 0.2
 """Maximum share of planes of a limb whose overturned flags contradict those of the others."""
 
-BENT_SIGNIFICANCE, BENT_SIGNIFICANCE_FEW, MAX_FEW = 0.01, 0.05, 8
+BENT_SIGNIFICANCE, SMALL_LIMB_BENT_SIGNIFICANCE, MAX_SMALL_LIMB_POLES = 0.01, 0.05, 8
 """Significance levels for a bent group (scatter along the great circle compared with that across
 it); the second one applies to groups with few planes.
 """
@@ -266,7 +266,7 @@ def _find_doubt(groups: list[FloatArray], separation: float, across: float) -> s
     variances = [float(np.var(group, ddof=1)) for group in groups]
     is_bent = [
         f_tail(len(group) - 1, free, value / variance)
-        < (BENT_SIGNIFICANCE_FEW if len(group) < MAX_FEW else BENT_SIGNIFICANCE)
+        < (SMALL_LIMB_BENT_SIGNIFICANCE if len(group) < MAX_SMALL_LIMB_POLES else BENT_SIGNIFICANCE)
         for group, value in zip(groups, variances, strict=True)
     ]
     off_right_angle_deg = abs(math.degrees(separation) - 90.0)
@@ -288,7 +288,7 @@ def _find_doubt(groups: list[FloatArray], separation: float, across: float) -> s
     return ""
 
 
-def _is_narrow(own_variance: float, n: int, variance: float) -> bool:
+def _is_narrow(limb_variance: float, n: int, variance: float) -> bool:
     """Return whether the scatter of n angles is smaller than that of the planes of a hinge.
 
     Variances are in radians squared; `variance` is that of the planes themselves.
@@ -296,4 +296,4 @@ def _is_narrow(own_variance: float, n: int, variance: float) -> bool:
     if n < 3:
         return False
     hinge = math.radians(MIN_HINGE_ARC_DEG) ** 2 / 12.0 + variance
-    return 1.0 - chi2_tail(n - 1, (n - 1) * own_variance / hinge) < NARROW_SIGNIFICANCE
+    return 1.0 - chi2_tail(n - 1, (n - 1) * limb_variance / hinge) < NARROW_SIGNIFICANCE

@@ -81,7 +81,7 @@ class Cone:
         """Difference between the half-angle and that of a great circle, degrees."""
         return abs(90.0 - self.half_angle_deg)
 
-    def with_count(self, n: int, n_assumed: int) -> Cone:
+    def with_count(self, n: int, n_expected: int) -> Cone:
         """Return the cone with the interval width expected for a different number of planes."""
         if not math.isfinite(self.half_width_deg):
             return self
@@ -89,8 +89,8 @@ class Cone:
         return replace(
             self,
             half_width_deg=self.half_width_deg
-            * t95(n_assumed - 3)
-            / math.sqrt(n_assumed - 3)
+            * t95(n_expected - 3)
+            / math.sqrt(n_expected - 3)
             / width,
         )
 
@@ -193,7 +193,7 @@ def describe_shape(
         rms(spread),
         arc_deg(poles, axes),
         vollmer(values),
-        small_circle(poles, axes),
+        fit_small_circle(poles, axes),
         find_limbs(poles, axes, overturned),
     )
 
@@ -235,7 +235,7 @@ def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
 # A small circle ---------------------------------------------------------------------------------
 
 
-def small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
+def fit_small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
     """Fit the best small circle to poles, or return None for fewer than four poles.
 
     A pole has two ends. If the poles lie within an arc, the circle is fitted to the ends within the
@@ -538,7 +538,11 @@ def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[
 
 
 def _two_circles(
-    poles: FloatArray, cone: Cone | None, normals: FloatArray, likelihood: float, single: FloatArray
+    poles: FloatArray,
+    cone: Cone | None,
+    normals: FloatArray,
+    likelihood: float,
+    single_circle_normal: FloatArray,
 ) -> TwoCircles:
     n = len(poles)
     angles = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
@@ -548,9 +552,9 @@ def _two_circles(
     for k in (0, 1):
         members = poles[nearer == k]
         arcs.append(arc_deg(members, orientation_tensor(members)[1]) if len(members) > 1 else 0.0)
-    single_criterion = _criterion(n, _log_likelihood(n, rms(single)), 2)
+    single_criterion = _schwarz_criterion(n, _log_likelihood(n, rms(single_circle_normal)), 2)
     if cone is not None:
-        single_criterion = min(single_criterion, _criterion(n, cone.log_likelihood, 3))
+        single_criterion = min(single_criterion, _schwarz_criterion(n, cone.log_likelihood, 3))
     two_criterion = -2.0 * likelihood + 5.0 * math.log(n)
     angle = math.degrees(math.acos(min(abs(float(normals[0] @ normals[1])), 1.0)))
     return TwoCircles(
@@ -564,6 +568,6 @@ def _two_circles(
     )
 
 
-def _criterion(n: int, log_likelihood: float, parameters: int) -> float:
+def _schwarz_criterion(n: int, log_likelihood: float, parameters: int) -> float:
     """Return Schwarz's criterion of a curve, without terms common to all curves."""
     return -2.0 * log_likelihood + parameters * math.log(n)

@@ -93,11 +93,11 @@ class FoldVerdict:
 def assess_fold(
     shape: PoleShape,
     error95_deg: float | None,
-    uniform_p: float | None,
+    uniformity_p: float | None,
     waviness_deg: float | None,
     min_planes: int = MIN_PLANES,
     *,
-    two: bool = True,
+    tests_two_circles: bool = True,
 ) -> FoldVerdict:
     """Assess the shape of the poles of planes of one kind.
 
@@ -106,13 +106,13 @@ def assess_fold(
     shape : PoleShape
     error95_deg : float or None
         95 % error of beta, degrees.
-    uniform_p : float or None
+    uniformity_p : float or None
         p-value of a uniform distribution of the poles.
     waviness_deg : float or None
         Natural waviness, the standard deviation of a pole from the curve, degrees.
     min_planes : int
         Number of planes below which the shape is undetermined.
-    two : bool
+    tests_two_circles : bool
         Whether to search for two axes, which takes the longest.
 
     Returns
@@ -127,12 +127,12 @@ def assess_fold(
         return FoldVerdict(
             "homoclinal", "conditional", (Finding("fold.one-dip", spread_deg=shape.spread_deg),)
         )
-    is_uniform = uniform_p is not None and shape.n >= 10 and uniform_p > UNIFORM_SIGNIFICANCE
+    is_uniform = uniformity_p is not None and shape.n >= 10 and uniformity_p > UNIFORM_SIGNIFICANCE
     if is_uniform and shape.within90_deg > near and not shape.cluster:
-        return FoldVerdict("scattered", "no", (Finding("fold.uniform", p=uniform_p),))
+        return FoldVerdict("scattered", "no", (Finding("fold.uniform", p=uniformity_p),))
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return _assess_cylinder(shape, error95_deg, near, far, min_planes)
-    if two and _has_two_axes(shape):
+    if tests_two_circles and _has_two_axes(shape):
         assert shape.two_circles is not None
         return FoldVerdict("two axes", "no", (_two_axes_finding(shape.two_circles, shape.rms_deg),))
     if cone is not None and _is_conical(cone, far):
@@ -153,7 +153,7 @@ def _assess_cylinder(
         is_untested = False
         conditions.append(Finding("fold.shape-unknown", n=shape.n, minimum=min_planes))
     elif error95_deg > WEAK_AXIS_DEG:
-        return FoldVerdict("undetermined", "no", (too_uncertain(error95_deg),))
+        return FoldVerdict("undetermined", "no", (too_uncertain_finding(error95_deg),))
     cone = shape.cone
     width = float("inf") if cone is None else cone.half_width_deg
     if shape.limbs is not None and (shape.limbs.flat or width > MAX_CONE_WIDTH_DEG):
@@ -195,7 +195,7 @@ def _cylindrical_verdict(
         )
     )
     if error95_deg > KNOWN_AXIS_DEG:
-        conditions.append(uncertain(error95_deg))
+        conditions.append(uncertain_finding(error95_deg))
     if shape.n < MIN_PLANES_FOR_YES:
         conditions.append(Finding("fold.too-few-planes", n=shape.n, wanted=MIN_PLANES_FOR_YES))
     return FoldVerdict(
@@ -203,7 +203,7 @@ def _cylindrical_verdict(
     )
 
 
-def uncertain(error95_deg: float) -> Finding:
+def uncertain_finding(error95_deg: float) -> Finding:
     """Report an axis whose error makes it valid only under certain conditions.
 
     Parameters
@@ -217,7 +217,7 @@ def uncertain(error95_deg: float) -> Finding:
     return Finding("fold.axis-uncertain", error_deg=error95_deg, limit_deg=KNOWN_AXIS_DEG)
 
 
-def too_uncertain(error95_deg: float) -> Finding:
+def too_uncertain_finding(error95_deg: float) -> Finding:
     """Report an axis whose error makes it invalid.
 
     Parameters
@@ -300,14 +300,14 @@ def _conical_finding(cone: Cone, rms_deg: float) -> Finding:
     )
 
 
-def _two_axes_finding(two: TwoCircles, rms_deg: float) -> Finding:
-    axes = (two.first, two.second)
+def _two_axes_finding(two_circles: TwoCircles, rms_deg: float) -> Finding:
+    axes = (two_circles.first, two_circles.second)
     return Finding(
         "fold.two-axes",
-        two_rms_deg=two.rms_deg,
+        two_rms_deg=two_circles.rms_deg,
         rms_deg=rms_deg,
-        angle_deg=two.angle_deg,
+        angle_deg=two_circles.angle_deg,
         trend_deg=[axis.trend_deg for axis in axes],
         plunge_deg=[axis.plunge_deg for axis in axes],
-        n=two.counts,
+        n=two_circles.counts,
     )

@@ -24,10 +24,10 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import (
     SlopeFace,
-    critical_lines,
+    count_critical_lines,
+    count_pairs_between_sets,
     flexural_toppling,
     intersections,
-    pairs_of_sets,
     planar_sliding,
     to_face_frame,
 )
@@ -182,9 +182,9 @@ def facet_slopes(
         if own_row is not None and _is_face(slope, normals[own_row]):
             _exclude_own_plane(own_row, slope, normals, sets, plane_counts[k], pair_counts[k])
             of -= 1
-        planar, flexural = (_share(int(count), of) for count in plane_counts[k])
+        planar, flexural = (_critical_share(int(count), of) for count in plane_counts[k])
         pairs = int(pair_counts[k, 0])
-        wedge, topple = (_share(int(count), pairs) for count in pair_counts[k, 1:])
+        wedge, topple = (_critical_share(int(count), pairs) for count in pair_counts[k, 1:])
         plane = slope.plane
         face = SlopeAttitude(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
         facets.append(
@@ -230,7 +230,7 @@ def _count_critical(
     """
     plane_counts = np.zeros((len(slopes), 2), np.int64)
     pair_counts = np.zeros((len(slopes), 3), np.int64)
-    progress.stage(tr("Analysing slopes"), max(pairs_of_sets(len(normals), sets), 1))
+    progress.stage(tr("Analysing slopes"), max(count_pairs_between_sets(len(normals), sets), 1))
     for k, slope in enumerate(slopes):
         rotated = to_face_frame(slope, normals)
         plane_counts[k] = (
@@ -242,7 +242,7 @@ def _count_critical(
     for lines, is_valid, pairs in intersections(normals[None], sets):
         crossing_lines = lines[0][is_valid[0]]
         pair_counts[:, 0] += len(crossing_lines)
-        pair_counts[:, 1:] += critical_lines(slopes, crossing_lines)
+        pair_counts[:, 1:] += count_critical_lines(slopes, crossing_lines)
         done += pairs.shape[1]
         progress.step(done)
     return plane_counts, pair_counts
@@ -254,37 +254,37 @@ def _is_face(slope: SlopeFace, normal: FloatArray) -> bool:
 
 
 def _exclude_own_plane(
-    own_row: int,
+    facet_row: int,
     slope: SlopeFace,
     normals: FloatArray,
     sets: IntArray | None,
     plane_counts: IntArray,
     pair_counts: IntArray,
 ) -> None:
-    """Subtract the plane of a facet, in row `own_row`, and its intersections from the counts.
+    """Subtract the plane of a facet, in row `facet_row`, and its intersections from the counts.
 
     Nothing can slide out of a face along its own plane or along a line within it.
     """
-    rotated = to_face_frame(slope, normals[own_row][None])
+    rotated = to_face_frame(slope, normals[facet_row][None])
     plane_counts -= np.array(
         [
             planar_sliding(slope, rotated).critical.sum(),
             flexural_toppling(slope, rotated).critical.sum(),
         ]
     )
-    others = np.arange(len(normals)) != own_row
-    if sets is not None and sets[own_row] >= 0:
-        others &= sets != sets[own_row]
-    lines = np.cross(normals[own_row], normals[others])
+    others = np.arange(len(normals)) != facet_row
+    if sets is not None and sets[facet_row] >= 0:
+        others &= sets != sets[facet_row]
+    lines = np.cross(normals[facet_row], normals[others])
     length = np.linalg.norm(lines, axis=1)
     is_valid = length > math.radians(ANGLE_TOLERANCE_DEG)
     lines = lines[is_valid] / length[is_valid, None]
     lines[lines[:, 2] > 0] *= -1.0
     pair_counts[0] -= len(lines)
-    pair_counts[1:] -= critical_lines([slope], lines)[0]
+    pair_counts[1:] -= count_critical_lines([slope], lines)[0]
 
 
-def _share(critical: int, of: int) -> CriticalShare:
+def _critical_share(critical: int, of: int) -> CriticalShare:
     return CriticalShare(critical, of, critical / of if of else None)
 
 

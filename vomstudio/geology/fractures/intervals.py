@@ -21,7 +21,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 
 Interval = tuple[float | None, float | None]
-UNKNOWN: Interval = (None, None)
+UNKNOWN_INTERVAL: Interval = (None, None)
 
 CELLS_ACROSS = (2, 3)
 """Numbers of cells along each side of the area for variance estimates, coarse and fine."""
@@ -29,7 +29,7 @@ CELLS_ACROSS = (2, 3)
 LINE_PARTS = (4, 8)
 """Numbers of parts of a scanline for variance estimates, coarse and fine."""
 
-MIN_FOR_DISPERSION = 5
+MIN_DISPERSION_PARTS = 5
 """With fewer traces or gaps, clustering cannot be detected."""
 
 STUDENT_FACTOR = (2.306 / 1.960) ** 2
@@ -111,7 +111,7 @@ def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float
     """
     import shapely
 
-    if len(places) < MIN_FOR_DISPERSION:
+    if len(places) < MIN_DISPERSION_PARTS:
         return 1.0
     low_x, low_y, high_x, high_y = area.bounds
     dispersion = 1.0
@@ -148,7 +148,7 @@ def line_dispersion(along_m: FloatArray, length_m: float) -> float:
     float
     """
     n = len(along_m)
-    if n < MIN_FOR_DISPERSION:
+    if n < MIN_DISPERSION_PARTS:
         return 1.0
     dispersion = 1.0
     for parts in LINE_PARTS:
@@ -202,19 +202,19 @@ def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
     from scipy.special import gammainc
 
     n = len(gaps) / repeats
-    if n < MIN_FOR_DISPERSION or not (gaps > 0).all():
+    if n < MIN_DISPERSION_PARTS or not (gaps > 0).all():
         return False
     unevenness = math.log(float(gaps.mean())) - float(np.log(gaps).mean())
     statistic = 2.0 * n * max(unevenness, 0.0) / (1.0 + (n + 1.0) / (6.0 * n))
     return float(gammainc((n - 1.0) / 2.0, statistic / 2.0)) < REGULAR_SIGNIFICANCE
 
 
-def regular_half_width(cv: float, gaps: float) -> float:
+def regular_half_width(coefficient_of_variation: float, gaps: float) -> float:
     """Return half the 95 % interval of the logarithm of a mean gap, from Student's t.
 
     Parameters
     ----------
-    cv : float
+    coefficient_of_variation : float
         Coefficient of variation of the gaps.
     gaps : float
         Number of gaps.
@@ -225,4 +225,8 @@ def regular_half_width(cv: float, gaps: float) -> float:
     """
     from scipy.special import stdtrit
 
-    return float(stdtrit(gaps - 1.0, 1.0 - TAIL_PROBABILITY)) * cv / math.sqrt(gaps)
+    return (
+        float(stdtrit(gaps - 1.0, 1.0 - TAIL_PROBABILITY))
+        * coefficient_of_variation
+        / math.sqrt(gaps)
+    )

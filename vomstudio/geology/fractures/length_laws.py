@@ -20,7 +20,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 
-MIN_COMPLETE = 5
+MIN_COMPLETE_TRACES = 5
 """Minimum number of complete lengths for a fit."""
 Z95 = 1.959963984540054
 MIN_LOG = -700.0
@@ -175,7 +175,7 @@ def _power_law(minimum: float) -> LengthLaw:
     """
     log_minimum = math.log(minimum)
 
-    def above(x: FloatArray) -> FloatArray:
+    def survival(x: FloatArray) -> FloatArray:
         return np.maximum(np.log(x) - log_minimum, 0.0)
 
     def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
@@ -183,7 +183,7 @@ def _power_law(minimum: float) -> LengthLaw:
         if a <= 1:
             return np.full(len(x), np.inf)
         below = np.maximum(minimum - x, 0.0)
-        tail = np.exp((1 - a) * above(x)) * minimum / (a - 1)
+        tail = np.exp((1 - a) * survival(x)) * minimum / (a - 1)
         return np.asarray(np.log(tail + below))
 
     def log_mean(u: FloatArray) -> float:
@@ -193,9 +193,9 @@ def _power_law(minimum: float) -> LengthLaw:
     return LengthLaw(
         "power_law",
         ("exponent",),
-        start=lambda x: np.array([math.log(1.0 / max(float(above(x).mean()), 1e-3))]),
-        log_f=lambda x, u: u[0] - np.log(x) - math.exp(u[0]) * above(x),
-        log_s=lambda x, u: -math.exp(u[0]) * above(x),
+        start=lambda x: np.array([math.log(1.0 / max(float(survival(x).mean()), 1e-3))]),
+        log_f=lambda x, u: u[0] - np.log(x) - math.exp(u[0]) * survival(x),
+        log_s=lambda x, u: -math.exp(u[0]) * survival(x),
         log_h=log_h,
         log_mean=log_mean,
         free=2,
@@ -258,11 +258,12 @@ def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -
     -------
     list of LengthFit
         Fits in order of increasing Akaike (1974) criterion. Empty if there are fewer than
-        `MIN_COMPLETE` complete lengths, or if these are equal. The 95 % intervals of the parameters
-        are derived from the curvature of the log-likelihood with respect to their logarithms.
+        `MIN_COMPLETE_TRACES` complete lengths, or if these are equal. The 95 % intervals of the
+        parameters are derived from the curvature of the log-likelihood with respect to their
+        logarithms.
     """
     complete = lengths[cut == 0]
-    if len(complete) < MIN_COMPLETE or np.ptp(complete) <= 1e-9 * complete.max():
+    if len(complete) < MIN_COMPLETE_TRACES or np.ptp(complete) <= 1e-9 * complete.max():
         return []
     candidates = [fit_law(law, lengths, cut, window) for law in candidate_laws(lengths, cut)]
     fits = sorted((fit for fit in candidates if fit is not None), key=lambda fit: fit.aic)

@@ -14,13 +14,18 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import OPTIONAL_IN_JSON
 from vomstudio.geology.fractures.intervals import (
-    UNKNOWN,
+    UNKNOWN_INTERVAL,
     Interval,
     area_dispersion,
     density_interval,
     empty_interval,
 )
-from vomstudio.geology.fractures.length_laws import MIN_COMPLETE, LengthFit, Parameter, fit_laws
+from vomstudio.geology.fractures.length_laws import (
+    MIN_COMPLETE_TRACES,
+    LengthFit,
+    Parameter,
+    fit_laws,
+)
 from vomstudio.geology.fractures.nodes import NodeCounts, SnappedEnd, find_nodes
 from vomstudio.geology.fractures.pieces import TracePieces, clip_traces
 from vomstudio.geology.fractures.scanlines import (
@@ -38,8 +43,8 @@ from vomstudio.geology.fractures.windows import (
     circle_estimates,
     fit_window,
     intensity_by_size,
-    mean_by_ends,
-    share_beyond,
+    mean_length_from_ends,
+    share_outside_hull,
     trace_directions,
 )
 
@@ -75,11 +80,11 @@ class Densities:
     """
 
     P20_1_per_m2: float | None = None
-    P20_95_1_per_m2: Interval = UNKNOWN
+    P20_95_1_per_m2: Interval = UNKNOWN_INTERVAL
     P20_nodes_1_per_m2: float | None = None
-    P20_nodes_95_1_per_m2: Interval = UNKNOWN
+    P20_nodes_95_1_per_m2: Interval = UNKNOWN_INTERVAL
     P21_1_per_m: float | None = None
-    P21_95_1_per_m: Interval = UNKNOWN
+    P21_95_1_per_m: Interval = UNKNOWN_INTERVAL
     dispersion: float | None = None
 
 
@@ -91,7 +96,7 @@ class TraceLengths:
     ----------
     mean_m, mean_95_m
         Mean length of complete traces in metres with its 95 % interval, corrected for the edge of
-        the area (see `windows.mean_by_ends`).
+        the area (see `windows.mean_length_from_ends`).
     naive_mean_m : float
         Mean length of the pieces, m.
     censored_share : float
@@ -200,7 +205,7 @@ class MappedNetwork:
 
 def fracture_network(
     lines: ObjectArray,
-    counted: SamplingRegion | None = None,
+    sampling_region: SamplingRegion | None = None,
     *,
     sets: Sequence[str] | None = None,
     snap_m: float = 0.0,
@@ -214,7 +219,7 @@ def fracture_network(
     ----------
     lines : (n,) ndarray of shapely lines
         Traces in metres, with x East and y North.
-    counted : SamplingRegion, optional
+    sampling_region : SamplingRegion, optional
     sets : (n,) sequence of str, optional
         Set of each trace; "" if it belongs to none.
     snap_m : float
@@ -236,16 +241,16 @@ def fracture_network(
     """
     import shapely
 
-    counted = counted or SamplingRegion()
-    messages = [*warnings, *counted.warnings]
-    _check_inputs(lines, counted)
-    area = counted.area
+    sampling_region = sampling_region or SamplingRegion()
+    messages = [*warnings, *sampling_region.warnings]
+    _check_inputs(lines, sampling_region)
+    area = sampling_region.area
     pieces = clip_traces(lines, area, snap_m)
     nodes = find_nodes(pieces, snap_m, area)
     messages += _warnings(lines, pieces, nodes.overlaps, nodes.counts.other)
     crossings = None
-    if counted.scanlines is not None:
-        crossings = find_crossings(lines, counted.scanlines, terzaghi_cap)
+    if sampling_region.scanlines is not None:
+        crossings = find_crossings(lines, sampling_region.scanlines, terzaghi_cap)
         if not len(crossings.trace):
             messages.append(Finding("fractures.scanline-without-traces"))
         if crossings.capped:
@@ -264,7 +269,7 @@ def fracture_network(
         pieces=len(pieces),
         area_m2=size,
         P10_1_per_m=None if spacing is None else spacing.P10_1_per_m,
-        P10_95_1_per_m=UNKNOWN if spacing is None else spacing.P10_95_1_per_m,
+        P10_95_1_per_m=UNKNOWN_INTERVAL if spacing is None else spacing.P10_95_1_per_m,
         P20_1_per_m2=densities.P20_1_per_m2,
         P20_95_1_per_m2=densities.P20_95_1_per_m2,
         P20_nodes_1_per_m2=None if size is None else (nodes.counts.I + nodes.counts.Y) / 2 / size,
@@ -279,7 +284,9 @@ def fracture_network(
         length=describe_lengths(pieces, area),
         sets=_sets(names, set_of, pieces, area, crossings, terzaghi_cap, plane),
         P21_by_size=() if area is None else intensity_by_size(pieces, area),
-        circle=None if counted.circle is None else circle_estimates(pieces, counted.circle[2]),
+        circle=None
+        if sampling_region.circle is None
+        else circle_estimates(pieces, sampling_region.circle[2]),
         scanline=spacing,
         scanline_m=None if crossings is None else crossings.length_m,
         terzaghi_cap=terzaghi_cap,
@@ -290,12 +297,12 @@ def fracture_network(
         ),
         plane=plane,
     )
-    return MappedNetwork(network, counted, pieces, names, set_of[pieces.trace])
+    return MappedNetwork(network, sampling_region, pieces, names, set_of[pieces.trace])
 
 
 def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
     """Report that a large part of the area may not have been mapped."""
-    share = 0.0 if area is None else share_beyond(lines, area)
+    share = 0.0 if area is None else share_outside_hull(lines, area)
     if share <= MAX_SHARE_BEYOND:
         return []
     return [Finding("fractures.area-beyond-traces", share_percent=100.0 * share)]
@@ -323,12 +330,12 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
     window = None if area is None or not cut.any() else fit_window(pieces, area)
     uncorrected = fit_laws(lengths, cut)
     fits = uncorrected if window is None else fit_laws(lengths, cut, window)
-    mean = mean_by_ends(lengths, cut.astype(np.float64))
+    mean = mean_length_from_ends(lengths, cut.astype(np.float64))
     km_mean, km_median = kaplan_meier(lengths, cut > 0)
     best = fits[0] if fits else None
     reason = None
     if best is None:
-        reason = Finding("fractures.few-lengths", minimum=MIN_COMPLETE)
+        reason = Finding("fractures.few-lengths", minimum=MIN_COMPLETE_TRACES)
     return TraceLengths(
         n=n,
         mean_m=mean.value if mean else None,
@@ -347,13 +354,13 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
     )
 
 
-def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None, float | None]:
+def kaplan_meier(lengths: FloatArray, is_censored: BoolArray) -> tuple[float | None, float | None]:
     """Estimate the mean and median of censored lengths (Kaplan & Meier 1958).
 
     Parameters
     ----------
     lengths : (n,) ndarray
-    censored : (n,) ndarray of bool
+    is_censored : (n,) ndarray of bool
 
     Returns
     -------
@@ -365,9 +372,9 @@ def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None
     """
     from scipy.stats import CensoredData, ecdf
 
-    if censored.all():
+    if is_censored.all():
         return None, None
-    survival = ecdf(CensoredData.right_censored(lengths, censored)).sf
+    survival = ecdf(CensoredData.right_censored(lengths, is_censored)).sf
     steps = np.concatenate([[0.0], survival.quantiles])
     probabilities = np.concatenate([[1.0], survival.probabilities])
     mean = float(np.sum(np.diff(steps) * probabilities[:-1]))
@@ -379,16 +386,19 @@ def _limits(parameter: Parameter) -> tuple[float | None, float | None]:
     return parameter.low, parameter.high
 
 
-def _check_inputs(lines: ObjectArray, counted: SamplingRegion) -> None:
+def _check_inputs(lines: ObjectArray, sampling_region: SamplingRegion) -> None:
     import shapely
 
-    if counted.scanlines is not None and not float(shapely.length(counted.scanlines).sum()) > 0:
+    if (
+        sampling_region.scanlines is not None
+        and not float(shapely.length(sampling_region.scanlines).sum()) > 0
+    ):
         raise GeometryError(Finding("fractures.scanline-without-length"), field="--scanline")
-    if counted.area is None:
+    if sampling_region.area is None:
         return
-    if not shapely.area(counted.area) > 0:
+    if not shapely.area(sampling_region.area) > 0:
         raise GeometryError(Finding("fractures.area-without-size"))
-    if not shapely.intersects(shapely.box(*shapely.total_bounds(lines)), counted.area):
+    if not shapely.intersects(shapely.box(*shapely.total_bounds(lines)), sampling_region.area):
         raise GeometryError(Finding("fractures.area-elsewhere"))
 
 
@@ -477,7 +487,7 @@ def _sets(
     pieces: TracePieces,
     area: Any,
     crossings: Crossings | None,
-    cap: float | None,
+    max_correction: float | None,
     plane: TracePlane | None,
 ) -> tuple[FractureSet, ...]:
     azimuth, lengths = trace_azimuths_deg(trace_directions(pieces), plane), pieces.lengths()
@@ -488,7 +498,7 @@ def _sets(
         strike, resultant = axial_mean_deg(azimuth[is_member], lengths[is_member])
         spacing = None
         if crossings is not None:
-            spacing = measure_spacing(crossings, set_of[crossings.trace] == i, cap)
+            spacing = measure_spacing(crossings, set_of[crossings.trace] == i, max_correction)
         densities = trace_densities(pieces, is_member, area)
         figures.append(
             FractureSet(

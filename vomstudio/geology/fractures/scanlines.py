@@ -10,8 +10,8 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.geology.fractures.intervals import (
-    MIN_FOR_DISPERSION,
-    UNKNOWN,
+    MIN_DISPERSION_PARTS,
+    UNKNOWN_INTERVAL,
     Interval,
     are_regular,
     crossings_per_trace,
@@ -104,7 +104,7 @@ class Spacing:
 
 
 def find_crossings(
-    lines: ObjectArray, scanlines: ObjectArray, cap: float | None = None
+    lines: ObjectArray, scanlines: ObjectArray, max_correction: float | None = None
 ) -> Crossings:
     """Find the crossings of traces with scanlines.
 
@@ -116,7 +116,7 @@ def find_crossings(
         Traces, as shapely lines.
     scanlines : (k,) ndarray of object
         Shapely lines.
-    cap : float, optional
+    max_correction : float, optional
         Maximum weight. If None, weights are not limited.
 
     Returns
@@ -158,9 +158,9 @@ def find_crossings(
     trace, scanline, along, sine = (v[~is_repeated] for v in (trace, scanline, along, sine))
     weight = 1.0 / np.maximum(sine, 1e-12)
     capped = 0
-    if cap is not None:
-        capped = int(np.sum(weight > cap))
-        weight = np.minimum(weight, cap)
+    if max_correction is not None:
+        capped = int(np.sum(weight > max_correction))
+        weight = np.minimum(weight, max_correction)
     return Crossings(
         trace,
         scanline,
@@ -173,7 +173,9 @@ def find_crossings(
     )
 
 
-def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None = None) -> Spacing:
+def measure_spacing(
+    crossings: Crossings, members: BoolArray, max_correction: float | None = None
+) -> Spacing:
     """Measure the spacing of the crossings of one set.
 
     Parameters
@@ -181,7 +183,7 @@ def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None 
     crossings : Crossings
     members : (n,) ndarray of bool
         True for crossings of the set.
-    cap : float, optional
+    max_correction : float, optional
         Maximum weight. If None, weights are not limited.
 
     Returns
@@ -216,12 +218,17 @@ def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None 
         P21_1_per_m=float(weights.sum()) / size,
         P21_95_1_per_m=density_interval(weights_by_trace, size, max(dispersion, 1.0)),
         dispersion=dispersion,
-        capped=0 if cap is None else int(np.sum(1.0 / np.maximum(sine, 1e-12) > cap * (1 + 1e-12))),
+        capped=0
+        if max_correction is None
+        else int(np.sum(1.0 / np.maximum(sine, 1e-12) > max_correction * (1 + 1e-12))),
     )
 
 
 def _intervals(
-    crossings: Crossings, members: BoolArray, gaps: FloatArray, cv: float | None
+    crossings: Crossings,
+    members: BoolArray,
+    gaps: FloatArray,
+    coefficient_of_variation: float | None,
 ) -> tuple[Interval, Interval, float]:
     """Return the intervals of frequency (1/m) and mean gap (m), and the dispersion.
 
@@ -232,33 +239,33 @@ def _intervals(
     line, along, size = crossings.scanline[members], crossings.along_m[members], crossings.length_m
     n, lines = len(along), len(crossings.lengths_m)
     if not n:
-        return empty_interval(size), UNKNOWN, 1.0
+        return empty_interval(size), UNKNOWN_INTERVAL, 1.0
     weights = crossings_per_trace(crossings.trace[members])
     # Parallel scanlines cross the same traces again, which does not add information.
     repeats = float(np.sum(weights**2)) / n
-    if cv is not None and are_regular(gaps, repeats):
+    if coefficient_of_variation is not None and are_regular(gaps, repeats):
         free = len(gaps) / repeats
-        half = regular_half_width(cv, free)
+        half = regular_half_width(coefficient_of_variation, free)
         mean = float(gaps.mean())
         # Each line starts and ends at a random position between two traces.
-        dispersion = cv**2 + lines / (6.0 * n)
+        dispersion = coefficient_of_variation**2 + lines / (6.0 * n)
         error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(free), free)
         frequency = max(n - error, 0.0) / size, (n + error) / size
         return frequency, (mean * math.exp(-half), mean * math.exp(half)), dispersion
     before = np.cumsum(crossings.lengths_m) - crossings.lengths_m
     dispersion = line_dispersion(before[line] + along, size)
-    if cv is not None and len(gaps) >= MIN_FOR_DISPERSION:
-        dispersion = max(dispersion, cv**2)
+    if coefficient_of_variation is not None and len(gaps) >= MIN_DISPERSION_PARTS:
+        dispersion = max(dispersion, coefficient_of_variation**2)
     low, high = density_interval(weights, size, dispersion)
     if not len(gaps) or not low or not high:
-        return (low, high), UNKNOWN, dispersion
+        return (low, high), UNKNOWN_INTERVAL, dispersion
     return (low, high), (1.0 / high, 1.0 / low), dispersion
 
 
 def _scale(interval: Interval, factor: float | None) -> Interval:
     low, high = interval
     if low is None or high is None or factor is None:
-        return UNKNOWN
+        return UNKNOWN_INTERVAL
     return low * factor, high * factor
 
 

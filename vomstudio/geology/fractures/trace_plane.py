@@ -181,12 +181,12 @@ class TracePlane:
         import shapely
 
         if self.is_horizontal:
-            return _flat(shapes)
+            return _drop_heights(shapes)
 
-        def onto(points: FloatArray) -> FloatArray:
+        def project_onto(points: FloatArray) -> FloatArray:
             return np.column_stack([self.coordinates(points), np.zeros(len(points))])
 
-        return _flat(shapely.transform(shapes, onto, include_z=True))
+        return _drop_heights(shapely.transform(shapes, project_onto, include_z=True))
 
     def project_window(
         self, shapes: ObjectArray, option: Literal["area", "scanline"], heights: tuple[float, float]
@@ -220,7 +220,7 @@ class TracePlane:
         import shapely
 
         if self.is_horizontal:
-            return _flat(shapes)
+            return _drop_heights(shapes)
         placed = shapes.copy()
         for i, shape in enumerate(shapes):
             if shape is None or shape.is_empty:
@@ -295,7 +295,7 @@ def best_fit_plane(points: FloatArray) -> Plane:
     """
     sizes, axes = _axes(points)
     if _is_straight(sizes):
-        raise _no_plane()
+        raise _no_plane_error()
     return Plane.from_normal(axes[2])
 
 
@@ -343,7 +343,7 @@ def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
         return None
     sizes, axes = _axes(points)
     if is_climbing and _is_straight(sizes):
-        raise _no_plane()
+        raise _no_plane_error()
     plane = Plane.from_normal(axes[2])
     if plane.dip_deg < MIN_DIP_DEG:
         return TracePlane.through(Plane(0.0, 0.0), lines) if is_climbing else None
@@ -378,7 +378,7 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
         return [], lacks_heights
     parts, part_of = shapely.get_parts(shapes[line_rows], return_index=True)
     points, part = shapely.get_coordinates(parts, include_z=True, return_index=True)
-    is_invalid = _rows_with(part, ~np.isfinite(points).all(axis=1), len(parts))
+    is_invalid = _mask_of_rows(part, ~np.isfinite(points).all(axis=1), len(parts))
     lines = np.split(points, np.flatnonzero(np.diff(part)) + 1) if len(points) else []
     numbers = np.unique(part)
     usable_lines = [
@@ -392,7 +392,7 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     return usable_lines, lacks_heights
 
 
-def _rows_with(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
+def _mask_of_rows(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
     has_flag = np.zeros(count, np.bool_)
     has_flag[row[flags]] = True
     return has_flag
@@ -420,7 +420,7 @@ def _is_straight(sizes: FloatArray) -> bool:
     return len(sizes) < 3 or not sizes[1] > MIN_RELATIVE_WIDTH * sizes[0]
 
 
-def _no_plane() -> GeometryError:
+def _no_plane_error() -> GeometryError:
     return GeometryError(Finding("lines.no-plane"), field="--plane")
 
 
@@ -440,7 +440,7 @@ def _extent(shape: Any, option: str) -> float:
     return total
 
 
-def _flat(shapes: Any) -> ObjectArray:
+def _drop_heights(shapes: Any) -> ObjectArray:
     import shapely
 
     return np.asarray(shapely.force_2d(shapes), np.object_)

@@ -76,7 +76,7 @@ def circle_estimates(pieces: TracePieces, radius: float) -> CircleEstimates:
     return CircleEstimates(n, m, n / (4 * radius), m / (2 * math.pi * radius**2), mean)
 
 
-def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
+def mean_length_from_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
     """Return the mean length of complete traces from the pieces observed in a window.
 
     It is the total length divided by half the number of ends inside the window. Neither censoring
@@ -165,7 +165,7 @@ def fit_window(pieces: TracePieces, area: Any) -> Window:
     return Window(float(area.area), float(share @ across) / 2.0)
 
 
-def share_beyond(lines: Any, area: Any) -> float:
+def share_outside_hull(lines: Any, area: Any) -> float:
     """Return the share of an area that is outside the convex hull of all traces.
 
     Parameters

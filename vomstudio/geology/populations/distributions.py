@@ -26,7 +26,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
 from vomstudio.geology.populations.sphere_models import (
-    MIN_FOR_FIT,
+    MIN_FIT_DIRECTIONS,
     Bingham,
     bingham_p,
     estimate_bingham,
@@ -152,18 +152,18 @@ def line_figures(vector: FloatArray) -> LineFigures:
     return LineFigures(line.trend_deg, line.plunge_deg)
 
 
-def f95(bottom: float) -> float:
+def f95(denominator_freedom: float) -> float:
     """Return the 95 % quantile of F(2, bottom) in closed form.
 
     Parameters
     ----------
-    bottom : float
+    denominator_freedom : float
 
     Returns
     -------
     float
     """
-    return bottom / 2.0 * math.expm1(2.0 / bottom * math.log(20.0))
+    return denominator_freedom / 2.0 * math.expm1(2.0 / denominator_freedom * math.log(20.0))
 
 
 def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
@@ -249,10 +249,12 @@ def _are_distinct(
     return small == 0.0 or f_tail(free, free, large / small) < RATIO_SIGNIFICANCE
 
 
-def _confidence(covariance: FloatArray, across: FloatArray, free: float) -> AxisConfidence | None:
+def _confidence(
+    covariance: FloatArray, across: FloatArray, degrees_of_freedom: float
+) -> AxisConfidence | None:
     """Return the region of a covariance (2, 2) along two axes (2, 3), radians squared."""
     squares, directions = np.linalg.eigh(covariance)
-    sines = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(free))
+    sines = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(degrees_of_freedom))
     # The quadratic form applies to direction cosines (Anderson 1963), that is, to sines: if it
     # exceeds 1, the axis is undetermined in that direction.
     small, large = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
@@ -279,7 +281,7 @@ def fit_bingham(
     if weights is not None:
         # Bingham's regions assume equal scatter and do not apply to a weighted set.
         return BinghamFigures(model.k1, model.k2, (None, None, None), None), None
-    fit = None if n < MIN_FOR_FIT else bingham_p(model, v @ axes.T)
+    fit = None if n < MIN_FIT_DIRECTIONS else bingham_p(model, v @ axes.T)
     return BinghamFigures(
         model.k1, model.k2, _bingham_confidence(model, v, values, axes), fit
     ), None
@@ -321,7 +323,7 @@ def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | No
     float or None
         None if there are too few directions, or if they are identical or weakly clustered.
     """
-    if kappa is None or kappa < 5.0 or len(v) < MIN_FOR_FIT:
+    if kappa is None or kappa < 5.0 or len(v) < MIN_FIT_DIRECTIONS:
         return None
     return fisher_model_p(kappa, v @ _frame_about(mean).T)
 
@@ -372,7 +374,7 @@ def fit_kent(
         largest,
         smallest,
         p,
-        None if n < MIN_FOR_FIT else kent_p(model, x),
+        None if n < MIN_FIT_DIRECTIONS else kent_p(model, x),
     ), None
 
 

@@ -140,18 +140,23 @@ def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
     return np.arcsin(np.clip(v @ axes[2], -1.0, 1.0)) ** 2, n - 2.0
 
 
-def _natural_variance(squares: FloatArray, free: float, variance: FloatArray) -> float:
+def _natural_variance(
+    squares: FloatArray, degrees_of_freedom: float, variance: FloatArray
+) -> float:
     """Return the variance for which the weighted squares equal their degrees of freedom."""
-    if free <= 0.0:
+    if degrees_of_freedom <= 0.0:
         return 0.0
 
-    def excess(natural: float) -> float:
-        return float(np.sum(squares / np.maximum(variance + natural, 1e-16))) - free
+    def excess_dispersion(natural_variance: float) -> float:
+        return (
+            float(np.sum(squares / np.maximum(variance + natural_variance, 1e-16)))
+            - degrees_of_freedom
+        )
 
-    if excess(0.0) <= 0.0:
+    if excess_dispersion(0.0) <= 0.0:
         return 0.0
-    low, high = 0.0, float(squares.sum() / free) + 1e-12
+    low, high = 0.0, float(squares.sum() / degrees_of_freedom) + 1e-12
     for _ in range(100):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
+        low, high = (middle, high) if excess_dispersion(middle) > 0.0 else (low, middle)
     return 0.5 * (low + high)

@@ -15,44 +15,44 @@ MAX_STEPS = 400
 MIN_VALUE = 1e-300
 
 
-def chi2_tail(free: int, square: float) -> float:
+def chi2_tail(degrees_of_freedom: int, chi_square: float) -> float:
     """Return the upper tail probability of a chi-square value.
 
     Parameters
     ----------
-    free : int
+    degrees_of_freedom : int
         Degrees of freedom.
-    square : float
+    chi_square : float
         Value of chi-square.
 
     Returns
     -------
     float
     """
-    if square <= 0.0:
+    if chi_square <= 0.0:
         return 1.0
-    half = square / 2.0
+    half = chi_square / 2.0
     total, term = 0.0, 0.0
-    if free % 2:
+    if degrees_of_freedom % 2:
         total = math.erfc(math.sqrt(half))
         term = math.exp(-half) * math.sqrt(half) / math.gamma(1.5)
-        for k in range((free - 1) // 2):
+        for k in range((degrees_of_freedom - 1) // 2):
             total += term
             term *= half / (k + 1.5)
         return min(total, 1.0)
     term = math.exp(-half)
-    for k in range(free // 2):
+    for k in range(degrees_of_freedom // 2):
         total += term
         term *= half / (k + 1.0)
     return min(total, 1.0)
 
 
-def f_tail(top: float, bottom: float, ratio: float) -> float:
+def f_tail(numerator_freedom: float, denominator_freedom: float, ratio: float) -> float:
     """Return the upper tail probability of an F value.
 
     Parameters
     ----------
-    top, bottom : float
+    numerator_freedom, denominator_freedom : float
         Degrees of freedom.
     ratio : float
         Value of F.
@@ -63,16 +63,20 @@ def f_tail(top: float, bottom: float, ratio: float) -> float:
     """
     if ratio <= 0.0:
         return 1.0
-    return _beta(bottom / 2.0, top / 2.0, bottom / (bottom + top * ratio))
+    return _incomplete_beta(
+        denominator_freedom / 2.0,
+        numerator_freedom / 2.0,
+        denominator_freedom / (denominator_freedom + numerator_freedom * ratio),
+    )
 
 
 @lru_cache(maxsize=1024)
-def t95(free: float) -> float:
+def t95(degrees_of_freedom: float) -> float:
     """Return the two-sided 95 % quantile of Student's t.
 
     Parameters
     ----------
-    free : float
+    degrees_of_freedom : float
         Degrees of freedom.
 
     Returns
@@ -80,36 +84,38 @@ def t95(free: float) -> float:
     float
     """
     low, high = 0.0, 13.0
-    while f_tail(1.0, free, high**2) > 0.05:
+    while f_tail(1.0, degrees_of_freedom, high**2) > 0.05:
         high *= 2.0
     for _ in range(50):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if f_tail(1.0, free, middle**2) > 0.05 else (low, middle)
+        low, high = (
+            (middle, high) if f_tail(1.0, degrees_of_freedom, middle**2) > 0.05 else (low, middle)
+        )
     return 0.5 * (low + high)
 
 
-def _beta(a: float, b: float, x: float) -> float:
+def _incomplete_beta(a: float, b: float, x: float) -> float:
     """Return the regularised incomplete beta function I_x(a, b)."""
     if x <= 0.0 or x >= 1.0:
         return 0.0 if x <= 0.0 else 1.0
     if x > (a + 1.0) / (a + b + 2.0):
-        return 1.0 - _beta(b, a, 1.0 - x)
+        return 1.0 - _incomplete_beta(b, a, 1.0 - x)
     front = math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b)
     front += a * math.log(x) + b * math.log1p(-x)
-    c, d = 1.0, 1.0 / _not_zero(1.0 - (a + b) * x / (a + 1.0))
+    c, d = 1.0, 1.0 / _replace_zero(1.0 - (a + b) * x / (a + 1.0))
     fraction = d
     for m in range(1, MAX_STEPS):
         even_step = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
         odd_step = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
         previous = fraction
         for step in (even_step, odd_step):
-            d = 1.0 / _not_zero(1.0 + step * d)
-            c = _not_zero(1.0 + step / c)
+            d = 1.0 / _replace_zero(1.0 + step * d)
+            c = _replace_zero(1.0 + step / c)
             fraction *= c * d
         if abs(fraction - previous) < 1e-15 * abs(fraction):
             break
     return math.exp(front) * fraction / a
 
 
-def _not_zero(value: float) -> float:
+def _replace_zero(value: float) -> float:
     return value if abs(value) > MIN_VALUE else MIN_VALUE

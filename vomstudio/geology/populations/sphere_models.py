@@ -31,7 +31,7 @@ RANGE_SIGMA = 7.0
 N_NODES = 64
 MAX_BROAD_CONCENTRATION = 30.0
 """Maximum concentration for which the nodes cover the whole sphere."""
-MIN_FOR_FIT = 20
+MIN_FIT_DIRECTIONS = 20
 """Minimum number of vectors for the chi-square approximation of the smooth test."""
 
 
@@ -316,7 +316,9 @@ def smooth_test(
     further = nodes - mean
     information = scores.T @ (scores * shares[:, None])
     cross = scores.T @ (further * shares[:, None])
-    regress = np.linalg.lstsq(_scaled(information), _rows(cross, information), rcond=1e-12)[0]
+    regress = np.linalg.lstsq(
+        _normalise_scale(information), _rows(cross, information), rcond=1e-12
+    )[0]
     regress = regress / np.sqrt(np.diag(information))[:, None]
     residual_nodes = further - scores @ regress
     residual_data = (data - mean) - (score_data - score_mean) @ regress
@@ -329,7 +331,7 @@ def smooth_test(
     return chi2_tail(int(is_used.sum()), statistic)
 
 
-def _scaled(matrix: FloatArray) -> FloatArray:
+def _normalise_scale(matrix: FloatArray) -> FloatArray:
     root = np.sqrt(np.diag(matrix))
     return np.asarray(matrix / np.outer(root, root))
 

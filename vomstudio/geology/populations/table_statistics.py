@@ -15,7 +15,7 @@ from vomstudio.geology.populations.error_weights import OrientationErrors, read_
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 
-UNNAMED = "unassigned"
+UNASSIGNED_NAME = "unassigned"
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,8 +70,8 @@ def _sets(
     """
     names = ["all"] * len(table) if column is None else table.column(column)
     if column is not None and not all(names):
-        warnings.append(Finding("stats.unnamed-set", column=column, set=UNNAMED))
-        names = [name or UNNAMED for name in names]
+        warnings.append(Finding("stats.unnamed-set", column=column, set=UNASSIGNED_NAME))
+        names = [name or UNASSIGNED_NAME for name in names]
     rows: dict[str, list[int]] = {}
     for i, name in enumerate(names):
         rows.setdefault(name, []).append(i)

@@ -20,7 +20,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
-DIRECTIONS = 18
+N_DIRECTIONS = 18
 PARTS_PER_SIDE = 4
 MAX_LAG_DIVISOR = 10.0
 """Ratio of the surface size to the longest lag, at which both differences are in the same part of
@@ -157,7 +157,7 @@ def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Var
     if longest < MIN_RANGE * shortest:
         return None
     lags = np.geomspace(shortest, longest, N_LAGS)
-    angles = np.arange(DIRECTIONS) * 180.0 / DIRECTIONS
+    angles = np.arange(N_DIRECTIONS) * 180.0 / N_DIRECTIONS
     part = _parts(heights.shape)
     shape = (len(angles), len(lags))
     sums = np.zeros((*shape, PARTS_PER_SIDE**2))

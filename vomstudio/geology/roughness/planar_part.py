@@ -25,7 +25,7 @@ MAX_DEVIATION_SIGMA = 4.0
 """Deviations of more robust standard deviations than this are not roughness of the surface."""
 MIN_TRIM_SHARE = 0.03
 """Minimum deviating share of the surface for it to be trimmed."""
-_BIWEIGHT = 4.685
+_BIWEIGHT_CONSTANT = 4.685
 MAX_ITERATIONS = 30
 MAD_FACTOR = 1.4826
 MAX_CELLS = 40_000
@@ -210,5 +210,5 @@ def _robust_plane(row: IntArray, column: IntArray, values: FloatArray) -> tuple[
         if turn < MAX_ITERATIONS // 2:
             weight = 1.0 / np.maximum(residuals, 0.05 * scatter)
         else:
-            weight = np.maximum(1.0 - (residuals / (_BIWEIGHT * scatter)) ** 2, 0.0) ** 2
+            weight = np.maximum(1.0 - (residuals / (_BIWEIGHT_CONSTANT * scatter)) ** 2, 0.0) ** 2
     return plane, scatter

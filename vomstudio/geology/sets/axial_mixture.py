@@ -39,7 +39,7 @@ degrees corresponds to the accuracy of planes.
 """
 SEED_CONCENTRATION = 25.0
 MAX_ITERATIONS, LIKELIHOOD_TOLERANCE = 200, 1e-6
-MAX_COMPARED, MAX_SEARCHED = 2000, 3000
+MAX_COMPARED_POLES, MAX_SEEDED_POLES = 2000, 3000
 N_STARTS = 3
 OVERLAP_WEIGHT = 0.25
 PARAMETERS_PER_CLUSTER, ELONGATION_PARAMETERS = 4, 2
@@ -146,14 +146,16 @@ def propose_clusters(
         Criterion for each tested number of clusters.
     """
     sample = poles
-    if len(poles) > MAX_SEARCHED:
-        rows = np.random.default_rng(0).permutation(len(poles))[:MAX_SEARCHED]
+    if len(poles) > MAX_SEEDED_POLES:
+        rows = np.random.default_rng(0).permutation(len(poles))[:MAX_SEEDED_POLES]
         sample = poles[np.sort(rows)]
     best = candidate = _empty_mixture(len(sample))
     criteria = [candidate.icl]
     worse = 0
     for _ in range(max_clusters):
-        mixtures = [_maximize(sample, *start) for start in _starts_with_another(sample, candidate)]
+        mixtures = [
+            _maximize(sample, *start) for start in _starts_with_added_cluster(sample, candidate)
+        ]
         valid = [m for m in mixtures if _is_valid(m)]
         if not valid:
             break
@@ -198,7 +200,7 @@ def _frame(axis: FloatArray) -> FloatArray:
     return np.vstack([axis, rows[1:]])
 
 
-def _starts_with_another(
+def _starts_with_added_cluster(
     poles: FloatArray, mixture: Mixture
 ) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
     """Yield start values with one more cluster, from the background or from a wide cluster."""
@@ -226,7 +228,7 @@ def _starts_with_another(
 
 def _dense_places(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
     """Return up to three separate poles where the density of unassigned poles is highest."""
-    step = max(1, -(-len(poles) // MAX_COMPARED))
+    step = max(1, -(-len(poles) // MAX_COMPARED_POLES))
     sample, unassigned = poles[::step], posterior[::step, -1]
     density = np.exp(SEED_CONCENTRATION * ((sample @ sample.T) ** 2 - 1.0)) @ unassigned
     places: list[FloatArray] = []
@@ -273,9 +275,9 @@ def _run_em(
     axes: FloatArray,
     concentrations: FloatArray,
     weights: FloatArray,
-    round_: BoolArray,
+    is_round: BoolArray,
 ) -> Mixture:
-    """Run expectation maximisation until convergence; `round_` (k,) marks round clusters."""
+    """Run expectation maximisation until convergence; `is_round` (k,) marks round clusters."""
     n, previous = len(poles), -math.inf
     axes, concentrations = axes.copy(), concentrations.copy()
     for _ in range(MAX_ITERATIONS):
@@ -301,11 +303,11 @@ def _run_em(
             values, vectors = np.linalg.eigh(tensor)
             axes[j] = vectors[:, ::-1].T
             spread = values[1::-1]
-            concentrations[j] = _concentration(np.full(2, spread.mean()) if round_[j] else spread)
+            concentrations[j] = _concentration(np.full(2, spread.mean()) if is_round[j] else spread)
     memberships = posterior[:, :-1]
     share = memberships / np.maximum(memberships.sum(axis=1, keepdims=True), 1e-300)
     overlap = -float(np.sum(memberships * np.log(np.maximum(share, 1e-300))))
-    free = PARAMETERS_PER_CLUSTER * len(axes) + ELONGATION_PARAMETERS * int((~round_).sum())
+    free = PARAMETERS_PER_CLUSTER * len(axes) + ELONGATION_PARAMETERS * int((~is_round).sum())
     icl = free * math.log(max(n, 2)) - 2.0 * likelihood + 2.0 * OVERLAP_WEIGHT * overlap
     return Mixture(axes, concentrations, weights, posterior, likelihood, icl)
 

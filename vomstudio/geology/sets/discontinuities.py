@@ -243,7 +243,7 @@ def arrange_planes(
         discontinuities.append(discontinuity)
         shapes.append(shape)
     arrangement = _summarize(discontinuities, shapes, poles @ upward, faces, n_separate)
-    if not members.are_more_than_places and _may_be_fewer(
+    if not members.are_more_than_places and _may_share_planes(
         offsets, members.places, upward, poles[located]
     ):
         arrangement = replace(arrangement, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
@@ -258,7 +258,7 @@ def _thickness(scatters: FloatArray) -> FloatArray:
     return thickness
 
 
-def _may_be_fewer(
+def _may_share_planes(
     offsets: FloatArray, places: FloatArray, normal: FloatArray, poles: FloatArray
 ) -> bool:
     """Return whether some picks with known positions only may belong to the same plane.
@@ -335,7 +335,7 @@ def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _discontinuity(
-    id_: str, set_: str, offset: float, members: Pieces, axes: FloatArray, middle: FloatArray
+    id_: str, set_name: str, offset: float, members: Pieces, axes: FloatArray, middle: FloatArray
 ) -> tuple[Discontinuity, Any]:
     """Return a discontinuity and its pieces in the plane of the set; None without boundaries.
 
@@ -348,7 +348,7 @@ def _discontinuity(
     if not all(len(ring) >= 3 for ring in flat):
         return Discontinuity(
             id_,
-            set_,
+            set_name,
             len(flat),
             offset,
             None,
@@ -363,7 +363,7 @@ def _discontinuity(
     size = np.ptp(corners, axis=0)
     return Discontinuity(
         id_,
-        set_,
+        set_name,
         len(flat),
         offset,
         float(size[1]),

@@ -20,7 +20,7 @@ MIN_ELONGATION = 3.0
 """Minimum ratio of the spread of both sets along the great circle to the spread across it."""
 
 
-def pairs_without_gap(
+def find_pairs_without_gap(
     poles: FloatArray, group: npt.ArrayLike, means: FloatArray
 ) -> Sequence[tuple[int, int]]:
     """Find pairs of sets that are not separated by a gap in the density of poles.

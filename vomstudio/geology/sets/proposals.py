@@ -36,7 +36,7 @@ from vomstudio.geology.sets.discontinuities import (
     describe_faces,
     measure_scanline_spacing,
 )
-from vomstudio.geology.sets.girdles import pairs_without_gap
+from vomstudio.geology.sets.girdles import find_pairs_without_gap
 from vomstudio.geology.sets.scanline import parse_scanline
 from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
 from vomstudio.geology.statistics import fisher
@@ -405,7 +405,7 @@ def _girdle_findings(
     for number, j in enumerate(filled):
         groups[group == j] = number
     joined = {i: i for i in range(len(filled))}
-    for i, j in pairs_without_gap(poles, groups, means):
+    for i, j in find_pairs_without_gap(poles, groups, means):
         old, new = joined[j], joined[i]
         joined = {k: new if girdle_id == old else girdle_id for k, girdle_id in joined.items()}
     girdles = [
@@ -471,7 +471,7 @@ def _describe_set(
     fisher_mean = fisher(poles, directed=False)
     normal = fisher_mean.mean.vector()
     direction, dip, _ = normals_to_planes(normal)
-    gap, cv = spacing_along(normal, places)
+    gap, cv = spacing_along_normal(normal, places)
     cone = fisher_mean.alpha95_deg
     if cone is not None and cone95_deg > cone:
         cone = cone95_deg
@@ -487,7 +487,7 @@ def _describe_set(
     )
 
 
-def spacing_along(
+def spacing_along_normal(
     normal: FloatArray, places: FloatArray | None
 ) -> tuple[float | None, float | None]:
     """Return the mean gap and relative deviation of persistent planes along a normal.

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from vomstudio.geometry.patches import equal_cells
 
 MAX_POINTS = 6_000
-CELLS, MIN_CELLS, POINTS_PER_CELL = 6, 4, 4
+CELLS_PER_SIDE, MIN_CELLS, POINTS_PER_CELL = 6, 4, 4
 SIGNIFICANCE = 0.01
 MIN_EXPLAINED = 0.4
 """Minimum share of the scatter of the cell means about the plane that the quadratic surface
@@ -44,7 +44,7 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
 
     xyz = np.asarray(points, np.float64).reshape(-1, 3)
     xyz = xyz[:: max(1, -(-len(xyz) // MAX_POINTS))]
-    side = min(CELLS, int(np.sqrt(len(xyz) / POINTS_PER_CELL)))
+    side = min(CELLS_PER_SIDE, int(np.sqrt(len(xyz) / POINTS_PER_CELL)))
     n = np.asarray(normal, np.float64)
     if side < MIN_CELLS or not np.isfinite(n).all():
         return None

@@ -29,7 +29,7 @@ MIN_STEP_NOISE, MIN_STEP_ERRORS, MIN_STEP_GRIDS = 1.5, 4.5, 1.5
 # Minimum share of the cells on a level; maximum number of cells between two levels relative to the
 # smaller level (0.7 for a sine wave, 1 for a uniform distribution). Without a step, the means
 # scatter only by their error.
-MIN_LEVEL_SHARE, MAX_SHARE_BETWEEN, BAND_HALF_WIDTH = 0.07, 0.3, 0.2
+MIN_LEVEL_SHARE, MAX_SHARE_BETWEEN, BAND_HALF_WIDTH_SHARE = 0.07, 0.3, 0.2
 MAX_FLAT_SCATTER = 1.6
 MAX_ITERATIONS, MAX_LEVELS = 12, 4
 # Kernel width in standard deviations of the heights; maximum depth ratio of the valley to the
@@ -197,9 +197,9 @@ def _fit_levels(
     gaps = np.diff(level_heights)
     for low, gap in zip(level_heights, gaps, strict=False):
         position = (heights - low) / gap
-        n_between = int((np.abs(position - 0.5) < BAND_HALF_WIDTH).sum())
+        n_between = int((np.abs(position - 0.5) < BAND_HALF_WIDTH_SHARE).sum())
         n_on_level = min(
-            int((np.abs(position - end) < BAND_HALF_WIDTH).sum()) for end in (0.0, 1.0)
+            int((np.abs(position - end) < BAND_HALF_WIDTH_SHARE).sum()) for end in (0.0, 1.0)
         )
         if n_between > MAX_SHARE_BETWEEN * n_on_level:
             return None

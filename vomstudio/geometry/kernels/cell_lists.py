@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import eigen_of
+from vomstudio.geometry.kernels.cells import smallest_eigenvector
 from vomstudio.geometry.kernels.jit import kernel, part
 
 _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
@@ -65,7 +65,7 @@ def has_twins(points, cell_starts):  # type: ignore[no-untyped-def]
 
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1])")
-def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
+def find_bounds(points, low, high):  # type: ignore[no-untyped-def]
     """Compute the bounds of the finite points and return the number of non-finite points.
 
     `low` and `high` are inf and -inf on entry and contain the bounds on return.
@@ -101,14 +101,15 @@ def _number(points, p, cells_per_unit, row, layer):  # type: ignore[no-untyped-d
 def cell_numbers(points, cells_per_unit, row, layer, keys):  # type: ignore[no-untyped-def]
     """Compute the cell number i + row j + layer k of each point.
 
-    i, j and k start at 1; `cells_per_unit` is the number of cells per unit. Coordinates are not negative.
+    i, j and k start at 1; `cells_per_unit` is the number of cells per unit. Coordinates are not
+    negative.
     """
     for p in range(len(points)):
         keys[p] = _number(points, p, cells_per_unit, row, layer)
 
 
 @kernel("i8(f8[:,::1], f8, i8, i8, i8[::1])")
-def some_numbers(points, cells_per_unit, row, layer, keys):  # type: ignore[no-untyped-def]
+def number_points_in_cells(points, cells_per_unit, row, layer, keys):  # type: ignore[no-untyped-def]
     """Compute the cell numbers of the points in one of 16 cells, and return their count.
 
     The cells are selected by a hash of their number; see also `cell_numbers`.
@@ -149,12 +150,12 @@ def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-d
 
 
 @kernel("i8(i8[::1], i8, f8[:,::1], i8[::1], i8[::1], f8[:,::1], i8[::1], i8[::1])")
-def lined_up(packed, bits, points, rows, sorted_rows, places, keys, cell_starts):  # type: ignore[no-untyped-def]
+def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, places, keys, cell_starts):  # type: ignore[no-untyped-def]
     """Sort points by cell and return the number of cells.
 
     Parameters
     ----------
-    packed : (n,) ndarray
+    packed_keys : (n,) ndarray
         Sorted cell numbers, with the row of the point in the lower `bits`.
     bits : int
     points : (n, 3) ndarray
@@ -167,14 +168,14 @@ def lined_up(packed, bits, points, rows, sorted_rows, places, keys, cell_starts)
     """
     cells, last = 0, -1
     low = (1 << bits) - 1
-    for at in range(len(packed)):
-        key, row = packed[at] >> bits, packed[at] & low
+    for at in range(len(packed_keys)):
+        key, row = packed_keys[at] >> bits, packed_keys[at] & low
         rows[at], sorted_rows[row] = row, at
         places[at, 0], places[at, 1], places[at, 2] = points[row, 0], points[row, 1], points[row, 2]
         if key != last:
             keys[cells], cell_starts[cells] = key, at
             cells, last = cells + 1, key
-    cell_starts[cells] = len(packed)
+    cell_starts[cells] = len(packed_keys)
     return cells
 
 
@@ -186,7 +187,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
     points,
     cell_starts,
     starts,
-    near_cells_,
+    neighbouring_cells,
     keys,
     row,
     layer,
@@ -201,8 +202,8 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    points, cell_starts, starts, near_cells_, keys
-        Sorted points and their cells, as returned by `lined_up` and `near_cells`.
+    points, cell_starts, starts, neighbouring_cells, keys
+        Sorted points and their cells, as returned by `sort_points_by_cell` and `near_cells`.
     row, layer, side
         Increments of the cell number, and side length of a cell.
     rows, cells : (k,) ndarray
@@ -218,7 +219,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
         c = cells[i]
         count, worst = 0, math.inf
         for turn in range(starts[c] - 1, starts[c + 1]):
-            o = c if turn < starts[c] else near_cells_[turn]
+            o = c if turn < starts[c] else neighbouring_cells[turn]
             for p in range(cell_starts[o], cell_starts[o + 1]):
                 dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
                 square = dx * dx + dy * dy + dz * dz
@@ -295,7 +296,7 @@ def block_planes(  # type: ignore[no-untyped-def]
             zz, xy = zz + w * (dz * dz + inner[o, 2]), xy + w * (dx * dy + inner[o, 3])
             xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
         sx, sy, sz = sx / n, sy / n, sz / n
-        eigen = eigen_of(
+        eigen = smallest_eigenvector(
             xx / n - sx * sx,
             yy / n - sy * sy,
             zz / n - sz * sz,

@@ -11,7 +11,7 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 
 
 @part
-def slot_of(names, name):  # type: ignore[no-untyped-def]
+def find_slot(names, name):  # type: ignore[no-untyped-def]
     """Return the slot of a row of cells in the hash table, or the free slot for it."""
     last = len(names) - 1
     at = ((name * _HASH_FACTOR) >> 20) & last
@@ -36,13 +36,13 @@ def tabulate(rows, cell_starts, names, ends):  # type: ignore[no-untyped-def]
         Output: first point of the row and of the next row.
     """
     for at in range(len(rows)):
-        slot = slot_of(names, rows[at])
+        slot = find_slot(names, rows[at])
         names[slot] = rows[at]
         ends[slot, 0], ends[slot, 1] = cell_starts[at], cell_starts[at + 1]
 
 
 @part
-def first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
+def find_first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
     """Return the first position in a range of sorted keys whose key is not below `bound`."""
     while low < high:
         middle = (low + high) // 2
@@ -79,7 +79,7 @@ def _swung(k, s, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
+def smallest_eigenvector(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
     """Return the eigenvector of the smallest eigenvalue and all eigenvalues, ascending.
 
     The symmetric matrix has the rows (a, d, e), (d, b, f), (e, f, c). The method is cyclic Jacobi
@@ -123,7 +123,7 @@ def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
     "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8, i8[::1],"
     "f8[:,::1], f8[:,::1], f8[:,::1])"
 )
-def planes_near(  # type: ignore[no-untyped-def]
+def fit_planes_near(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, radius, count, means, normals, spreads
 ):
     """Fit a plane to the points in a ball around each position.
@@ -143,11 +143,11 @@ def planes_near(  # type: ignore[no-untyped-def]
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(k0, k1 + 1):
             for j in range(j0, j1 + 1):
-                slot = slot_of(names, j + ny * k)
+                slot = find_slot(names, j + ny * k)
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = first_not_below(cells, i0, ends[slot, 0], stop)
+                at = find_first_not_below(cells, i0, ends[slot, 0], stop)
                 while at < stop and cells[at] <= i1:
                     dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                     at += 1
@@ -164,7 +164,7 @@ def planes_near(  # type: ignore[no-untyped-def]
         means[row, 0], means[row, 1], means[row, 2] = x + sx, y + sy, z + sz
         if n < 3:
             continue
-        eigen = eigen_of(
+        eigen = smallest_eigenvector(
             xx / n - sx * sx,
             yy / n - sy * sy,
             zz / n - sz * sz,
@@ -219,11 +219,11 @@ def along_axes(  # type: ignore[no-untyped-def]
             last = piece == pieces - 1
             for k in range(k0, k1 + 1):
                 for j in range(j0, j1 + 1):
-                    slot = slot_of(names, j + ny * k)
+                    slot = find_slot(names, j + ny * k)
                     if names[slot] == -1:
                         continue
                     stop = ends[slot, 1]
-                    at = first_not_below(cells, i0, ends[slot, 0], stop)
+                    at = find_first_not_below(cells, i0, ends[slot, 0], stop)
                     while at < stop and cells[at] <= i1:
                         dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                         at += 1

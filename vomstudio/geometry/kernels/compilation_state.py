@@ -18,12 +18,12 @@ from vomstudio.geometry.kernels.machine_code import compiler, load_code, store_c
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
-def noted() -> bool:
+def is_compilation_recorded() -> bool:
     """Return whether this version of the program has compiled all kernels on this machine."""
     return load_code(_name()) is not None
 
 
-def note() -> None:
+def record_compilation() -> None:
     """Record that all kernels are compiled."""
     store_code(_name(), b"")
 

@@ -17,7 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.arrays import AnyArray
-from vomstudio.geometry.kernels.sources import COMPILING, KernelPart, KernelSource, linked
+from vomstudio.geometry.kernels.sources import (
+    COMPILATION_LOCK,
+    KernelPart,
+    KernelSource,
+    link_parts,
+)
 
 
 class Kernel:
@@ -39,7 +44,7 @@ class Kernel:
         """Load the kernel, or compile and cache it, which takes seconds once."""
         from vomstudio.geometry.kernels import machine_code
 
-        with COMPILING:
+        with COMPILATION_LOCK:
             if self._run is None:
                 self._run = (
                     machine_code.entry(self.source, self.compile_by_numba)
@@ -55,19 +60,19 @@ class Kernel:
         from vomstudio.geometry.kernels import machine_code
 
         options: dict[str, Any] = {"nogil": True, "fastmath": self.source.fastmath}
-        with COMPILING:
-            function = linked(self.source.function)
+        with COMPILATION_LOCK:
+            function = link_parts(self.source.function)
             folder = machine_code.numba_cache_folder(self.source)
             if folder is not None:
                 try:
                     with _numba_cache(folder):
-                        return _decorated(function, self.source, cache=True, **options)
+                        return _decorate(function, self.source, cache=True, **options)
                 except (RuntimeError, OSError):
                     pass
-            return _decorated(function, self.source, **options)
+            return _decorate(function, self.source, **options)
 
 
-def _decorated(
+def _decorate(
     function: Callable[..., Any], source: KernelSource, **options: Any
 ) -> Callable[..., Any]:
     import numba
@@ -111,7 +116,7 @@ def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[...,
     return lambda function: Kernel(function, signature, fastmath)
 
 
-def make_ready(*modules: ModuleType) -> None:
+def prepare_kernels(*modules: ModuleType) -> None:
     """Load or compile the kernels of these modules now, to avoid delays later.
 
     Parameters
@@ -158,7 +163,7 @@ def step(function: Callable[..., Any]) -> KernelPart:
     return KernelPart(function, inline="always")
 
 
-def fast_part(function: Callable[..., Any]) -> KernelPart:
+def fastmath_part(function: Callable[..., Any]) -> KernelPart:
     """Declare a `part` for kernels with fastmath.
 
     Parameters
@@ -172,7 +177,7 @@ def fast_part(function: Callable[..., Any]) -> KernelPart:
     return KernelPart(function, fastmath=True)
 
 
-def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
+def to_kernel_array(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     """Convert an array to the form that kernels require: contiguous, typed and writable.
 
     The array is copied only if necessary.
@@ -189,7 +194,7 @@ def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     return np.require(array, dtype, ["C_CONTIGUOUS", "WRITEABLE"])
 
 
-class _Borrowed:
+class _BorrowedMemory:
     """Memory of an array with another writable flag, which keeps the array alive."""
 
     def __init__(self, array: AnyArray) -> None:
@@ -200,7 +205,7 @@ class _Borrowed:
         }
 
 
-def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
+def to_read_only_array(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     """Convert an array for kernels that only read it, without copying read-only memory.
 
     Writing to the result terminates the process.
@@ -216,5 +221,5 @@ def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     """
     required = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
     if required.flags.writeable or not required.size:
-        return for_kernels(required, dtype)
-    return np.asarray(_Borrowed(required))
+        return to_kernel_array(required, dtype)
+    return np.asarray(_BorrowedMemory(required))

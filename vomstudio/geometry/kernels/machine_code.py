@@ -37,18 +37,18 @@ from vomstudio.core.files.regular import read_small_text, read_whole
 from vomstudio.core.files.user_folders import state_folder
 from vomstudio.core.paths import user_cache
 from vomstudio.geometry.kernels.signatures import Signature
-from vomstudio.geometry.kernels.sources import KernelPart, KernelSource, all_code, linked
+from vomstudio.geometry.kernels.sources import KernelPart, KernelSource, all_code, link_parts
 
 _FORMAT = b"vomstudio kernel 1\n"
 _DIGEST_BYTES = 16
 MAX_VERSIONS = 8
 NUMBA_SYMBOLS = ("NRT_", "numba_", "Py", "_Py")
-_HEAD = struct.Struct("<H")
+_HEADER_FORMAT = struct.Struct("<H")
 _ENGINES: list[Any] = []
 """Engines of the loaded kernels; the code is freed together with its engine."""
 
 
-class _CannotCache(Exception):
+class _UncacheableKernelError(Exception):
     """Raised if the code cannot be cached, so that numba must run the kernel."""
 
 
@@ -75,10 +75,10 @@ def entry(
         name = _file_name(source)
         code = load_code(name)
         if code is None:
-            code = _compiled(source, signature)
+            code = _compile_kernel(source, signature)
             store_code(name, code)
         return _linked(signature, code, compile_by_numba)
-    except (_CannotCache, ValueError):
+    except (_UncacheableKernelError, ValueError):
         return None
 
 
@@ -86,10 +86,12 @@ def _linked(
     signature: Signature, code: bytes, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any]:
     if not code:
-        raise _CannotCache
-    (length,) = _HEAD.unpack_from(code)
-    symbol = code[_HEAD.size : _HEAD.size + length].decode()
-    function = signature.c_function()(_address(symbol, code[_HEAD.size + length :]))
+        raise _UncacheableKernelError
+    (length,) = _HEADER_FORMAT.unpack_from(code)
+    symbol = code[_HEADER_FORMAT.size : _HEADER_FORMAT.size + length].decode()
+    function = signature.c_function()(
+        _load_entry_address(symbol, code[_HEADER_FORMAT.size + length :])
+    )
 
     def run(*args: Any) -> Any:
         well, result = signature.call(function, args)
@@ -99,12 +101,12 @@ def _linked(
     return run
 
 
-def _address(symbol: str, code: bytes) -> int:
+def _load_entry_address(symbol: str, code: bytes) -> int:
     """Load the code into this process and return the address of its entry."""
     import llvmlite.binding as llvm
 
     if any(llvm.address_of_symbol(name) is None for name in _missing_symbols(code)):
-        raise _CannotCache
+        raise _UncacheableKernelError
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine()
@@ -114,7 +116,7 @@ def _address(symbol: str, code: bytes) -> int:
     engine.finalize_object()
     address = int(engine.get_function_address(symbol))
     if address == 0:
-        raise _CannotCache
+        raise _UncacheableKernelError
     _ENGINES.append(engine)
     return address
 
@@ -122,7 +124,7 @@ def _address(symbol: str, code: bytes) -> int:
 def _missing_symbols(code: bytes) -> list[str]:
     """Return the undefined symbols of an ELF object file (*System V ABI*, ch. 4)."""
     if code[:6] != b"\x7fELF\x02\x01":  # 64-bit, little-endian
-        raise _CannotCache
+        raise _UncacheableKernelError
     (sections_at,) = struct.unpack_from("<Q", code, 0x28)
     size, count = struct.unpack_from("<HH", code, 0x3A)
     sections = [struct.unpack_from("<IIQQQQII", code, sections_at + k * size) for k in range(count)]
@@ -139,7 +141,7 @@ def _missing_symbols(code: bytes) -> list[str]:
     return names
 
 
-def _compiled(source: KernelSource, signature: Signature) -> bytes:
+def _compile_kernel(source: KernelSource, signature: Signature) -> bytes:
     """Compile a kernel to object code, preceded by the name of its entry.
 
     The result is empty if the code requires numba.
@@ -150,7 +152,7 @@ def _compiled(source: KernelSource, signature: Signature) -> bytes:
     options: dict[str, Any] = {"nogil": True, "fastmath": source.fastmath, "_nrt": False}
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     try:
-        compiled_kernel = numba.njit(source.signature, **options)(linked(source.function))
+        compiled_kernel = numba.njit(source.signature, **options)(link_parts(source.function))
         result: Any = next(iter(compiled_kernel.overloads.values()))
         symbol = result.fndesc.llvm_func_name
         arguments = (
@@ -166,7 +168,7 @@ def _compiled(source: KernelSource, signature: Signature) -> bytes:
         and [_type_name(argument.type) for argument in arguments] == signature.llvm_types()
         and not any(name.startswith(NUMBA_SYMBOLS) for name in _missing_symbols(code))
     )
-    return _HEAD.pack(len(symbol)) + symbol.encode() + code if sound else b""
+    return _HEADER_FORMAT.pack(len(symbol)) + symbol.encode() + code if sound else b""
 
 
 def _type_name(llvm_type: Any) -> str:
@@ -209,7 +211,7 @@ def numba_cache_folder(source: KernelSource) -> Path | None:
     """
     try:
         name = _file_name(source).removesuffix(".code")
-    except _CannotCache:
+    except _UncacheableKernelError:
         return None
     kernel, _, digest = name.rpartition("-")
     # Use short names, because numba appends long ones and Windows limits paths to 260 characters.
@@ -218,7 +220,7 @@ def numba_cache_folder(source: KernelSource) -> Path | None:
         folder = parent / f"{kernel}-{digest}.numba"
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
-            _drop_old(parent, kernel, "numba")
+            _remove_outdated_code(parent, kernel, "numba")
             if os.access(folder, os.W_OK):
                 return folder
     return None
@@ -264,14 +266,14 @@ def store_code(name: str, code: bytes) -> None:
             folder.mkdir(parents=True, exist_ok=True)
             draft.write_bytes(_sealed(code))
             draft.replace(folder / name)
-            _drop_old(folder, name.rpartition("-")[0], "code")
+            _remove_outdated_code(folder, name.rpartition("-")[0], "code")
             return
         except OSError:
             with contextlib.suppress(OSError):
                 draft.unlink(missing_ok=True)
 
 
-def _drop_old(folder: Path, kernel: str, suffix: str) -> None:
+def _remove_outdated_code(folder: Path, kernel: str, suffix: str) -> None:
     """Remove code of earlier versions and other machines, except for the newest files."""
     entries = sorted(folder.glob(f"{kernel}-*.{suffix}"), key=lambda entry: entry.stat().st_mtime)
     for entry in entries[:-MAX_VERSIONS]:
@@ -299,7 +301,7 @@ def _environment() -> tuple[str, ...]:
 
     words = compiler()
     if not words[0]:
-        raise _CannotCache
+        raise _UncacheableKernelError
     return (
         *words,
         llvmlite.__version__,
@@ -369,4 +371,4 @@ def _value(value: Any) -> Iterator[str]:
         for item in value:
             yield from _value(item)
     else:
-        raise _CannotCache
+        raise _UncacheableKernelError

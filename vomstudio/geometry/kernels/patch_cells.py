@@ -85,7 +85,7 @@ def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untype
 
 
 @kernel("f8(f8[:,::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
-def turned(points, centre, axes, u, v, r):  # type: ignore[no-untyped-def]
+def rotate_points(points, centre, axes, u, v, r):  # type: ignore[no-untyped-def]
     """Compute coordinates along three axes, the rows, and return the sum of squares of r.
 
     The coordinates are relative to `centre`.

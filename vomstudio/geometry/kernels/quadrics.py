@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import cell_of, first_not_below, slot_of
+from vomstudio.geometry.kernels.cells import cell_of, find_first_not_below, find_slot
 from vomstudio.geometry.kernels.jit import kernel, part
 
 _MIN_POINTS = 10
@@ -81,11 +81,11 @@ def curvatures_near(  # type: ignore[no-untyped-def]
         n = 0
         for k in range(k0, k1 + 1):
             for j in range(j0, j1 + 1):
-                slot = slot_of(names, j + ny * k)
+                slot = find_slot(names, j + ny * k)
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = first_not_below(cells, i0, ends[slot, 0], stop)
+                at = find_first_not_below(cells, i0, ends[slot, 0], stop)
                 while at < stop and cells[at] <= i1:
                     dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                     at += 1

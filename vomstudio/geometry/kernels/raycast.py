@@ -6,12 +6,12 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel
 
-INSIDE = -1e-9
+INSIDE_TOLERANCE = -1e-9
 """A ray through an edge belongs to both triangles, whatever rounding says; the nearer one wins."""
 
 
 @kernel("void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], f8[:,::1], f8[:,:,::1])")
-def grid_hits(points, faces, selected, left, top, step, face, depth, weights):  # type: ignore[no-untyped-def]
+def find_grid_hits(points, faces, selected, left, top, step, face, depth, weights):  # type: ignore[no-untyped-def]
     """Find the first hits of rays along +z through the centres of a grid's pixels.
 
     See `cast_grid`. `face` is -1 and `depth` infinity on entry.
@@ -39,7 +39,7 @@ def grid_hits(points, faces, selected, left, top, step, face, depth, weights):  
                 x = left + (i + 0.5) * step - ax
                 u = (x * fy - y * fx) * inverse
                 v = (ex * y - ey * x) * inverse
-                if u < INSIDE or v < INSIDE or u + v > 1.0 - INSIDE:
+                if u < INSIDE_TOLERANCE or v < INSIDE_TOLERANCE or u + v > 1.0 - INSIDE_TOLERANCE:
                     continue
                 z = az + u * ez + v * fz
                 if z < depth[j, i]:
@@ -52,10 +52,10 @@ def grid_hits(points, faces, selected, left, top, step, face, depth, weights):  
 @kernel(
     "void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], i4[:,::1], f8[:,::1], f8[:,:,::1])"
 )
-def quarter_hits(points, faces, selected, left, top, step, slot, face, depth, weights):  # type: ignore[no-untyped-def]
+def find_quarter_hits(points, faces, selected, left, top, step, slot, face, depth, weights):  # type: ignore[no-untyped-def]
     """Find the first hits of four rays in each pixel whose slot is not -1.
 
-    As `grid_hits`; the slot is the row of the results.
+    As `find_grid_hits`; the slot is the row of the results.
     """
     h, w = slot.shape
     for at in range(len(selected)):
@@ -82,7 +82,11 @@ def quarter_hits(points, faces, selected, left, top, step, slot, face, depth, we
                     y = top + (j + 0.25 + 0.5 * (q // 2)) * step - ay
                     u = (x * fy - y * fx) * inverse
                     v = (ex * y - ey * x) * inverse
-                    if u < INSIDE or v < INSIDE or u + v > 1.0 - INSIDE:
+                    if (
+                        u < INSIDE_TOLERANCE
+                        or v < INSIDE_TOLERANCE
+                        or u + v > 1.0 - INSIDE_TOLERANCE
+                    ):
                         continue
                     z = az + u * ez + v * fz
                     if z < depth[s, q]:

@@ -7,8 +7,8 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part
 
-LEAF = 4
-INSIDE = -1e-12
+LEAF_SIZE_ITEMS = 4
+INSIDE_TOLERANCE = -1e-12
 
 
 def stack_space() -> tuple[IntArray, FloatArray]:
@@ -25,14 +25,14 @@ def _finite(vector):  # type: ignore[no-untyped-def]
 
 
 @part
-def _enters(low, high, node, start, way, last):  # type: ignore[no-untyped-def]
+def _entry_distance(low, high, node, start, direction, last):  # type: ignore[no-untyped-def]
     """Return the distance at which a ray enters a box, infinite if not before `last`."""
     near, far = 0.0, last
     for axis in range(3):
         a, b = low[node, axis], high[node, axis]
         if a > b:
             return np.inf
-        w = way[axis]
+        w = direction[axis]
         if w == 0.0:
             if start[axis] < a or start[axis] > b:
                 return np.inf
@@ -48,10 +48,13 @@ def _enters(low, high, node, start, way, last):  # type: ignore[no-untyped-def]
 
 
 @part
-def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ignore[no-untyped-def]
+def _descend(low, high, node, start, direction, last, stack, entry, top):  # type: ignore[no-untyped-def]
     """Push the children of a node that a ray enters onto the stack, nearer child on top."""
     a, b = 2 * node + 1, 2 * node + 2
-    ta, tb = _enters(low, high, a, start, way, last), _enters(low, high, b, start, way, last)
+    ta, tb = (
+        _entry_distance(low, high, a, start, direction, last),
+        _entry_distance(low, high, b, start, direction, last),
+    )
     if ta > tb:
         a, b, ta, tb = b, a, tb, ta
     if tb < np.inf:
@@ -68,17 +71,29 @@ def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ign
     "i8[::1], f8[::1], f8[:,::1], i8[::1], f8[::1])"
 )
 def first_faces(  # type: ignore[no-untyped-def]
-    points, faces, order, low, high, starts, ways, ends, index, distance, weights, stack, entry
+    points,
+    faces,
+    order,
+    low,
+    high,
+    starts,
+    directions,
+    ends,
+    index,
+    distance,
+    weights,
+    stack,
+    entry,
 ):
     """Find the first face that each ray hits, up to its end."""
     leaves = (len(low) + 1) // 2
-    for ray in range(len(ways)):
-        s, w = starts[ray], ways[ray]
+    for ray in range(len(directions)):
+        s, w = starts[ray], directions[ray]
         best = ends[ray]
         if not (_finite(s) and _finite(w)):
             continue
         top = 0
-        stack[0], entry[0] = 0, _enters(low, high, 0, s, w, best)
+        stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, best)
         while top >= 0:
             node, at = stack[top], entry[top]
             top -= 1
@@ -87,8 +102,8 @@ def first_faces(  # type: ignore[no-untyped-def]
             if node < leaves - 1:
                 top = _descend(low, high, node, s, w, best, stack, entry, top)
                 continue
-            first = (node - (leaves - 1)) * LEAF
-            for k in range(first, min(first + LEAF, len(order))):
+            first = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+            for k in range(first, min(first + LEAF_SIZE_ITEMS, len(order))):
                 f = order[k]
                 i, j, m = faces[f, 0], faces[f, 1], faces[f, 2]
                 ex = points[j, 0] - points[i, 0]
@@ -103,11 +118,11 @@ def first_faces(  # type: ignore[no-untyped-def]
                     continue
                 gx, gy, gz = s[0] - points[i, 0], s[1] - points[i, 1], s[2] - points[i, 2]
                 u = (gx * px + gy * py + gz * pz) / det
-                if u < INSIDE or u > 1.0 - INSIDE:
+                if u < INSIDE_TOLERANCE or u > 1.0 - INSIDE_TOLERANCE:
                     continue
                 qx, qy, qz = gy * ez - gz * ey, gz * ex - gx * ez, gx * ey - gy * ex
                 v = (w[0] * qx + w[1] * qy + w[2] * qz) / det
-                if v < INSIDE or u + v > 1.0 - INSIDE:
+                if v < INSIDE_TOLERANCE or u + v > 1.0 - INSIDE_TOLERANCE:
                     continue
                 t = (fx * qx + fy * qy + fz * qz) / det
                 if 0.0 < t < best:
@@ -124,12 +139,24 @@ def first_faces(  # type: ignore[no-untyped-def]
     "i8[::1], f8[::1], i8[::1], f8[::1])"
 )
 def first_points(  # type: ignore[no-untyped-def]
-    points, order, low, high, starts, ways, ends, reach, thick, index, distance, stack, entry
+    points,
+    order,
+    low,
+    high,
+    starts,
+    directions,
+    ends,
+    reach,
+    point_radius,
+    index,
+    distance,
+    stack,
+    entry,
 ):
     """Find the first surface of points that each ray hits, up to its end."""
     leaves = (len(low) + 1) // 2
-    for ray in range(len(ways)):
-        s, w = starts[ray], ways[ray]
+    for ray in range(len(directions)):
+        s, w = starts[ray], directions[ray]
         if not (_finite(s) and _finite(w)):
             continue
         length = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
@@ -138,9 +165,9 @@ def first_points(  # type: ignore[no-untyped-def]
         # The first walk finds how far the first surface is, the second its best point.
         front, closest = ends[ray], np.inf
         for turn in range(2):
-            limit = front if turn == 0 else min(front + thick / length, ends[ray])
+            limit = front if turn == 0 else min(front + point_radius / length, ends[ray])
             top = 0
-            stack[0], entry[0] = 0, _enters(low, high, 0, s, w, limit)
+            stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, limit)
             met = False
             while top >= 0:
                 node, at = stack[top], entry[top]
@@ -150,8 +177,8 @@ def first_points(  # type: ignore[no-untyped-def]
                 if node < leaves - 1:
                     top = _descend(low, high, node, s, w, limit, stack, entry, top)
                     continue
-                first = (node - (leaves - 1)) * LEAF
-                for k in range(first, min(first + LEAF, len(order))):
+                first = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+                for k in range(first, min(first + LEAF_SIZE_ITEMS, len(order))):
                     p = order[k]
                     gx, gy, gz = points[p, 0] - s[0], points[p, 1] - s[1], points[p, 2] - s[2]
                     t = (gx * w[0] + gy * w[1] + gz * w[2]) / (length * length)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-_LONG_NAMES = {
+_FULL_TYPE_NAMES = {
     "float64": "f8",
     "float32": "f4",
     "int64": "i8",
@@ -20,7 +20,7 @@ _LONG_NAMES = {
     "uint32": "u4",
     "boolean": "b1",
 }
-_SCALARS: dict[str, tuple[Any, str]] = {
+_SCALAR_TYPES: dict[str, tuple[Any, str]] = {
     "f8": (ctypes.c_double, "double"),
     "f4": (ctypes.c_float, "float"),
     "i8": (ctypes.c_int64, "i64"),
@@ -31,7 +31,7 @@ RESULT_TYPES: dict[str, Any] = {"i8": ctypes.c_int64, "f8": ctypes.c_double}
 
 
 @dataclass(frozen=True)
-class _Parameter:
+class _KernelParameter:
     """Parameter of a kernel; `dimensions` is 0 for a single number."""
 
     kind: str
@@ -68,13 +68,13 @@ class _Parameter:
 
     def c_types(self) -> list[Any]:
         if self.dimensions == 0:
-            return [_SCALARS[self.kind][0]]
+            return [_SCALAR_TYPES[self.kind][0]]
         lengths = [ctypes.c_int64] * (2 * self.dimensions)
         return [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 2, ctypes.c_void_p, *lengths]
 
     def llvm_types(self) -> list[str]:
         if self.dimensions == 0:
-            return [_SCALARS[self.kind][1]]
+            return [_SCALAR_TYPES[self.kind][1]]
         return ["ptr", "ptr", "i64", "i64", "ptr", *["i64"] * (2 * self.dimensions)]
 
 
@@ -98,7 +98,7 @@ class Signature:
             if result_type == "void"
             else result_type.removeprefix("Tuple").strip("()").split(",")
         )
-        kinds = {_LONG_NAMES.get(name, name) for name in names}
+        kinds = {_FULL_TYPE_NAMES.get(name, name) for name in names}
         if len(kinds) > 1 or not kinds <= set(RESULT_TYPES):
             raise ValueError(f"'{text}' gives something else than numbers of one kind.")
         kind = kinds.pop() if kinds else None
@@ -135,10 +135,10 @@ class Signature:
         return True, (results[0] if self._results else None) if self._single else results
 
 
-def _parameter(word: str) -> _Parameter:
+def _parameter(word: str) -> _KernelParameter:
     name, _, form = word.partition("[")
-    kind = _LONG_NAMES.get(name, name)
-    if kind not in (_SCALARS if not form else _LONG_NAMES.values()):
+    kind = _FULL_TYPE_NAMES.get(name, name)
+    if kind not in (_SCALAR_TYPES if not form else _FULL_TYPE_NAMES.values()):
         raise ValueError(f"A kernel cannot take '{word}'.")
     axes = form.rstrip("]").split(",") if form else []
-    return _Parameter(kind, np.dtype(kind), len(axes), form.endswith("::1]"))
+    return _KernelParameter(kind, np.dtype(kind), len(axes), form.endswith("::1]"))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import CellType, CodeType, FunctionType
 from typing import Any
 
-COMPILING = threading.RLock()
+COMPILATION_LOCK = threading.RLock()
 """Lock while anything is compiled or loaded, so that two threads do not do it twice."""
 
 
@@ -36,9 +36,9 @@ class KernelPart:
         """Return the function compiled by numba."""
         import numba
 
-        with COMPILING:
+        with COMPILATION_LOCK:
             if self._compiled is None:
-                self._compiled = numba.njit(**self.options)(linked(self.function))
+                self._compiled = numba.njit(**self.options)(link_parts(self.function))
             return self._compiled
 
     def __call__(self, *args: Any) -> Any:
@@ -62,7 +62,7 @@ def all_code(function: FunctionType) -> list[CodeType]:
     return codes
 
 
-def linked(function: Callable[..., Any]) -> Callable[..., Any]:
+def link_parts(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return the function with its parts compiled by numba.
 
     Parameters
@@ -76,12 +76,14 @@ def linked(function: Callable[..., Any]) -> Callable[..., Any]:
     """
     assert isinstance(function, FunctionType)
 
-    def resolved(value: Any) -> Any:
+    def resolve_parts(value: Any) -> Any:
         return value.compiled() if isinstance(value, KernelPart) else value
 
     used = {n for code in all_code(function) for n in code.co_names}
-    names = {n: resolved(v) if n in used else v for n, v in function.__globals__.items()}
-    cells = tuple(CellType(resolved(cell.cell_contents)) for cell in function.__closure__ or ())
+    names = {n: resolve_parts(v) if n in used else v for n, v in function.__globals__.items()}
+    cells = tuple(
+        CellType(resolve_parts(cell.cell_contents)) for cell in function.__closure__ or ()
+    )
     new = FunctionType(
         function.__code__, names, function.__name__, function.__defaults__, cells or None
     )

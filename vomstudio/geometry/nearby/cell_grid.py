@@ -8,17 +8,17 @@ from functools import cached_property
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
-from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.coincident_points import weld_points
 from vomstudio.geometry.kernels.cell_lists import (
-    bounds_of,
     cell_numbers,
+    find_bounds,
     has_twins,
-    lined_up,
     near_cells,
-    some_numbers,
+    number_points_in_cells,
+    sort_points_by_cell,
     sort_upper,
 )
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 
 MAX_CELLS_PER_AXIS = 1_000_000
 """Limit at which cell numbers still fit into 63 bits."""
@@ -97,20 +97,20 @@ def create_cell_grid(local: FloatArray, points_per_cell: float) -> CellGrid:
     -------
     CellGrid
     """
-    local = for_kernels(local, np.float64)
+    local = to_kernel_array(local, np.float64)
     high = np.full(3, -np.inf)
-    bounds_of(local, np.full(3, np.inf), high)
+    find_bounds(local, np.full(3, np.inf), high)
     side = _side(local, high, points_per_cell)
     grid = _sort_into_cells(local, high, side)
     is_crowded = int(np.diff(grid.begins).max()) > MAX_POINTS_FOR_TWINS
     if not is_crowded and not has_twins(grid.places, grid.begins):
         return grid
-    place_of_point = welded(local)
+    place_of_point = weld_points(local)
     first = np.full(int(place_of_point.max()) + 1, -1, np.int64)
     first[place_of_point[::-1]] = np.arange(len(place_of_point))[::-1]
     if len(first) == len(local):
         return grid
-    grid_of_distinct = _sort_into_cells(for_kernels(local[first], np.float64), high, side)
+    grid_of_distinct = _sort_into_cells(to_kernel_array(local[first], np.float64), high, side)
     return CellGrid(
         first[grid_of_distinct.rows],
         grid_of_distinct.places,
@@ -136,7 +136,7 @@ def _side(local: FloatArray, high: FloatArray, points_per_cell: float) -> float:
     for _ in range(4):
         row, layer = _steps(high, side)
         if n > MAX_COUNTED_POINTS:
-            numbers = buffer[: some_numbers(local, 1.0 / side, row, layer, buffer)]
+            numbers = buffer[: number_points_in_cells(local, 1.0 / side, row, layer, buffer)]
         else:
             numbers = buffer
             cell_numbers(local, 1.0 / side, row, layer, buffer)
@@ -175,6 +175,6 @@ def _sort_into_cells(local: FloatArray, high: FloatArray, side: float) -> CellGr
         numbers = (which[order] << bits) | order
     rows, row_of, keys = np.empty(n, np.int64), np.empty(n, np.int64), buffer
     places, begins = np.empty((n, 3)), np.empty(n + 1, np.int64)
-    count = lined_up(numbers, bits, local, rows, row_of, places, keys, begins)
+    count = sort_points_by_cell(numbers, bits, local, rows, row_of, places, keys, begins)
     keys = keys[:count].copy() if bits + length < 63 else names
     return CellGrid(rows, places, begins[: count + 1].copy(), keys, row, layer, row_of, side)

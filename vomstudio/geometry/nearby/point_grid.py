@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.threads import PROCESSORS, map_parallel
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 
 MAX_CELLS_PER_AXIS = 2_000_000
 """Limit at which cell numbers still fit into 63 bits."""
@@ -81,15 +81,15 @@ class PointGrid:
         keys = self._cells_of(local)
         order = np.argsort(keys, kind="stable")
         self._order_given = order if is_finite.all() else np.flatnonzero(is_finite)[order]
-        self._points = for_kernels(local[order], np.float64)
+        self._points = to_kernel_array(local[order], np.float64)
         rows, columns = np.divmod(keys[order], self.counts[0])
-        self._columns = for_kernels(columns, np.int32)
+        self._columns = to_kernel_array(columns, np.int32)
         names, begins = np.unique(rows, return_index=True)
         size = 1 << (2 * len(names) + 1).bit_length()
         self._names, self._ends = np.full(size, -1, np.int64), np.zeros((size, 2), np.int64)
         tabulate(
-            for_kernels(names, np.int64),
-            for_kernels([*begins, len(rows)], np.int64),
+            to_kernel_array(names, np.int64),
+            to_kernel_array([*begins, len(rows)], np.int64),
             self._names,
             self._ends,
         )
@@ -98,7 +98,7 @@ class PointGrid:
         """Return the tables of the grid for kernels.
 
         The tables are the points minus `corner`, sorted by cell; the cell of each point along x;
-        the names and ends of the rows of cells, as in `kernels.cells.slot_of`; and the input rows
+        the names and ends of the rows of cells, as in `kernels.cells.find_slot`; and the input rows
         of the points.
         """
         return (*self._sorted(), self._order_given)
@@ -110,7 +110,7 @@ class PointGrid:
 
         Each step of `progress`, which may raise Cancelled, is one position.
         """
-        from vomstudio.geometry.kernels.cells import planes_near
+        from vomstudio.geometry.kernels.cells import fit_planes_near
 
         k = len(places)
         count = np.zeros(k, np.int64)
@@ -120,9 +120,9 @@ class PointGrid:
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = for_kernels(places[rows] - self.corner, np.float64)
+            near = to_kernel_array(places[rows] - self.corner, np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((3, len(rows), 3), np.nan)
-            planes_near(*self._sorted(), self.cell, *self._size(), near, radius, n, *results)
+            fit_planes_near(*self._sorted(), self.cell, *self._size(), near, radius, n, *results)
             count[rows] = n
             mean[rows], normal[rows], spread[rows] = results
 
@@ -149,9 +149,9 @@ class PointGrid:
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = for_kernels(places[rows] - self.corner, np.float64)
+            near = to_kernel_array(places[rows] - self.corner, np.float64)
             block_normals, block_curvatures = (
-                for_kernels(normals[rows], np.float64),
+                to_kernel_array(normals[rows], np.float64),
                 np.full(len(rows), np.nan),
             )
             curvatures_near(
@@ -192,8 +192,8 @@ class PointGrid:
 
         def work(block: slice) -> None:
             rows = order[block]
-            near = for_kernels(places[rows] - self.corner, np.float64)
-            block_axes = for_kernels(axes[rows], np.float64)
+            near = to_kernel_array(places[rows] - self.corner, np.float64)
+            block_axes = to_kernel_array(axes[rows], np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((2, len(rows)), np.nan)
             along_axes(
                 *self._sorted(),

@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.coincident_points import place_keys, welded
+from vomstudio.geometry.coincident_points import position_keys, weld_points
 
 # Minimum share of sides of one face only at which vertices may be slightly apart.
 MIN_LOOSE_SHARE = 0.4
@@ -38,7 +38,7 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
     -------
     (n, 3) ndarray
     """
-    nodes = welded(places)[faces]
+    nodes = weld_points(places)[faces]
     if not len(faces) or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(faces):
         return places
     loose_share = _loose_share(nodes)
@@ -53,7 +53,7 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
     result = places.copy()
     result[used] = places[first[number]]
     # No gain if the faces are really separate.
-    return result if _loose_share(welded(result)[faces]) < 0.9 * loose_share else places
+    return result if _loose_share(weld_points(result)[faces]) < 0.9 * loose_share else places
 
 
 def neighbours_across_gaps(
@@ -136,7 +136,7 @@ def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
     -------
     (k,) bool array
     """
-    keys = place_keys(np.sort(nodes, axis=1).astype(np.float64))
+    keys = position_keys(np.sort(nodes, axis=1).astype(np.float64))
     order = np.argsort(keys, kind="stable")
     is_repeated = np.zeros(len(nodes), np.bool_)
     # The sort is stable, so the first of equal faces remains the first.
@@ -182,7 +182,7 @@ def _weld_within(places: FloatArray, tolerance: float) -> IntArray:
     rows, columns, count = [], [], n
     for shift in range(4):
         cells = np.floor(places / tolerance + 0.25 * shift)
-        cell_of_place = welded(cells)
+        cell_of_place = weld_points(cells)
         rows.append(np.arange(n))
         columns.append(count + cell_of_place)
         count += int(cell_of_place.max()) + 1

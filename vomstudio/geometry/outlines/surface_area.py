@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
-from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.coincident_points import weld_points
 
 if TYPE_CHECKING:
     import shapely
@@ -22,7 +22,7 @@ N_SEEDS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class _Enclosed:
+class _EnclosedTriangles:
     """Triangles and the share of each inside an outline.
 
     Contains the triangles (k, 3, 3), their projection (k, 3, 2) along the normal of the outline,
@@ -83,16 +83,12 @@ def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | Non
     return np.concatenate(
         [
             enclosed.faces[is_whole],
-            _clipped_pieces(
-                enclosed.faces[~is_whole], enclosed.projected[~is_whole], enclosed.polygon
-            ),
+            _clip_faces(enclosed.faces[~is_whole], enclosed.projected[~is_whole], enclosed.polygon),
         ]
     )
 
 
-def _clipped_pieces(
-    faces: FloatArray, projected: FloatArray, polygon: shapely.Polygon
-) -> FloatArray:
+def _clip_faces(faces: FloatArray, projected: FloatArray, polygon: shapely.Polygon) -> FloatArray:
     """Return triangles (p, 3, 3) of the parts of faces (k, 3, 3) inside the polygon."""
     import shapely
 
@@ -120,7 +116,7 @@ def _clipped_pieces(
     )
 
 
-def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | None:
+def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTriangles | None:
     import shapely
 
     xyz = np.asarray(ring, np.float64).reshape(-1, 3)
@@ -145,10 +141,10 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | N
     share = _shares(projected[:, :, :2], polygon, low, high)
     has_share = share > 0.0
     faces, projected, share = faces[has_share], projected[has_share], share[has_share]
-    is_connected = _connected_to(faces, _faces_under(projected, outline))
+    is_connected = _find_connected_faces(faces, _find_faces_under(projected, outline))
     if is_connected is None:
         return None
-    return _Enclosed(
+    return _EnclosedTriangles(
         faces[is_connected], projected[is_connected, :, :2], share[is_connected], polygon
     )
 
@@ -249,7 +245,7 @@ def _is_broad(flat: FloatArray) -> BoolArray:
     return np.asarray(_flat_areas(flat) > 1e-9 * longest)
 
 
-def _faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
+def _find_faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
     """Return the rows of the triangles (m, 3, 3) nearest to points of the outline."""
     corners = [[np.ascontiguousarray(projected[:, k, axis]) for k in range(3)] for axis in (0, 1)]
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
@@ -279,7 +275,7 @@ def _depth(triangles: FloatArray, place: FloatArray) -> FloatArray:
     return np.asarray(np.where(outside, np.inf, depth), np.float64)
 
 
-def _connected_to(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
+def _find_connected_faces(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
     """Return a mask of the faces (k, 3, 3) connected to a seed through shared vertices."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -287,7 +283,7 @@ def _connected_to(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
     if not len(seeds):
         return None
     k = len(faces)
-    nodes = welded(faces.reshape(-1, 3))
+    nodes = weld_points(faces.reshape(-1, 3))
     size = k + int(nodes.max()) + 1
     starts = np.full(size + 1, 3 * k, np.int64)
     starts[: k + 1] = np.arange(0, 3 * k + 1, 3)

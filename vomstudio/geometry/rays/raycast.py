@@ -68,10 +68,10 @@ def cast_grid(
     GridHits
         Hits with the shape (height, width).
     """
-    from vomstudio.geometry.kernels.raycast import grid_hits
+    from vomstudio.geometry.kernels.raycast import find_grid_hits
 
     hits = GridHits.none(height, width)
-    grid_hits(points, faces, selected, left, top, step, hits.face, hits.depth, hits.weights)
+    find_grid_hits(points, faces, selected, left, top, step, hits.face, hits.depth, hits.weights)
     return hits
 
 
@@ -104,13 +104,13 @@ def cast_quarters(
     GridHits
         Arrays (n, 4), in row order of `is_requested`.
     """
-    from vomstudio.geometry.kernels.raycast import quarter_hits
+    from vomstudio.geometry.kernels.raycast import find_quarter_hits
 
     slot = np.full(is_requested.shape, -1, np.int32)
     n = int(is_requested.sum())
     slot[is_requested] = np.arange(n)
     hits = GridHits.none(n, 4)
-    quarter_hits(
+    find_quarter_hits(
         points, faces, selected, left, top, step, slot, hits.face, hits.depth, hits.weights
     )
     return hits

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray, IntArray, UInt64Array
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.mesh import Mesh
 
 LEAF_SIZE = 4
@@ -73,7 +73,7 @@ class RayTree:
         self.reach = reach
         if isinstance(data, Mesh):
             points = data.vertices
-            self._faces = for_kernels(data.faces, np.int32)
+            self._faces = to_kernel_array(data.faces, np.int32)
         else:
             points = data.points
             self._faces = np.zeros((0, 3), np.int32)
@@ -82,7 +82,7 @@ class RayTree:
             finite_points = points[np.isfinite(points).all(axis=1)]
             low = finite_points.min(axis=0) if len(finite_points) else np.zeros(3)
         self.corner: FloatArray = np.floor(low)
-        self._points = for_kernels(points - self.corner, np.float64)
+        self._points = to_kernel_array(points - self.corner, np.float64)
         if isinstance(data, Mesh):
             corners = [self._points[self._faces[:, k]] for k in range(3)]
             low = np.minimum(np.minimum(corners[0], corners[1]), corners[2])
@@ -93,7 +93,7 @@ class RayTree:
         self._low, self._high = _boxes(low[self._order], high[self._order])
 
     def cast(
-        self, starts: npt.ArrayLike, ways: npt.ArrayLike, last: npt.ArrayLike = np.inf
+        self, starts: npt.ArrayLike, directions: npt.ArrayLike, last: npt.ArrayLike = np.inf
     ) -> RayHits:
         """Return the first hits of rays from starts (n, 3) or (3,) along vectors (n, 3).
 
@@ -102,11 +102,13 @@ class RayTree:
         """
         from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
 
-        ways = for_kernels(np.array(ways, np.float64).reshape(-1, 3), np.float64)
-        n = len(ways)
+        directions = to_kernel_array(np.array(directions, np.float64).reshape(-1, 3), np.float64)
+        n = len(directions)
         begins = np.broadcast_to(np.asarray(starts, np.float64), (n, 3)) - self.corner
-        begins = for_kernels(begins, np.float64)
-        ends = for_kernels(np.broadcast_to(np.asarray(last, np.float64), (n,)).copy(), np.float64)
+        begins = to_kernel_array(begins, np.float64)
+        ends = to_kernel_array(
+            np.broadcast_to(np.asarray(last, np.float64), (n,)).copy(), np.float64
+        )
         index, distance = np.full(n, -1, np.int64), np.full(n, np.inf)
         weights = np.full((n, 3), np.nan)
         if not len(self._order):
@@ -118,7 +120,7 @@ class RayTree:
                 self._faces,
                 *tree,
                 begins,
-                ways,
+                directions,
                 ends,
                 index,
                 distance,
@@ -131,7 +133,7 @@ class RayTree:
                 self._points,
                 *tree,
                 begins,
-                ways,
+                directions,
                 ends,
                 self.reach,
                 thickness,
@@ -152,7 +154,7 @@ class RayTree:
             local = places - self.corner
             # Follow the order of the curve, so that neighbours use the same cached data.
             rows = _along_curve(local)
-            near = for_kernels(local[rows], np.float64)
+            near = to_kernel_array(local[rows], np.float64)
             nearest_rows, nearest_weights = (
                 np.full(len(rows), -1, np.int64),
                 np.full((len(rows), 3), np.nan),
@@ -194,15 +196,15 @@ class RayTree:
         return normal / size if size > 0 and np.isfinite(size) else None
 
 
-def _along_curve(middles: FloatArray) -> IntArray:
+def _along_curve(centres: FloatArray) -> IntArray:
     """Return the order of finite points (n, 3) along a Morton curve."""
-    finite_rows = np.flatnonzero(np.isfinite(middles).all(axis=1))
+    finite_rows = np.flatnonzero(np.isfinite(centres).all(axis=1))
     if not len(finite_rows):
         return np.zeros(0, np.int64)
-    middles = middles[finite_rows]
-    low, high = middles.min(axis=0), middles.max(axis=0)
+    centres = centres[finite_rows]
+    low, high = centres.min(axis=0), centres.max(axis=0)
     size = max(float((high - low).max()), 1e-300)
-    cells = ((middles - low) / size * ((1 << 20) - 1)).astype(np.uint64)
+    cells = ((centres - low) / size * ((1 << 20) - 1)).astype(np.uint64)
     code = np.zeros(len(finite_rows), np.uint64)
     for axis in range(3):
         code |= _spread(cells[:, axis]) << np.uint64(axis)

@@ -80,7 +80,7 @@ class CloudNodes:
         Number of points of each node.
     parents : (n,) ndarray of int
         Row of the parent of each node, -1 if it has no parent.
-    budget : int
+    max_points : int
         Maximum number of points in memory.
     first : tuple of int
         Rows of the nodes that represent the whole cloud.
@@ -99,11 +99,11 @@ class CloudNodes:
         spacing: FloatArray,
         counts: IntArray,
         parents: IntArray,
-        budget: int,
+        max_points: int,
         first: tuple[int, ...],
     ) -> None:
         self.bounds, self.spacing, self.counts = bounds, spacing, counts
-        self.parents, self.budget, self.first = parents, budget, first
+        self.parents, self.budget, self.first = parents, max_points, first
         self.total = int(counts.sum())
 
     def __len__(self) -> int:
@@ -165,14 +165,14 @@ class ArrangedNodes(CloudNodes):
 
     is_ordered = True
 
-    def __init__(self, cloud: PointCloud, arrangement: ProgressiveOrder, budget: int) -> None:
+    def __init__(self, cloud: PointCloud, arrangement: ProgressiveOrder, max_points: int) -> None:
         self._cloud, self._arrangement = cloud, arrangement
         super().__init__(
             arrangement.bounds,
             arrangement.spacing,
             np.diff(arrangement.starts),
             arrangement.parents,
-            budget,
+            max_points,
             tuple(np.flatnonzero(arrangement.parents < 0).tolist()),
         )
 
@@ -203,10 +203,10 @@ class NodeStore(CloudNodes):
         starts: IntArray,
         parents: IntArray,
         read: Callable[[Sequence[int]], PointCloud],
-        budget: int,
+        max_points: int,
         first: tuple[int, ...],
     ) -> None:
-        super().__init__(bounds, spacing, counts, parents, budget, first)
+        super().__init__(bounds, spacing, counts, parents, max_points, first)
         self.starts = starts
         self._read = read
         self._order = np.argsort(starts)

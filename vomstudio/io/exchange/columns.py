@@ -44,7 +44,7 @@ def _cell(value: Any) -> str:
     return escape_foreign_cell(text) if isinstance(value, str) else text
 
 
-def degrees(value: float | None) -> float | None:
+def round_angle(value: float | None) -> float | None:
     """Return an angle rounded to remove digits that result from rounding errors."""
     return None if value is None else round(float(value), 6) + 0.0
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane
-from vomstudio.io.exchange.columns import Row, degrees, delimited_text, label
+from vomstudio.io.exchange.columns import Row, delimited_text, label, round_angle
 
 FAULTKIN = ("strike", "dip", "trend", "plunge", "sense", "label")
 WINTENSOR = (
@@ -46,10 +46,10 @@ def faultkin(rows: Sequence[Row]) -> str:
 def _faultkin(row: Row) -> list[object]:
     plane = Plane(row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
     return [
-        degrees(plane.strike_rhr_deg),
-        degrees(plane.dip_deg),
-        degrees(row["trend_deg"]),
-        degrees(row["plunge_deg"]),
+        round_angle(plane.strike_rhr_deg),
+        round_angle(plane.dip_deg),
+        round_angle(row["trend_deg"]),
+        round_angle(row["plunge_deg"]),
         faultkin_sense(row["slip_rake_deg"]),
         label(row),
     ]
@@ -77,10 +77,10 @@ def _wintensor(number: int, row: Row) -> list[object]:
     return [
         number,
         FAULT_WITH_STRIAE,
-        degrees(row["on_plane_dip_deg"]),
-        degrees(row["on_plane_dip_direction_deg"]),
-        degrees(row["plunge_deg"]),
-        degrees(row["trend_deg"]),
+        round_angle(row["on_plane_dip_deg"]),
+        round_angle(row["on_plane_dip_direction_deg"]),
+        round_angle(row["plunge_deg"]),
+        round_angle(row["trend_deg"]),
         sense if has_sense else "X",
         _TENSOR_CONFIDENCE.get(row["slip_confidence"] or "", "X") if has_sense else "X",
         1,

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vomstudio.geometry.rotation_errors import CHI2_TWO
-from vomstudio.io.exchange.columns import Row, degrees, delimited_text
+from vomstudio.io.exchange.columns import Row, delimited_text, round_angle
 from vomstudio.io.gis.layers import Layer
 
 UNKNOWN_NUGGET = 0.01
@@ -40,8 +40,8 @@ def _gempy(row: Row) -> list[Any]:
         row["x"],
         row["y"],
         row["z"],
-        degrees(row["dip_direction_deg"]),
-        degrees(row["dip_deg"]),
+        round_angle(row["dip_direction_deg"]),
+        round_angle(row["dip_deg"]),
         -1 if row["overturned"] else 1,
         surface_name(row["kind"], row["set"]),
         nugget(row),

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from vomstudio.io.exchange.columns import Row, degrees, delimited_text, label
+from vomstudio.io.exchange.columns import Row, delimited_text, label, round_angle
 
 ORIENT = (
     "Station",
@@ -61,13 +61,13 @@ def is_plane(row: Row) -> bool:
 
 def stereonet_planes(rows: Sequence[Row]) -> str:
     """Return the table of strikes (right-hand rule) and dips."""
-    pairs = [(degrees(r["strike_rhr_deg"]), degrees(r["dip_deg"]), label(r)) for r in rows]
+    pairs = [(round_angle(r["strike_rhr_deg"]), round_angle(r["dip_deg"]), label(r)) for r in rows]
     return delimited_text(("strike", "dip", "label"), pairs, "\t")
 
 
 def stereonet_lines(rows: Sequence[Row]) -> str:
     """Return the table of trends and plunges."""
-    pairs = [(degrees(r["trend_deg"]), degrees(r["plunge_deg"]), label(r)) for r in rows]
+    pairs = [(round_angle(r["trend_deg"]), round_angle(r["plunge_deg"]), label(r)) for r in rows]
     return delimited_text(("trend", "plunge", "label"), pairs, "\t")
 
 
@@ -87,7 +87,7 @@ def _orient(row: Row) -> list[Any]:
         row["x"],
         row["y"],
         row["z"],
-        *map(degrees, (*plane, *line)),
+        *map(round_angle, (*plane, *line)),
         row["kind"],
         row.get("domain"),
         row["notes"],
@@ -112,13 +112,13 @@ def _gems(row: Row) -> list[Any]:
     error = row["total95_deg"]
     return [
         row["kind"] or UNKNOWN_WORD,
-        degrees(azimuth),
-        degrees(inclination),
+        round_angle(azimuth),
+        round_angle(inclination),
         _symbol(row),
         str(round(inclination)),
         UNKNOWN_NUMBER,
         "certain" if row["kind"] else "unspecified",
-        UNKNOWN_NUMBER if error is None else degrees(error),
+        UNKNOWN_NUMBER if error is None else round_angle(error),
         0,
         None,
         UNKNOWN_WORD,

@@ -16,7 +16,9 @@ WORLD_COMMENT = "# CRS: local; x East, y North, z Up, metres\n"
 """First line of a table of World coordinates that this program writes for its commands."""
 _CODE = re.compile(r"\bEPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _CODE_IN_LIST = re.compile(r"(?:^|[,;:(])\s*EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
-_NAMED = re.compile(r"\s*(?:CRS|Coordinate\s*System|SRS|Projection)\s*[:=]\s*(\S.*)", re.IGNORECASE)
+_CRS_COMMENT = re.compile(
+    r"\s*(?:CRS|Coordinate\s*System|SRS|Projection)\s*[:=]\s*(\S.*)", re.IGNORECASE
+)
 _WKT = re.compile(r"\s*([A-Z]{3,}_?(?:CRS|CS)\[.*\])\s*$", re.IGNORECASE)
 _LOCAL = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
 
@@ -53,7 +55,7 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
         Comments without their ``#``.
     """
     for comment in comments:
-        if (named := _NAMED.match(comment)) is None:
+        if (named := _CRS_COMMENT.match(comment)) is None:
             continue
         text = named[1].strip()
         if _WKT.match(text):

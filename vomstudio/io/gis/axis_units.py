@@ -23,7 +23,7 @@ from vomstudio.geometry.units import METRES
 Units = tuple[str, str, str]
 """Units of x, y and z: "m", "ft", "us-ft", "degree", "unknown", or another name."""
 
-UNKNOWN: Units = ("unknown", "unknown", "unknown")
+UNKNOWN_UNITS: Units = ("unknown", "unknown", "unknown")
 MAX_DEGREES = 400.0
 """Maximum coordinate in degrees or gons."""
 _UNIT_TOLERANCE = 2e-7
@@ -60,7 +60,7 @@ class StatedAxes:
 
     crs: str | None = None
     kind: Literal["projected", "geographic", "geocentric", "local", "none"] = "none"
-    units: Units = UNKNOWN
+    units: Units = UNKNOWN_UNITS
     unit_m: float | None = None
     height_m: float | None = None
     has_heights: bool = False

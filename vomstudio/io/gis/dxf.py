@@ -25,7 +25,7 @@ from vomstudio.core.arrays import AnyArray, ByteArray
 
 APPLICATION = "VOMSTUDIO"
 MAX_NAME_LENGTH, MAX_TEXT_LENGTH = 31, 250
-WHITE = 7
+WHITE_COLOR_NUMBER = 7
 METRES = 6
 POLYLINE_3D, CLOSED, VERTEX_3D = 8, 1, 32
 
@@ -100,7 +100,7 @@ class DxfWriter:
         write((0, "TABLE"), (2, "LTYPE"), (70, 1))
         write((0, "LTYPE"), (2, "CONTINUOUS"), (70, 0), (3, "Solid line"), (72, 65), (73, 0))
         write((40, 0.0), (0, "ENDTAB"), (0, "TABLE"), (2, "LAYER"), (70, len(layers) + 1))
-        for name, color in {"0": WHITE, **layers}.items():
+        for name, color in {"0": WHITE_COLOR_NUMBER, **layers}.items():
             write((0, "LAYER"), (2, plain_text(name)), (70, 0), (62, color), (6, "CONTINUOUS"))
         write((0, "ENDTAB"), (0, "TABLE"), (2, "APPID"), (70, 1))
         write((0, "APPID"), (2, APPLICATION), (70, 0), (0, "ENDTAB"), (0, "ENDSEC"))
@@ -254,6 +254,6 @@ def color_numbers(rgb: ByteArray) -> ByteArray:
 def color_number(hex_: str) -> int:
     """Return the colour number for "#rrggbb", or white (black on paper) for other text."""
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", hex_):
-        return WHITE
+        return WHITE_COLOR_NUMBER
     rgb = np.array([[int(hex_[k : k + 2], 16) for k in (1, 3, 5)]], np.uint8)
     return int(color_numbers(rgb)[0])

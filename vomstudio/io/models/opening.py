@@ -25,7 +25,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.model_transform import transform_model
 from vomstudio.geometry.resolution import (
     NEIGHBOUR_COUNTS,
-    FewPoints,
+    SmallPointTree,
     effective_resolution,
     resolving_points,
 )
@@ -34,7 +34,7 @@ from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
-    UNKNOWN,
+    UNKNOWN_UNITS,
     StatedAxes,
     refusal,
     unit_findings,
@@ -225,7 +225,7 @@ def _cloud_resolution(points: FloatArray) -> float:
         return float("nan")
     if n <= MAX_POINTS_WITHOUT_TREE:
         local = points - points[0]
-        resolution_of_points = effective_resolution(local, FewPoints(local), local)
+        resolution_of_points = effective_resolution(local, SmallPointTree(local), local)
         return float("nan") if resolution_of_points is None else resolution_of_points
     from scipy.spatial import cKDTree
 
@@ -288,7 +288,7 @@ def convert_axes(
     """
     messages: list[Finding] = list(loaded.warnings)
     axes = _axes(loaded, options, messages)
-    if axes.kind == "none" and loaded.units != UNKNOWN:
+    if axes.kind == "none" and loaded.units != UNKNOWN_UNITS:
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
     if options.to_crs is not None and not axes.unusual_directions:
         return _reprojected(loaded, axes, options, messages), None
@@ -391,7 +391,7 @@ def describe(
         fields.insert(0, "normals")
     frame_warnings = [refusal_finding] if refusal_finding else frame_findings(loaded, options)
     units, metres = loaded.units, loaded.unit_m
-    if units == UNKNOWN and has_known_scale(loaded.path):
+    if units == UNKNOWN_UNITS and has_known_scale(loaded.path):
         units, metres = ("m", "m", "m"), 1.0
     spacing_or_none = spacing if np.isfinite(spacing) else None
     size: dict[str, float | None] = {"resolution_m": None, "resolution": spacing_or_none}

@@ -19,7 +19,7 @@ from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
-from vomstudio.geometry.units import UNPLACED, WORLD
+from vomstudio.geometry.units import UNPLACED_AXES, WORLD
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.writing import write_model
 
@@ -100,7 +100,7 @@ def write_piece(
             crs,
             file,
             progress=progress,
-            axes=UNPLACED if crs is None else WORLD,
+            axes=UNPLACED_AXES if crs is None else WORLD,
             registration=registration,
         )
         text = json.dumps(facts, indent=1, ensure_ascii=False) + "\n"

@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.gis.axis_units import UNKNOWN, Units
+from vomstudio.io.gis.axis_units import UNKNOWN_UNITS, Units
 
 HEAD_BYTES = 4096
 """Number of bytes at the beginning of a file with which its format is detected."""
@@ -60,7 +60,7 @@ class LoadedModel:
     turned_about: tuple[float, float, float] | None = None
     resolution: float | None = None
     height_unit: str | None = None
-    units: Units = UNKNOWN
+    units: Units = UNKNOWN_UNITS
     unit_m: float | None = None
 
 

@@ -21,7 +21,7 @@ from vomstudio.core.files.regular import read_json
 from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
-from vomstudio.geometry.coordinate_limits import invalid_places
+from vomstudio.geometry.coordinate_limits import find_invalid_points
 
 FILE_NAME = "cameras.json"
 """Name of the file next to the model."""
@@ -111,7 +111,7 @@ def view_from_dict(row: dict[str, Any]) -> View:
     translation = np.array(row["translation"], np.float64)
     if rotation.shape != (3, 3) or translation.shape != (3,):
         raise ValueError("a pose is a rotation of 3 x 3 numbers and a translation of 3")
-    if not np.isfinite(rotation).all() or invalid_places(translation[None]).any():
+    if not np.isfinite(rotation).all() or find_invalid_points(translation[None]).any():
         raise ValueError(f"the pose of {row['name']} is nowhere on Earth")
     return View(str(row["name"]), lens, rotation, translation)
 

@@ -124,7 +124,7 @@ def extract_slips(table: TextTable) -> SlipTable:
         for key, names in _NAMES.items()
         if (column := _column(table, names)) is not None
     }
-    _check(table, columns)
+    _require_columns(table, columns)
     cells = {key: table.cells(column) for key, column in columns.items()}
     notes = list(table.notes)
     if "sense" in cells and _is_r_right_lateral(cells["sense"]):
@@ -192,7 +192,7 @@ def _column(table: TextTable, names: tuple[str, ...]) -> int | None:
     return None
 
 
-def _check(table: TextTable, columns: dict[str, int]) -> None:
+def _require_columns(table: TextTable, columns: dict[str, int]) -> None:
     """Raise InputError if columns are missing."""
     missing = None
     if "dip" not in columns or not ({"strike", "dip_direction"} & columns.keys()):

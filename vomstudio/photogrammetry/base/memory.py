@@ -7,7 +7,7 @@ from collections.abc import Callable
 from vomstudio.core.files.available_memory import group_bytes
 
 # Share of the free memory to use; the system and other programs need the rest.
-SHARE = 0.7
+MAX_MEMORY_SHARE = 0.7
 _SMALLEST_PX = 320
 
 
@@ -38,12 +38,12 @@ def workers_at_once(needed_bytes: int, threads: int) -> int:
     """Return how many of `threads` fit into memory at `needed_bytes` bytes each, at least one."""
     if needed_bytes <= 0 or threads <= 1:
         return max(threads, 1)
-    return int(min(max(SHARE * available_bytes() // needed_bytes, 1), threads))
+    return int(min(max(MAX_MEMORY_SHARE * available_bytes() // needed_bytes, 1), threads))
 
 
 def fitting_size(wanted_px: int, needed_bytes: Callable[[int], int]) -> int:
     """Return the largest long side, up to `wanted_px`, for which enough memory is available."""
-    free = SHARE * available_bytes()
+    free = MAX_MEMORY_SHARE * available_bytes()
     size = wanted_px
     while size > _SMALLEST_PX and needed_bytes(size) > free:
         size = max(_SMALLEST_PX, int(size * 0.9))

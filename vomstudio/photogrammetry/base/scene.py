@@ -15,7 +15,7 @@ from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
-from vomstudio.geometry.units import UNPLACED, WORLD, Axes
+from vomstudio.geometry.units import UNPLACED_AXES, WORLD, Axes
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 
 _VERSION = 1
@@ -73,7 +73,7 @@ class SparseScene:
     @property
     def axes(self) -> Axes:
         """Known properties of the frame, for files and labels."""
-        return WORLD if self.scaled or self.crs is not None else UNPLACED
+        return WORLD if self.scaled or self.crs is not None else UNPLACED_AXES
 
     @property
     def centres(self) -> FloatArray:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vomstudio.geometry.kernels.jit import fast_part, kernel, step
+from vomstudio.geometry.kernels.jit import fastmath_part, kernel, step
 
 RADIUS = 4
 STRIDE = 2
@@ -18,7 +18,7 @@ WORST = 2.0
 _WEIGHT_FALL = 5.0
 
 
-@fast_part
+@fastmath_part
 def _random(seeds, at):  # type: ignore[no-untyped-def]
     """Return a random number in [0, 1) from Marsaglia's xorshift, with one state per pixel."""
     # Numba widens shifted integers, so truncate them to 32 bits.
@@ -30,7 +30,7 @@ def _random(seeds, at):  # type: ignore[no-untyped-def]
     return np.float32(x >> np.uint32(8)) * np.float32(1.0 / 16777216.0)
 
 
-@fast_part
+@fastmath_part
 def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch, weights, moments):  # type: ignore[no-untyped-def]
     """Return 1 minus the weighted correlation of a patch with its projection into one source.
 
@@ -78,7 +78,7 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch,
     return min(max(one - r, np.float32(0.0)), np.float32(WORST))
 
 
-@fast_part
+@fastmath_part
 def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
     """Read the patch around a pixel: values, normalised bilateral weights, mean and variance."""
     h, w = ref.shape

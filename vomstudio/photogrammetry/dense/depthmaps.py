@@ -13,7 +13,7 @@ from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.dense.foreground_fattening import sky_fringe
 from vomstudio.photogrammetry.dense.pairs import PATCHMATCH, SGBM, SOURCES, DepthMapPlan
@@ -158,7 +158,7 @@ def depth_map(task: DepthTask) -> DepthMap:
     InputError
         If a photo cannot be read.
     """
-    _check(task)
+    _check_task(task)
     view, valid = task.reference.view, task.reference.valid
     if not valid.any():
         return _empty(view, valid.shape)
@@ -255,7 +255,7 @@ def _fill_by_patchmatch(
     agreeing[missing] = result.agreeing[missing]
 
 
-def _check(task: DepthTask) -> None:
+def _check_task(task: DepthTask) -> None:
     name = task.reference.view.name
     if not task.sources:
         raise GeometryError(Finding("dense.no-sources"), file=name)
@@ -315,7 +315,7 @@ def _planes(
     normals = np.empty((*inverse.shape, 3), np.float32)
     fitted = np.empty(inverse.shape, np.float32)
     plane_normals(
-        for_kernels(inverse, np.float32),
+        to_kernel_array(inverse, np.float32),
         np.float32(steepness / min(fx, fy)),
         radius,
         stride,

@@ -22,7 +22,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
@@ -204,8 +204,8 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
             _SAME_FOOTPRINT,
         ]
     )
-    depth = for_kernels(one.depth, np.float32)
-    normals = for_kernels(one.normals, np.float32)
+    depth = to_kernel_array(one.depth, np.float32)
+    normals = to_kernel_array(one.normals, np.float32)
     for other in others:
         two = maps[other]
         turn = two.view.rotation @ one.view.rotation.T
@@ -214,11 +214,11 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
             depth,
             normals,
             _lens(one),
-            for_kernels(two.depth, np.float32),
-            for_kernels(two.normals, np.float32),
-            for_kernels(two.confidence, np.uint8),
+            to_kernel_array(two.depth, np.float32),
+            to_kernel_array(two.normals, np.float32),
+            to_kernel_array(two.confidence, np.uint8),
             _lens(two),
-            for_kernels(move, np.float64),
+            to_kernel_array(move, np.float64),
             other > row,
             limits,
             sums,

@@ -18,7 +18,7 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray, BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from vomstudio.core.threads import thread_pool
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
@@ -95,7 +95,7 @@ def match(
                 depth, normal = _refine_planes(planes, setting.lens, near, far)
             has = fixed > 0
             depth[has] = 1.0 / fixed[has]
-            todo = for_kernels(setting.active & ~has, np.uint8)
+            todo = to_kernel_array(setting.active & ~has, np.uint8)
             costs = np.full((*setting.ref.shape, len(sources)), 2.0, np.float32)
             seeds = rng.integers(1, 2**32 - 1, setting.ref.size, dtype=np.uint32)
             unit = np.float32(_unit(view, setting.lens, [s[0] for s in sources]))
@@ -165,9 +165,9 @@ def likeness(
         setting.turns,
         setting.shifts,
         setting.k,
-        for_kernels(small > 0, np.uint8),
-        for_kernels(small, np.float32),
-        for_kernels(normals[rows[:, None], columns], np.float32),
+        to_kernel_array(small > 0, np.uint8),
+        to_kernel_array(small, np.float32),
+        to_kernel_array(normals[rows[:, None], columns], np.float32),
         costs,
         0,
         tall,
@@ -315,7 +315,7 @@ def _start(
     normal = rng.normal(0.0, 0.25, (*shape, 3)) - [0.0, 0.0, 1.0]
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     depth = np.clip(1.0 / inverse, near, far)
-    return for_kernels(depth, np.float32), for_kernels(normal, np.float32)
+    return to_kernel_array(depth, np.float32), to_kernel_array(normal, np.float32)
 
 
 def _into(view: View, points: FloatArray) -> FloatArray:
@@ -344,7 +344,7 @@ def _refine_planes(
     cut = z * before / np.where(after < -0.05, after, -1.0)
     good = (after < -0.05) & (np.abs(cut - z) < 0.1 * z)
     depth = np.clip(np.where(good, cut, z), near, far)
-    return for_kernels(depth, np.float32), for_kernels(n, np.float32)
+    return to_kernel_array(depth, np.float32), to_kernel_array(n, np.float32)
 
 
 def _is_on_source(view: View, other: View, depth: Float32Array, counts: BoolArray) -> BoolArray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.geometry.cameras import View
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 
 # Window size in pixels. Larger windows extend the depth of a face beyond its edges: with a size of
 # 5, synthetic faces are measured less accurately (tests/benchmarks/bench_dense), and joint steps
@@ -114,14 +114,14 @@ def rectify(
     alpha, beta, gamma = plane
     shear = np.array([[1.0 - alpha, -beta, -gamma], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
-    def onto(view: View) -> FloatArray:
+    def project_onto(view: View) -> FloatArray:
         return np.asarray(
             flat @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix), np.float64
         )
 
     return Rectified(
-        onto(first),
-        np.linalg.inv(shear) @ onto(second),
+        project_onto(first),
+        np.linalg.inv(shear) @ project_onto(second),
         turn,
         focal,
         length,
@@ -192,16 +192,16 @@ def pair_inverse_depth(
         ]
     )
     lift(
-        for_kernels(disparities, np.int16),
-        for_kernels(is_visible, np.uint8),
+        to_kernel_array(disparities, np.int16),
+        to_kernel_array(is_visible, np.uint8),
         pair.lowest,
         pair.count,
         pair.left,
         pair.top,
         24,
-        for_kernels(pair.first, np.float64),
+        to_kernel_array(pair.first, np.float64),
         coefficients,
-        for_kernels(first[2], np.uint8),
+        to_kernel_array(first[2], np.uint8),
         inverse,
     )
     return inverse, pair.step

@@ -205,7 +205,7 @@ def _join(
     if nearly_on_a_line(first_places) or nearly_on_a_line(other_places):
         raise GeometryError(Finding("join.collinear"))
     pixel = _pixel_size(one, other, first_places, other_places)
-    fit, used = fit_robustly(other_places, first_places, floor=2 * _MIN_MARKER_PX * pixel)
+    fit, used = fit_robustly(other_places, first_places, min_sigma=2 * _MIN_MARKER_PX * pixel)
     misses = np.linalg.norm(fit(other_places) - first_places, axis=1)
     rough = merge_scenes(one, other, fit)
     before = mean_error(rough)
@@ -295,7 +295,9 @@ def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Fin
     )
 
 
-def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) -> list[Finding]:
+def _warnings(
+    markers: Sequence[MarkerFit], rotation_bounds: tuple[float, float, float]
+) -> list[Finding]:
     warnings: list[Finding] = []
     out = [marker.label for marker in markers if not marker.used]
     if out:
@@ -304,8 +306,8 @@ def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) 
         warnings.append(
             Finding("control.no-redundancy", count=MIN_COMMON_POINTS, least=MIN_COMMON_POINTS + 1)
         )
-    if max(turned) > _WARN_DEG:
-        warnings.append(Finding("join.rotation", rotation_deg=max(turned)))
+    if max(rotation_bounds) > _WARN_DEG:
+        warnings.append(Finding("join.rotation", rotation_deg=max(rotation_bounds)))
     return warnings
 
 

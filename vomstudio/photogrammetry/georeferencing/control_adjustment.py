@@ -110,7 +110,7 @@ class GroundPoints:
             raise GeometryError(Finding("control.not-located"))
         targets = self.local[list(self.fitting)]
         require_width(places)
-        fit, good = fit_robustly(places, targets, floor=self.floor)
+        fit, good = fit_robustly(places, targets, min_sigma=self.floor)
         misses = (fit(places) - targets)[good]
         used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
         stated = self.errors(scene, fit, used) if self.surveyed else None
@@ -253,7 +253,7 @@ def _has_converged(scene: SparseScene) -> bool:
 def _cross_validation_residuals(
     ground: GroundPoints,
     placed: SparseScene,
-    better: SparseScene,
+    adjusted: SparseScene,
     fit: ControlFit,
     threads: int,
     progress: Progress | None,
@@ -277,7 +277,7 @@ def _cross_validation_residuals(
             continue
         start = place_in_world(placed, again, ground.origin, placed.crs)
         # Use the lenses of the complete adjustment, because estimating them takes most of the time.
-        views = zip(start.views, better.views, strict=True)
+        views = zip(start.views, adjusted.views, strict=True)
         start_with_lenses = replace(
             start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views)
         )

@@ -125,7 +125,7 @@ def place_by_gps(
     # A receiver that does not state its accuracy may drift, so positions within its drift are not
     # treated as wrong.
     floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
-    fit, used = fit_robustly(centres, local, floor=floor)
+    fit, used = fit_robustly(centres, local, min_sigma=floor)
     scatter = _scatter(fit(centres), local, used, stated)
     each = _each_sigma(placed, stated or scatter.horizontal_sigma)
     better, entered = adjust_to_positions(
@@ -138,7 +138,7 @@ def place_by_gps(
     )
     residuals = fit(centres) - local
     if entered.adjusted:
-        _, used = fit_robustly(better.centres[rows], local, floor=floor)
+        _, used = fit_robustly(better.centres[rows], local, min_sigma=floor)
         scatter = _scatter(better.centres[rows], local, used, stated)
         residuals = better.centres[rows] - local
     some = np.asarray(rows)[used]

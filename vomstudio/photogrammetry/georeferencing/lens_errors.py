@@ -21,7 +21,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.geology.bowing import LensBend, model_shape, shape_change
+from vomstudio.geology.bowing import LensBend, fit_shape_change, model_shape
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.photogrammetry.align.priors import FAR_FROM_EXIF, UNKNOWN_FOCAL_SIGMA, Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -113,7 +113,7 @@ def lens_effect(
                 else placed_again(changed_scene)
             )
             moves = fit(changed_scene.points) - wide_scene.points
-            changes.append(shape_change(wide_scene.points, moves))
+            changes.append(fit_shape_change(wide_scene.points, moves))
     except (GeometryError, np.linalg.LinAlgError):
         return None
     shape_centre, _, _ = model_shape(wide_scene.points)

@@ -235,7 +235,11 @@ def _derivatives(
 
 
 def _eliminate(
-    normal: FloatArray, which: IntArray, places: IntArray, pull: FloatArray, inverse: FloatArray
+    normal: FloatArray,
+    residual_rows: IntArray,
+    places: IntArray,
+    pull: FloatArray,
+    inverse: FloatArray,
 ) -> None:
     """Eliminate the points from the normal equations, in place.
 
@@ -243,15 +247,15 @@ def _eliminate(
     places : (m, k) indices of the unknowns of each observation
     pull : (m, 3, k)
     """
-    order = np.argsort(which, kind="stable")
-    ends = np.concatenate([np.flatnonzero(np.diff(which[order])) + 1, [len(order)]])
+    order = np.argsort(residual_rows, kind="stable")
+    ends = np.concatenate([np.flatnonzero(np.diff(residual_rows[order])) + 1, [len(order)]])
     start = 0
     for end in ends:
         rows_of_point = order[start:end]
         start = end
         cross = np.concatenate(list(pull[rows_of_point]), axis=1)
         unknowns = places[rows_of_point].ravel()
-        correction = cross.T @ inverse[which[rows_of_point[0]]] @ cross
+        correction = cross.T @ inverse[residual_rows[rows_of_point[0]]] @ cross
         np.subtract.at(normal, (unknowns[:, None], unknowns[None, :]), correction)
 
 

@@ -347,14 +347,14 @@ def usable_tables(
     rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
     here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
     marking = Marking(tuple(read_control(control)), here)
-    good = ready(marking)
+    good = find_usable_points(marking)
     if len(good) < MIN_POINTS or _is_collinear(marking, good):
         return None, marks, missing(marking)
     return control, marks, []
 
 
 # --- what is missing ------------------------------------------------------------------------------
-def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
+def find_usable_points(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
     """Return the control points that can place the model, i.e. those marked in two photos."""
     allowed = None if photos is None else set(photos)
     return [
@@ -369,7 +369,7 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Findin
     findings = []
     allowed = None if placed is None else {v.name for v in placed.parts[0].views}
     control = [p.label for p in marking.control if not p.check]
-    good = ready(marking, allowed)
+    good = find_usable_points(marking, allowed)
     if control and len(good) < MIN_POINTS:
         lacking = [label for label in control if label not in good]
         findings.append(

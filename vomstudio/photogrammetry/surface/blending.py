@@ -184,7 +184,7 @@ def blend(
         count,
         progress,
     )
-    draws = _draws(faces, views, vertex_rows, face_rows, quality, offsets, count)
+    draws = _photos_of_faces(faces, views, vertex_rows, face_rows, quality, offsets, count)
     shown, known = _vertex_colors(
         faces, views, seen_by, vertex_rows, colors + offsets, links, count
     )
@@ -393,7 +393,7 @@ def _offsets(
     return offsets
 
 
-def _draws(
+def _photos_of_faces(
     faces: Int32Array,
     views: Int32Array,
     rows: _Rows,

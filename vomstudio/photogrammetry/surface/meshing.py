@@ -111,7 +111,7 @@ class MeshedSurface:
 
 def fitting_points() -> int:
     """Return the maximum number of points whose surface fits into free memory."""
-    most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
+    most = memory.MAX_MEMORY_SHARE * memory.available_bytes() / _BYTES_PER_POINT
     return int(min(max(most, _MIN_THINNED_POINTS), MeshingOptions.max_points))
 
 

@@ -306,7 +306,7 @@ def _report(
     visible: Sequence[PhotoVisibility],
     atlas: Atlas,
     blended: Blend,
-    turned: int,
+    n_rotated_faces: int,
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     whole = max(float(area.sum()), 1e-300)
@@ -331,8 +331,8 @@ def _report(
         warnings.append(Finding("texture.larger-pixels", count=len(atlas.sizes), factor=larger))
     if unseen > 0.05:
         warnings.append(Finding("texture.unseen", share_percent=100 * unseen))
-    if turned:
-        warnings.append(Finding("texture.turned-over", count=turned))
+    if n_rotated_faces:
+        warnings.append(Finding("texture.turned-over", count=n_rotated_faces))
     for name, share in zip(names, occluded_shares, strict=True):
         if share > 0.3:
             warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * share))

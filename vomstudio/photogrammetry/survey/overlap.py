@@ -238,8 +238,8 @@ def compare_pair(
         inside, back = _inside_hull(p, a), _inside_hull(q, b)
         rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
     else:
-        inside = _inside(plane, a, b)
-        back = _inside(np.linalg.inv(plane), b, a)
+        inside = _is_in_other_photo(plane, a, b)
+        back = _is_in_other_photo(np.linalg.inv(plane), b, a)
         ratio = _pixel_ratio(plane, a)
         rotation = None
     base = None
@@ -364,7 +364,9 @@ def _places(f: NormalizedFeatures) -> FloatArray:
     return np.column_stack([x.ravel(), y.ravel()])
 
 
-def _inside(plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures) -> BoolArray:
+def _is_in_other_photo(
+    plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
+) -> BoolArray:
     """Return which grid points of photo `a` the homography maps into photo `b`."""
     at = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]

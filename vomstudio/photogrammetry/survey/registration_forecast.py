@@ -76,14 +76,14 @@ def forecast(by: str, places: FloatArray, sigma: tuple[float, float]) -> Forecas
         by,
         n,
         sigma,
-        _known(error95.about_up),
-        _known(error95.about_east),
-        _known(error95.about_north),
-        _known(error95.weakest.error_deg),
+        _known_angle(error95.about_up),
+        _known_angle(error95.about_east),
+        _known_angle(error95.about_north),
+        _known_angle(error95.weakest.error_deg),
         registration.scale_error_95,
     )
 
 
-def _known(error_deg: float | None) -> float | None:
+def _known_angle(error_deg: float | None) -> float | None:
     """Return an angle, or None if it exceeds 90 degrees."""
     return error_deg if error_deg is not None and error_deg < 90.0 else None

@@ -101,7 +101,7 @@ def _lifted(points, tri, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
+def _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
     """Return the point in a square that is deepest inside the circle of a plane, or -1."""
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
@@ -158,13 +158,15 @@ def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # 
         f, g, h = _lifted(points, tri, x, y)
         if math.isnan(f):
             return False
-        new = _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, limit)
+        new = _deepest_inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, limit)
         if new < 0:
             if _too_long(points, tri, limit):
                 return False
             # A point farther away would become a corner that is farther than the maximum side
             # length.
-            far = _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, math.inf)
+            far = _deepest_inside(
+                points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, math.inf
+            )
             return far < 0
         _enter(points, tri, new, x, y)
     return False

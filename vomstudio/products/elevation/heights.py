@@ -10,7 +10,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import cast_grid
 from vomstudio.products.elevation.cloud_surface import (
@@ -91,7 +91,7 @@ class MeshHeights:
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
         self._view = np.ascontiguousarray(view)
-        self._faces = for_kernels(faces, np.int32)
+        self._faces = to_kernel_array(faces, np.int32)
         self._grid = grid
         g = grid.gsd
         self._members = Members.of(bin_faces, self._view, self._faces, grid, g)

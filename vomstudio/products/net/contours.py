@@ -139,7 +139,7 @@ def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:
     """Return the requested levels, or round levels, below the highest density."""
     if net.contour is None:
         return ()
-    levels = net.contouring.levels or densities.round_levels(top, net.contour)
+    levels = net.contouring.levels or densities.choose_round_levels(top, net.contour)
     return tuple(level for level in levels if level < top)
 
 

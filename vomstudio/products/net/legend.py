@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.folds import FoldAxis
-from vomstudio.geology.notation import degrees, format_plane
+from vomstudio.geology.notation import format_error_deg, format_plane
 from vomstudio.products.net.contents import (
     TYPED_LINE,
     NetContents,
@@ -96,7 +96,7 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     ellipse = fold_ellipse(fold)
     text = "β"
     if ellipse is not None:
-        errors = f"±{degrees(ellipse.max_angle_deg)} / ±{degrees(ellipse.min_angle_deg)}"
+        errors = f"±{format_error_deg(ellipse.max_angle_deg)} / ±{format_error_deg(ellipse.min_angle_deg)}"
         text = f"β {errors}" if net.compact else tr("β, joint 95 %: {errors}", errors=errors)
     text = tr("{beta}, n = {n:,}", beta=text, n=fold.n)
     if net.fold_not_good:

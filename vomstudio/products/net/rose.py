@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.roses import HISTOGRAM_OF, AngleHistogram, Rose
+from vomstudio.geology.roses import HISTOGRAM_ANGLES, AngleHistogram, Rose
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.figure_file import font_settings, write_figure
 from vomstudio.products.net.legend import shorten_text, text_width, wrap_text
@@ -279,7 +279,7 @@ def _caption(contents: RoseContents) -> str:
         if contents.weight is None
         else tr("% of the sum of {column}", column=contents.weight)
     )
-    if contents.of in HISTOGRAM_OF:
+    if contents.of in HISTOGRAM_ANGLES:
         return tr("{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share)
     if contents.is_area_scaled:
         return tr(

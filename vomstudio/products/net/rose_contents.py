@@ -14,7 +14,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.roses import (
-    HISTOGRAM_OF,
+    HISTOGRAM_ANGLES,
     LINE_ANGLES,
     AngleHistogram,
     Rose,
@@ -54,7 +54,7 @@ class RoseContents:
     Parameters
     ----------
     of : str
-        Angle that is counted, one of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`.
+        Angle that is counted, one of `roses.ROSE_ANGLES` or `roses.HISTOGRAM_ANGLES`.
     roses : mapping of str to Rose or AngleHistogram
         Roses or histograms by the name of their set.
     weight : str or None
@@ -176,7 +176,7 @@ def roses_of_sets(
 def _one(
     of: str, angles: FloatArray, bin_deg: float, weights: npt.ArrayLike | None
 ) -> Rose | AngleHistogram:
-    if of in HISTOGRAM_OF:
+    if of in HISTOGRAM_ANGLES:
         return count_histogram(angles, bin_deg=bin_deg, weights=weights)
     return count_rose(angles, axial=of == "strike", bin_deg=bin_deg, weights=weights)
 

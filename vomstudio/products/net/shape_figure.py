@@ -18,7 +18,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.geology.profiles import PROFILES_BY_NAME, Thresholds
 from vomstudio.products.figure_layout import name_symbols
 from vomstudio.products.net.figure_file import size_settings, write_figure
 from vomstudio.products.net.style import PRINT, NetStyle
@@ -114,7 +114,7 @@ def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> No
 
 
 def _ground(axes: Axes, top: float, style: NetStyle) -> None:
-    limits: Thresholds = PROFILES["textbook"]
+    limits: Thresholds = PROFILES_BY_NAME["textbook"]
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(1.0, top)

@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty_picture
 
 HOLE_SPACINGS = 4.0
@@ -211,7 +211,7 @@ def share_facing_away(
 
 def _colors(cloud: PointCloud, view: FloatArray) -> ByteArray:
     if cloud.colors is not None:
-        return for_kernels(cloud.colors, np.uint8)
+        return to_kernel_array(cloud.colors, np.uint8)
     values = view[:, 2]
     for name, field in cloud.fields.items():
         if name.casefold() == "intensity" and len(field) == len(view):

@@ -114,10 +114,12 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
         is_positive = points_of[name] @ wall.normal > wall.offset
         sign = 1.0 if is_positive.mean() >= 0.5 else -1.0
         turned = Wall(wall.name, sign * wall.normal, sign * wall.offset)
-        if _share(points_of[name], turned) < _MIN_SIDE_SHARE:
+        if _share_beyond_wall(points_of[name], turned) < _MIN_SIDE_SHARE:
             continue
         separated = [
-            each for each in others if 1.0 - _share(points_of[each], turned) >= _MIN_SIDE_SHARE
+            each
+            for each in others
+            if 1.0 - _share_beyond_wall(points_of[each], turned) >= _MIN_SIDE_SHARE
         ]
         if separated:
             walls.append(turned)
@@ -141,7 +143,7 @@ def _points(items: Sequence[Item], name: str) -> FloatArray:
     return np.asarray(every[:: max(1, len(every) // _MAX_POINTS)])
 
 
-def _share(points: FloatArray, wall: Wall) -> float:
+def _share_beyond_wall(points: FloatArray, wall: Wall) -> float:
     """Return the share of points on the domain's side of a wall."""
     return float((points @ wall.normal > wall.offset).mean())
 

@@ -17,7 +17,7 @@ from vomstudio.core.arrays import (
     IntArray,
 )
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.ortho.textures import TextureStore, picture_size
@@ -43,7 +43,7 @@ class MeshSource:
 
         self._mesh = mesh
         self._view = np.ascontiguousarray(view)
-        self._faces = for_kernels(mesh.faces, np.int32)
+        self._faces = to_kernel_array(mesh.faces, np.int32)
         self._grid = grid
         g = grid.gsd
         self._members = Members.of(bin_faces, self._view, self._faces, grid, 2 * g)
@@ -55,7 +55,7 @@ class MeshSource:
         self._uv = np.zeros((0, 2), np.float32)
         self._mapped = np.zeros(len(self._faces), bool)
         if mesh.uv is not None:
-            self._uv = for_kernels(mesh.uv, np.float32)
+            self._uv = to_kernel_array(mesh.uv, np.float32)
             whole = np.asarray(np.isfinite(self._uv).all(axis=1))
             self._mapped = np.asarray(whole[self._faces].all(axis=1))
 
@@ -147,7 +147,7 @@ class MeshSource:
             if not len(rows):
                 continue
             if mesh.colors is not None:
-                colors = for_kernels(mesh.colors, np.uint8)
+                colors = to_kernel_array(mesh.colors, np.uint8)
                 blend_corners(rows, face, weights, self._faces, colors, rgb)
             else:
                 color = (
@@ -219,7 +219,7 @@ def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> f
     low, high = view.min(axis=0), view.max(axis=0)
     step = max(float((high - low)[:2].max()), 1e-12) / rays
     width, height = (max(1, math.ceil(v / step)) for v in (high - low)[:2].tolist())
-    faces = for_kernels(faces, np.int32)
+    faces = to_kernel_array(faces, np.int32)
     everything = np.arange(len(faces), dtype=np.int32)
     face = cast_grid(
         np.ascontiguousarray(view),

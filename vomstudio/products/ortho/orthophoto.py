@@ -214,8 +214,8 @@ def _mask_domain(source: TileSource, plan: OrthophotoPlan, only: Territory | Non
     return source if only is None else OneDomain(source, plan, only)
 
 
-def _refuse_empty(covered: int, plan: OrthophotoPlan) -> None:
-    if not covered:
+def _refuse_empty(n_covered: int, plan: OrthophotoPlan) -> None:
+    if not n_covered:
         raise InputError(
             edge_on_finding(plan.points, plan.frame, plan.grid.gsd) or Finding("view.no-pixels")
         )

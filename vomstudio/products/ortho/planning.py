@@ -225,10 +225,10 @@ def default_gsd(
     data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float, textured: bool = True
 ) -> tuple[float, str]:
     """Return the resolution of a model to two digits, and the code of its finding."""
-    from vomstudio.geometry.transform import matrix, scale_of
+    from vomstudio.geometry.transform import matrix, scale_factor
     from vomstudio.io.models.opening import point_spacing
 
-    scale = scale_of(matrix(np.asarray(to_world, np.float64)))
+    scale = scale_factor(matrix(np.asarray(to_world, np.float64)))
     gsd, code = math.nan, ""
     if textured and isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import texel_sizes

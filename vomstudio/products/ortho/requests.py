@@ -292,7 +292,7 @@ class WrittenOrthophoto(Result):
 
 def collect_result(
     files: OrthophotoFiles,
-    requested: PlannedPicture,
+    planned_picture: PlannedPicture,
     image: str,
     sheet: str | None,
     warnings: Sequence[Finding] = (),
@@ -306,8 +306,8 @@ def collect_result(
         sheet,
         {form: str(path) for form, path in files.drawing.items()} or None,
         figures_of(files.facts),
-        requested.fold,
-        (*warnings, *requested.warnings, *files.warnings),
+        planned_picture.fold,
+        (*warnings, *planned_picture.warnings, *files.warnings),
     )
 
 

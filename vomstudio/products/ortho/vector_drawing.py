@@ -350,7 +350,7 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
         if not shape.label:
             continue
         place = shape.points[len(shape.points) // 2]
-        x, y = (_inside(shape.points) if shape.filled else place).tolist()
+        x, y = (_label_position_inside(shape.points) if shape.filled else place).tolist()
         wide = _LETTER_WIDTH * text_mm * mm * (len(shape.label) + 1)
         spots = [
             (row, right, (left, above, left + wide, above + tall))
@@ -446,7 +446,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
     return [*elements, "</g>"]
 
 
-def _inside(ring: FloatArray) -> FloatArray:
+def _label_position_inside(ring: FloatArray) -> FloatArray:
     """Return a position (2,) inside an area for its label."""
     import shapely
 

@@ -137,9 +137,9 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     return _cost("view.axis-error", error_deg, depth_m, metric)
 
 
-def cost_of_deviation(off_deg: float, depth_m: float, *, metric: bool = True) -> Finding:
+def cost_of_deviation(deviation_deg: float, depth_m: float, *, metric: bool = True) -> Finding:
     """Return the effect of a known deviation from the correct direction."""
-    return _cost("view.off-axis-cost", off_deg, depth_m, metric)
+    return _cost("view.off-axis-cost", deviation_deg, depth_m, metric)
 
 
 def _cost(code: str, error_deg: float, depth_m: float, metric: bool) -> Finding:

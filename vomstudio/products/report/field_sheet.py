@@ -85,7 +85,7 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
     tall = (top - bottom - 0.5 / height) / 2
     for low, above in ((top - tall, False), (bottom, True)):
         # Printers leave a margin of about 5 mm.
-        _draw(figure.add_axes((0.11, low, 0.85, tall)), plan, above=above)
+        _draw(figure.add_axes((0.11, low, 0.85, tall)), plan, is_plan_view=above)
     if not pictures_only:
         _text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
@@ -101,12 +101,12 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
     return figure
 
 
-def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
+def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
     """Draw the photos as seen by the photographer or from above."""
     from matplotlib.patches import Rectangle
 
-    depth = 0.02 * plan.distance_m if above else plan.height_m
-    low = -depth if above else 0.0
+    depth = 0.02 * plan.distance_m if is_plan_view else plan.height_m
+    low = -depth if is_plan_view else 0.0
     axes.add_patch(
         Rectangle((0.0, low), plan.width_m, depth, facecolor=FACE, edgecolor=INK, linewidth=1.0)
     )
@@ -118,17 +118,17 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
         if not some:
             continue
         x = [s.along_m for s in some]
-        y = [(s.away_m if above else s.up_m) for s in some]
+        y = [(s.away_m if is_plan_view else s.up_m) for s in some]
         label = tr("{kind}: {count}", kind=tr(_WORDS[kind]), count=len(some))
         axes.plot(x, y, mark, color=color, markersize=4.0, label=label, linestyle="none")
         if len(some) <= 400:
             scale = 0.12
             dx = [scale * (s.target_along_m - s.along_m) for s in some]
-            dy = [scale * (-s.away_m if above else s.target_up_m - s.up_m) for s in some]
+            dy = [scale * (-s.away_m if is_plan_view else s.target_up_m - s.up_m) for s in some]
             axes.quiver(
                 x, y, dx, dy, angles="xy", scale_units="xy", scale=1, color=color, width=0.0018
             )
-    if not above:
+    if not is_plan_view:
         square: dict[str, Any] = {
             "marker": "s",
             "color": CONTROL,
@@ -166,7 +166,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
         )
     axes.set_aspect("equal", adjustable="datalim")
     flat = plan.manner == "terrain"
-    if above:
+    if is_plan_view:
         axes.set_ylabel(
             tr("above the ground, m\n(from the side)")
             if flat

@@ -213,14 +213,15 @@ def _deviation(
     offset = truth / cosine - measured
     minor = np.cross(measured, major)
     ratio = math.hypot(
-        _share(float(offset @ major), max_deg), _share(float(offset @ minor), min_deg)
+        _relative_distance(float(offset @ major), max_deg),
+        _relative_distance(float(offset @ minor), min_deg),
     )
     if ratio == 0.0:
         return 0.0, error, max_deg
     return ratio, error, math.degrees(math.atan(float(np.linalg.norm(offset)) / ratio))
 
 
-def _share(distance: float, limit_deg: float) -> float:
+def _relative_distance(distance: float, limit_deg: float) -> float:
     """Return a distance in units of a semi-axis; if it is 0, only rounding errors pass."""
     limit = math.tan(math.radians(limit_deg))
     if limit > 0.0:

@@ -201,12 +201,12 @@ def _to_world(line: FloatArray, curtain: Curtain) -> FloatArray:
     return points
 
 
-def _project_slab(points: FloatArray, panel: Panel, thick: float) -> FloatArray:
+def _project_slab(points: FloatArray, panel: Panel, thickness: float) -> FloatArray:
     """Project the points in a slab onto the panel along the surface, and return them (n, 2)."""
     at = panel.coordinates(points)
     along = (at[:, 0] >= panel.start + panel.low) & (at[:, 0] <= panel.start + panel.high)
-    near = along & (np.abs(at[:, 2]) <= 0.5 * thick)
-    around = np.abs(at[:, 2]) <= thick
+    near = along & (np.abs(at[:, 2]) <= 0.5 * thickness)
+    around = np.abs(at[:, 2]) <= thickness
     return np.ascontiguousarray(_slide_to_panel(at[near], at[around]))
 
 

@@ -28,7 +28,7 @@ from vomstudio.geology.beds.extended import (
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.units import WORLD, Axes, columns_of
+from vomstudio.geometry.units import WORLD, Axes, table_columns
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
 from vomstudio.products.section.extend_options import ExtendOptions
@@ -368,7 +368,7 @@ def write_traces(
     ------
     UsageError, TargetError
     """
-    _, error95 = columns_of(("bed", "error95_m"), metric=axes.metric)
+    _, error95 = table_columns(("bed", "error95_m"), metric=axes.metric)
     if format_of(path) == ".csv":
         write_bytes(path, _table(extended, crs, model, axes).encode("utf-8"), force=force)
         return
@@ -391,7 +391,7 @@ def write_traces(
 
 
 def _table(extended: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str:
-    names = columns_of(COLUMNS, metric=axes.metric)
+    names = table_columns(COLUMNS, metric=axes.metric)
     file = io.StringIO()
     file.write(comment_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
     file.write(comment_line(f"CRS: {crs or 'local'}; {axes.description}"))

@@ -20,7 +20,7 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_plane, format_wind, plain_azimuth
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.units import Axes, columns_of
+from vomstudio.geometry.units import Axes, table_columns
 from vomstudio.products.ortho.interpretation import (
     Item,
     ProjectedItem,
@@ -418,7 +418,7 @@ def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:
 def _head(
     curtain: Curtain, crs: str | None, model: str, figures: SectionFigures, axes: Axes
 ) -> str:
-    distance, height = columns_of(("distance_m", "height_m"), metric=axes.metric)
+    distance, height = table_columns(("distance_m", "height_m"), metric=axes.metric)
     height += " is Z" if curtain.vertical else " counts up the plane from the given point"
     to_grid = "; azimuths to grid north" if axes.north else ""
     rows = [
@@ -453,7 +453,7 @@ def _head(
 
 def _lines_table(cut: Cut, axes: Axes) -> str:
     names = ("polyline", "distance_m", "height_m", "x", "y", "z")
-    rows = [",".join(columns_of(names, metric=axes.metric))]
+    rows = [",".join(table_columns(names, metric=axes.metric))]
     for k, (line, world) in enumerate(zip(cut.lines, cut.world, strict=True)):
         rows += [
             f"{k + 1},{s:.6f},{t:.6f},{x:.6f},{y:.6f},{z:.6f}"
@@ -470,7 +470,7 @@ def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
     out = csv.writer(file, lineterminator="\n")
     parts = any(flat.item.domain for flat in flats)
     names = (*FEATURE_COLUMNS, "domain") if parts else FEATURE_COLUMNS
-    out.writerow(columns_of(names, metric=axes.metric))
+    out.writerow(table_columns(names, metric=axes.metric))
     for flat in flats:
         item = flat.item
         words = [

@@ -19,7 +19,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.gaps import missing_variance
@@ -207,7 +207,7 @@ def analyse(
     cell_m: float | None = None,
     model: str = "",
     frame: str = "local",
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
     progress: Progress | None = None,
 ) -> SurfaceFigures:
     """Analyse the roughness of a patch relative to its plane.

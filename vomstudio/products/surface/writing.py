@@ -18,7 +18,7 @@ from vomstudio.core.version import __version__
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.units import WORLD, Axes, columns_of
+from vomstudio.geometry.units import WORLD, Axes, table_columns
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.products.surface.analysis import SurfaceFigures
@@ -111,7 +111,7 @@ def _table(figures: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, ax
     file = io.StringIO()
     file.write(_head(crs, axes))
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(["x", "y", "z", *columns_of(FIELDS, metric=axes.metric)])
+    out.writerow(["x", "y", "z", *table_columns(FIELDS, metric=axes.metric)])
     out.writerows(
         [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{off:.6g}", int(holds)]
         for (x, y, z), off, holds in zip(
@@ -133,7 +133,7 @@ def write_profiles(
     file = io.StringIO()
     file.write(_head(crs, axes))
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(columns_of(PROFILE_COLUMNS, metric=axes.metric))
+    out.writerow(table_columns(PROFILE_COLUMNS, metric=axes.metric))
     for profile in figures.profiles:
         out.writerows(
             [profile.name, f"{distance:.6g}", f"{off:.6g}", f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]

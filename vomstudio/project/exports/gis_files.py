@@ -113,7 +113,7 @@ def write_dxf(
         for label in (dxf_layer, discs.get(dxf_layer), symbols.get(dxf_layer)):
             if label is not None:
                 color_numbers.setdefault(
-                    names[label], dxf.color_number(color) if color else dxf.WHITE
+                    names[label], dxf.color_number(color) if color else dxf.WHITE_COLOR_NUMBER
                 )
     shapes = [shape for layer in layers for shape in layer.shapes]
     points = np.concatenate(shapes) if shapes else np.zeros((1, 3))

@@ -259,7 +259,7 @@ def _feature(
     area = None if area_inside is None else area_inside(np.asarray(vertices, np.float64))
     if area is None and (area_text := row.text("area_m2")):
         # The model is not loaded, so use the stored area if it is plausible.
-        scale = transform.scale_of(transform.matrix(model.to_world))
+        scale = transform.scale_factor(transform.matrix(model.to_world))
         try:
             value = float(area_text)
         except ValueError:

@@ -31,7 +31,7 @@ from vomstudio.geology.quality import judge_line
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
-from vomstudio.project.figures import Subject, degrees
+from vomstudio.project.figures import Subject, format_error_deg
 from vomstudio.project.kind import (
     Kind,
     Lookup,
@@ -222,7 +222,7 @@ def words(measured: Measurement) -> list[str]:
     """Describe the angle between the two planes."""
     if measured.angle_deg is None:
         return []
-    return [tr("Angle between the planes {angle}", angle=degrees(measured.angle_deg))]
+    return [tr("Angle between the planes {angle}", angle=format_error_deg(measured.angle_deg))]
 
 
 KIND = Kind(

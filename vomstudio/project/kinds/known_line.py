@@ -117,7 +117,7 @@ def measure(at: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurem
         model = at.model(line.model_id)
         points = world_points(line, model)
         if line.is_read:
-            points = _middle(at.known.get(line.feature_id))
+            points = _feature_centre(at.known.get(line.feature_id))
         measurement = empty_measurement(
             points, None, None, kind="known_line", metric=is_metric(model)
         )
@@ -125,7 +125,7 @@ def measure(at: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurem
     return measurements
 
 
-def _middle(measured: Measurement | None) -> FloatArray:
+def _feature_centre(measured: Measurement | None) -> FloatArray:
     """Return the centre (1, 3) of the measured feature, or (0, 3) if it was deleted."""
     if measured is None or not len(measured.points):
         return np.zeros((0, 3))
@@ -179,7 +179,9 @@ def format_reading(line: KnownLine, notation: str = "dipdir/dip") -> str:
         return ""
     digits = max(_digits(line.value), _digits(line.inclination_deg))
     if line.kind == "plane":
-        return format_plane(Plane(line.value, line.inclination_deg), notation, digits, bare=True)
+        return format_plane(
+            Plane(line.value, line.inclination_deg), notation, digits, omits_hand_rule=True
+        )
     return format_line(Line(line.value, line.inclination_deg), digits)
 
 

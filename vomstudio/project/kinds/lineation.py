@@ -27,7 +27,7 @@ from vomstudio.geometry.lines import FittedLine, fit_line
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
-from vomstudio.project.figures import Subject, degrees
+from vomstudio.project.figures import Subject, format_error_deg
 from vomstudio.project.kind import (
     Attribute,
     GisLayer,
@@ -127,8 +127,8 @@ def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
         confidence95_deg=None if total is None else total.largest_deg,
         registration_deg=registration,
         off_plane_deg=off_plane_deg,
-        plane_is_gone=is_plane_missing,
-        plane_is_known=base is None or base.spread95 is not None,
+        is_plane_missing=is_plane_missing,
+        is_plane_known=base is None or base.spread95 is not None,
         thresholds=at.thresholds,
     )
     return Measurement(
@@ -226,7 +226,7 @@ def words(measured: Measurement) -> list[str]:
     """Describe the rake and the angle between line and plane."""
     lines = []
     if measured.rake_deg is not None:
-        angle = degrees(measured.off_plane_deg)
+        angle = format_error_deg(measured.off_plane_deg)
         lines.append(
             tr("Rake {rake:.0f}°, {angle} off its plane", rake=measured.rake_deg, angle=angle)
         )

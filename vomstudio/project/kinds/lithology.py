@@ -83,7 +83,7 @@ def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Mea
         problem = Finding("feature.too-few-points", count=3 - len(points), minimum=3)
     else:
         if feature.area is not None:
-            figures["area_m2"] = feature.area * transform.scale_of(rows_of(model)) ** 2
+            figures["area_m2"] = feature.area * transform.scale_factor(rows_of(model)) ** 2
         figures["perimeter_m"] = path_length(np.vstack([points, points[:1]]))
         figures["outline_m2"] = ring_area(points)
         figures |= registration_errors(figures, model, None)

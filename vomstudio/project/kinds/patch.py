@@ -94,7 +94,7 @@ def measure(at: MeasurementContext, patches: Sequence[Patch]) -> list[Measuremen
 def _measure(at: MeasurementContext, patch: Patch) -> Measurement:
     model = at.model(patch.model_id)
     rows = rows_of(model)
-    scale = transform.scale_of(rows)
+    scale = transform.scale_factor(rows)
     linear = rows[:3, :3]
     middle = transform.apply(rows, [patch.mean])
     resolution = length_in_metres(patch.resolution, rows)

@@ -16,7 +16,7 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.units import length_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
-from vomstudio.project.figures import Subject, degrees
+from vomstudio.project.figures import Subject, format_error_deg
 from vomstudio.project.kind import Kind, Lookup, NetAppearance, Sketch, centre
 from vomstudio.project.measurement import Measurement, MeasurementContext, NearestPick
 from vomstudio.project.records import Typed
@@ -119,7 +119,7 @@ def comparison_finding(nearest: NearestPick | None) -> Finding:
     if nearest is None:
         return Finding("reading.no-pick")
     values = {
-        "angle": degrees(nearest.angle_deg),
+        "angle": format_error_deg(nearest.angle_deg),
         "angle_deg": nearest.angle_deg,
         "pick": nearest.name,
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.registrations import Registration
 
@@ -32,7 +32,7 @@ class Model:
     path: str
     kind: Literal["mesh", "cloud"]
     content_hash: str
-    placement: Frame | Registration = UNDECLARED
+    placement: Frame | Registration = UNDECLARED_FRAME
 
     @property
     def registration(self) -> Registration | None:

@@ -13,7 +13,7 @@ from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.plane_bands import PlaneBand, find_plane_band
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, fit_planes
@@ -52,7 +52,7 @@ def fitted_planes(
     method: Method = "pca",
     axis: Axis = "auto",
     resolution_m: float | None = None,
-    thresholds: Thresholds = DEFAULTS,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
     metadata: Mapping[str, Mapping[Any, str]] = NO_METADATA,
     progress: Progress | None = None,
 ) -> FittedPlanes:

@@ -8,14 +8,25 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray, ObjectArray
 from vomstudio.geology.coverage.cells import SquareGrid
-from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
+from vomstudio.geology.coverage.face_coverage import (
+    EMPTY_MARK,
+    INSPECTED_MARK,
+    MARK_TITLES,
+    UNINSPECTED_MARK,
+    UNMEASURABLE_MARK,
+)
 from vomstudio.geometry import transform
 from vomstudio.project.grid_edits import marks_of
 from vomstudio.project.measurement import rows_of
 from vomstudio.project.records import FaceGrid, Model, Record, get
 
 LAYER = "looked_at"
-COLORS = {OPEN: "#bdbdbd", DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
+COLORS = {
+    UNINSPECTED_MARK: "#bdbdbd",
+    INSPECTED_MARK: "#009e73",
+    EMPTY_MARK: "#f0e442",
+    UNMEASURABLE_MARK: "#202020",
+}
 
 
 def grid_in_file_frame(grid: FaceGrid) -> SquareGrid:
@@ -59,7 +70,7 @@ def grid_cells(
         for number in numbers.tolist():
             row, column = divmod(number, grid.columns)
             place = f"{column + 1}, {row + 1}"
-            mark_title, colour = TITLES[marks[number]], COLORS[marks[number]]
+            mark_title, colour = MARK_TITLES[marks[number]], COLORS[marks[number]]
             model_name = "" if model is None else model.name
             rows.append((grid.id, grid.name, place, mark_title, model_name, grid.notes))
             colors.append(colour)

@@ -14,7 +14,7 @@ from vomstudio.geology.beds.bed_log import BedLog
 from vomstudio.geology.beds.lithologies import FIELDS
 from vomstudio.geology.notation import format_attitude, format_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.units import Axes, columns_of
+from vomstudio.geometry.units import Axes, table_columns
 
 COLUMNS = (
     "number",
@@ -56,7 +56,7 @@ def write_log(
     unit = Axes(metric=metric).unit
     file.write(f"# {unit} across the bedding, errors 95 %, from the oldest bed up\n")
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(columns_of(COLUMNS, metric=metric))
+    out.writerow(table_columns(COLUMNS, metric=metric))
     for interval in log.intervals:
         error = interval.thickness_m.error95
         words = [

@@ -10,7 +10,7 @@ from typing import Any
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geometry.frames import crs_label
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.project.catalogue import DOMAIN, IN_WORLD, NO_MODEL, STATION
@@ -63,7 +63,7 @@ class ProjectTable:
     """Metres per unit of `crs`; the rows are always in metres."""
     axes: Axes = WORLD
     """Axes and units of x, y, z and lengths of all rows."""
-    limits: Thresholds = DEFAULTS
+    limits: Thresholds = DEFAULT_THRESHOLDS
     """Thresholds with which all rows were judged."""
     registrations: tuple[dict[str, Any], ...] = ()
     """Result of `registration_comments.registrations_of`."""

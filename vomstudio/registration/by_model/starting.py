@@ -60,7 +60,7 @@ def similarity_of(rows: Any) -> Similarity:
     Similarity
     """
     matrix = transform.matrix(rows)
-    scale = float(transform.scale_of(matrix))
+    scale = float(transform.scale_factor(matrix))
     return Similarity(scale, matrix[:3, :3] / scale, matrix[:3, 3])
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 
-_NAMED = 8
+_MAX_LISTED = 8
 
 
 def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
@@ -35,7 +35,7 @@ def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
         Finding(
             "control.similar-labels",
             labels="; ".join(
-                ", ".join(f"“{label}”" for label in group) for group in twins[:_NAMED]
+                ", ".join(f"“{label}”" for label in group) for group in twins[:_MAX_LISTED]
             ),
         )
     ]

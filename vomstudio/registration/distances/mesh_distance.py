@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.progress import Progress, SilentProgress
-from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.coincident_points import weld_points
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import run_in_blocks
 from vomstudio.geometry.rays.raytree import RayTree
@@ -33,7 +33,7 @@ class MeshSides:
         size = np.linalg.norm(normal, axis=1, keepdims=True)
         self._faces: FloatArray = normal / np.where(size > 0, size, 1.0)
         self.areas: FloatArray = size[:, 0] / 2
-        self._places = welded(mesh.vertices)[mesh.faces]
+        self._places = weld_points(mesh.vertices)[mesh.faces]
         self._corners = self._corner_normals(corners)
         self._edge_keys, self._edges, self._has_one_face = self._edge_normals()
         is_border = np.zeros(len(self._corners), bool)

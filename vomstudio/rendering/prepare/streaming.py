@@ -176,12 +176,12 @@ class Streamer:
         for row, piece in zip(rows, pieces, strict=True):
             self._hand_over(row, piece)
 
-    def _make_room(self, requested: int, turn: int) -> None:
+    def _make_room(self, requested_points: int, turn: int) -> None:
         point_count = sum(int(self._nodes.counts[row]) for row in self._fetched)
         kept_rows = set(self._nodes.first)
         dropped: dict[int, NodePoints] = {}
         for row in sorted(self._fetched.keys() - kept_rows, key=lambda r: self._used.get(r, 0)):
-            if point_count + requested <= self._nodes.budget or self._used.get(row) == turn:
+            if point_count + requested_points <= self._nodes.budget or self._used.get(row) == turn:
                 break
             dropped[row] = self._fetched.pop(row)
             point_count -= int(self._nodes.counts[row])

@@ -350,7 +350,7 @@ class Annotations:
         key = (color, width, ratio)
         pixmap = self._dots.get(key)
         if pixmap is None:
-            pixmap = _blank(width + 2.0, width + 2.0, ratio)
+            pixmap = _blank_pixmap(width + 2.0, width + 2.0, ratio)
             inner = QPainter(pixmap)
             inner.setRenderHint(QPainter.RenderHint.Antialiasing)
             inner.setPen(QPen(painting.DARK, 1.2))
@@ -393,10 +393,10 @@ class Annotations:
             for tint, wide in (
                 casing if len(stroke_lines) < MAX_DOUBLE_CASED_STROKES else [(painting.TEXT, 4.6)]
             ):
-                painter.setPen(_flat(tint, wide + wider))
+                painter.setPen(_flat_pen(tint, wide + wider))
                 painter.drawLines(stroke_lines)
             for color, part in selected_groups.items():
-                painter.setPen(_flat(painting.to_color(color), 3.2 if selected else 2.4))
+                painter.setPen(_flat_pen(painting.to_color(color), 3.2 if selected else 2.4))
                 painter.drawLines(part)
 
     def _paint_numbers(
@@ -422,7 +422,7 @@ class Annotations:
             font = painting.system_font(bold=True)
             metrics = QFontMetricsF(font)
             wide, tall = metrics.horizontalAdvance(text) + 6.0, metrics.height() + 4.0
-            pixmap = _blank(wide, tall, ratio)
+            pixmap = _blank_pixmap(wide, tall, ratio)
             inner = QPainter(pixmap)
             painting.outlined_text(inner, 3.0, 2.0 + metrics.ascent(), text, font)
             inner.end()
@@ -510,7 +510,7 @@ class Annotations:
             shown[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
 
 
-def _flat(color: QColor, width: float) -> QPen:
+def _flat_pen(color: QColor, width: float) -> QPen:
     pen = QPen(color, width)
     pen.setCapStyle(Qt.PenCapStyle.FlatCap)
     return pen
@@ -526,7 +526,7 @@ def _places(drawing: FeatureDrawing) -> FloatArray:
     return np.concatenate([anchor[None], line[rows]])
 
 
-def _blank(width: float, height: float, ratio: float) -> QPixmap:
+def _blank_pixmap(width: float, height: float, ratio: float) -> QPixmap:
     """Return a transparent picture of a given size in logical pixels."""
     pixmap = QPixmap(int(np.ceil(width * ratio)), int(np.ceil(height * ratio)))
     pixmap.setDevicePixelRatio(ratio)

@@ -12,7 +12,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.rendering.qt.compass_and_scale import MARGIN, scale_bar_box
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
-from vomstudio.rendering.view.clipping import EDGES, FACES
+from vomstudio.rendering.view.clipping import BOX_EDGES, BOX_FACES
 from vomstudio.rendering.view.scalars import MISSING, Scale
 
 BAR_WIDTH = 16.0
@@ -215,13 +215,13 @@ def draw_clip_box(
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     for tint, width in ((QColor(20, 20, 22, 150), 3.0), (BOX_COLOR, 1.2)):
         painter.setPen(QPen(tint, width))
-        for a, b in EDGES:
+        for a, b in BOX_EDGES:
             if np.isfinite(corners[[a, b]]).all():
                 painter.drawLine(QPointF(*corners[a]), QPointF(*corners[b]))
     font = system_font(bold=True)
     metrics = QFontMetricsF(font)
     painter.setFont(font)
-    for k, (axis, side) in enumerate(FACES):
+    for k, (axis, side) in enumerate(BOX_FACES):
         if not np.isfinite(centres[k]).all():
             continue
         x, y = centres[k]

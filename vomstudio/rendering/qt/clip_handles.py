@@ -15,7 +15,7 @@ from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.clipping import FACES, ClipBox, along_axis
+from vomstudio.rendering.view.clipping import BOX_FACES, ClipBox, along_axis
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
 FACE_PIXELS = 14.0
@@ -94,10 +94,10 @@ class ClipHandles(QObject):
         assert self.box is not None
         extent = self._pane.extent()
         corners, _ = self._camera.project(self.box.corners(), extent)
-        centres = np.stack([self.box.face_centre(*face) for face in FACES])
+        centres = np.stack([self.box.face_centre(*face) for face in BOX_FACES])
         pixels, _ = self._camera.project(centres, extent)
         usable = []
-        for (axis, _side), at in zip(FACES, pixels, strict=True):
+        for (axis, _side), at in zip(BOX_FACES, pixels, strict=True):
             good = bool(np.isfinite(at).all())
             if good:
                 origin, direction = self._camera.ray(float(at[0]), float(at[1]), extent)
@@ -118,7 +118,7 @@ class ClipHandles(QObject):
     def drag_face(self, face: int, x: float, y: float) -> None:
         """Move a face along its axis so that it follows the cursor at a pixel."""
         assert self.box is not None
-        axis, side = FACES[face]
+        axis, side = BOX_FACES[face]
         origin, direction = self._camera.ray(x, y, self._pane.extent())
         value = along_axis(origin, direction, self.box.face_centre(axis, side), axis)
         if value is None:

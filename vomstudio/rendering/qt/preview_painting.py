@@ -117,12 +117,12 @@ class PreviewPainter:
         for x, y in pixels[np.isfinite(pixels).all(axis=1)]:
             painting.draw_pending_click(self._painter, x, y, color)
 
-    def _paint_reading(self, preview: Preview, picked: PickedPoints) -> None:
+    def _paint_reading(self, preview: Preview, picked_points: PickedPoints) -> None:
         """Paint the reading, or only its first line if the complete text does not fit."""
         boxes = [ReadoutBox(preview.reading, preview.verdict)]
         if len(preview.reading) > 1:
             boxes.append(ReadoutBox(preview.reading[:1], preview.verdict))
-        number, box = self._place.choose([b.size() for b in boxes], self._extent, picked)
+        number, box = self._place.choose([b.size() for b in boxes], self._extent, picked_points)
         boxes[number].paint(self._painter, QRectF(*box))
 
     def _border(self, preview: Preview) -> FloatArray:

@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingCore import vtkActor
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.prepare import vtk_data
-from vomstudio.rendering.view.clipping import FACES, ClipBox
+from vomstudio.rendering.view.clipping import BOX_FACES, ClipBox
 
 
 class ClipPlanes:
@@ -18,7 +18,7 @@ class ClipPlanes:
 
     def __init__(self) -> None:
         self.box: ClipBox | None = None
-        self._planes = [vtkPlane() for _ in FACES]
+        self._planes = [vtkPlane() for _ in BOX_FACES]
         self._cutting: list[int] = []
 
     def place(self, models: Iterable[FloatArray], origin: FloatArray) -> bool:
@@ -37,7 +37,7 @@ class ClipPlanes:
         cutting: list[int] = []
         if self.box is not None:
             corners = list(models)
-            for k, (axis, side) in enumerate(FACES):
+            for k, (axis, side) in enumerate(BOX_FACES):
                 normal = np.zeros(3)
                 normal[axis] = -1.0 if side else 1.0
                 at = self.box.face_centre(axis, side)

@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from vomstudio.core.arrays import BoolArray, FloatArray
-from vomstudio.geometry.boxes import box_hit, box_range
+from vomstudio.geometry.boxes import box_range, hits_box
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.view.camera import Camera
@@ -111,7 +111,7 @@ def pick_model(
     scale = math.hypot(*heading.tolist())
     heading = heading / scale
     pad = (radius + spread * math.hypot(*start.tolist())) * scale * MAX_PICK_DISTANCE_PIXELS
-    if not box_hit(model.low, model.high, start, heading, pad):
+    if not hits_box(model.low, model.high, start, heading, pad):
         return None
     limits = None
     if box is not None:
@@ -174,7 +174,7 @@ def _dot(a: Triple, b: Triple) -> float:
 
 
 def _locate(
-    model: Pickable, start: FloatArray, heading: FloatArray, between: tuple[float, float]
+    model: Pickable, start: FloatArray, heading: FloatArray, depth_range: tuple[float, float]
 ) -> int | None:
     """Return the row of the front-most face between two depths, or None.
 
@@ -184,8 +184,8 @@ def _locate(
     enter, leave = box_range(low, high, start, heading)
     slack = 1e-3 * (leave - enter) + 1e-6
     # The section of the ray inside the chunk is slightly extended, within the permitted depths.
-    first_picks = np.maximum(enter - slack, between[0])
-    lasts = np.minimum(leave + slack, between[1])
+    first_picks = np.maximum(enter - slack, depth_range[0])
+    lasts = np.minimum(leave + slack, depth_range[1])
     met = ((leave >= enter) & (lasts >= first_picks)).nonzero()[0]
     best, face = np.inf, None
     t: Any = mutable(0.0)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
-from vomstudio.geometry.boxes import EDGES, FACES, ClipBox
+from vomstudio.geometry.boxes import BOX_EDGES, BOX_FACES, ClipBox
 
-__all__ = ["EDGES", "FACES", "ClipBox", "PickLimits", "along_axis", "limits_for"]
+__all__ = ["BOX_EDGES", "BOX_FACES", "ClipBox", "PickLimits", "along_axis", "limits_for"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,7 +96,9 @@ class ReadingPosition:
         self.side = 0
         self.box: PixelBox | None = None
 
-    def choose(self, sizes: list[Size], view: Size, picked: PickedPoints) -> tuple[int, PixelBox]:
+    def choose(
+        self, sizes: list[Size], view: Size, picked_points: PickedPoints
+    ) -> tuple[int, PixelBox]:
         """Choose the form of the reading and its position.
 
         Parameters
@@ -105,16 +107,16 @@ class ReadingPosition:
             Sizes of the complete reading and of its shorter forms; at least one.
         view : Size
             Width and height of the view.
-        picked : PickedPoints
+        picked_points : PickedPoints
         """
         for number, size in enumerate(sizes):
-            places = _places(size, view, picked)
-            side = self._free_side(places, picked)
+            places = _places(size, view, picked_points)
+            side = self._free_side(places, picked_points)
             if side is not None:
                 return number, self._take(side, places[side])
         number = len(sizes) - 1
-        places = [*_places(sizes[number], view, picked), *_grid(sizes[number], view)]
-        cost = [_covered(box, picked, LINE_CLEARANCE) for box in places]
+        places = [*_places(sizes[number], view, picked_points), *_grid(sizes[number], view)]
+        cost = [_covered(box, picked_points, LINE_CLEARANCE) for box in places]
         side = int(np.argmin(cost))
         if cost[self.side] <= cost[side]:
             side = self.side

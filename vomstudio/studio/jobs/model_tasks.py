@@ -44,15 +44,15 @@ def _compile_kernels(request: Nothing, progress: Progress) -> Nothing:
     import pkgutil
 
     from vomstudio.geometry.kernels import compilation_state
-    from vomstudio.geometry.kernels.jit import make_ready
+    from vomstudio.geometry.kernels.jit import prepare_kernels
 
     if hasattr(os, "nice"):
         os.nice(10)
     for module in pkgutil.walk_packages([str(_PACKAGE)], "vomstudio."):
         if module.name.endswith("_kernels"):
             progress.step(0)
-            make_ready(importlib.import_module(module.name))
-    compilation_state.note()
+            prepare_kernels(importlib.import_module(module.name))
+    compilation_state.record_compilation()
     return Nothing()
 
 

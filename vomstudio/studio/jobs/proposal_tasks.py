@@ -96,7 +96,7 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
         progress=progress,
     )
     to_file = transform.invert(transform.matrix(request.model.to_world))
-    scale = transform.scale_of(request.model.to_world)
+    scale = transform.scale_factor(request.model.to_world)
     surface_measures = index_vertices(surface) if result.proposals else None
     resolutions = [
         surface_measures.resolution_near(proposal.points) if surface_measures else None

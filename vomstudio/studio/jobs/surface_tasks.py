@@ -252,7 +252,7 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
     from vomstudio.geometry.patches import outline
 
     to_file = transform.invert(transform.matrix(to_world))
-    turn, scale = to_file[:3, :3], transform.scale_of(to_world)
+    turn, scale = to_file[:3, :3], transform.scale_factor(to_world)
     element_ids = part.points if result.of == "point" else part.faces
     label, covers = np.full((2, count), -1, np.int32)
     label[part.points], covers[part.points] = result.labels, result.covers

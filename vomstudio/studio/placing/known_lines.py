@@ -134,7 +134,7 @@ def place_by_known(
     evidence.click_sigma_m, evidence.resolution = click_sigma_m, resolution
     evidence.up = up_direction(model)
     if keep_scale:
-        evidence.scale = transform.scale_of(transform.matrix(model.to_world))
+        evidence.scale = transform.scale_factor(transform.matrix(model.to_world))
         registration = model.registration
         evidence.scale_error = None if registration is None else registration.scale_error
     placed = register(evidence, extent)
@@ -167,7 +167,7 @@ def solve_from(evidence: Evidence, extent: FloatArray | None, to_world: FloatArr
     """
     evidence = _transform_evidence(evidence, to_world)
     placed = register(evidence, None if extent is None else transform.apply(to_world, extent))
-    scale = placed.scale * transform.scale_of(to_world)
+    scale = placed.scale * transform.scale_factor(to_world)
     return replace(placed, matrix=placed.matrix @ to_world, scale=scale)
 
 
@@ -176,7 +176,7 @@ def up_direction(model: Model) -> FloatArray | None:
     if not model.frame.has_up:
         return None
     to_world = transform.matrix(model.to_world)
-    return np.asarray(to_world[2, :3] / transform.scale_of(to_world), np.float64)
+    return np.asarray(to_world[2, :3] / transform.scale_factor(to_world), np.float64)
 
 
 def photo_up(path: Path) -> FloatArray | None:
@@ -201,17 +201,17 @@ def _transform_evidence(evidence: Evidence, by: FloatArray) -> Evidence:
         pairs = replace(pairs, model=transform.apply(by, pairs.model))
     compass = evidence.compass
     if compass is not None:
-        turn = by[:3, :3] / transform.scale_of(by)
+        turn = by[:3, :3] / transform.scale_factor(by)
         compass = replace(compass, model=compass.model @ turn.T)
     return replace(
         evidence,
         pairs=pairs,
         compass=compass,
-        scale=None if evidence.scale is None else evidence.scale / transform.scale_of(by),
+        scale=None if evidence.scale is None else evidence.scale / transform.scale_factor(by),
         resolution=None
         if evidence.resolution is None
-        else evidence.resolution * transform.scale_of(by),
-        up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_of(by),
+        else evidence.resolution * transform.scale_factor(by),
+        up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_factor(by),
         photo_up=None if evidence.photo_up is None else by[:3, :3] @ evidence.photo_up,
         level_lines=[_transform_direction(line, transform_point) for line in evidence.level_lines],
         plumb_lines=[_transform_direction(line, transform_point) for line in evidence.plumb_lines],

@@ -61,7 +61,7 @@ def measure_directions(
     model : Model
     """
     rows = transform.matrix(model.to_world)
-    turn = rows[:3, :3] / transform.scale_of(rows)
+    turn = rows[:3, :3] / transform.scale_factor(rows)
     directions = {}
     for line in lines:
         measurement = measured.get(line.feature_id)

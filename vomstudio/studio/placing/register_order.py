@@ -16,7 +16,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.results import FLATTENED_IN_JSON, HIDDEN_IN_JSON, OPTIONAL_IN_JSON, Result
 from vomstudio.geometry import transform
 from vomstudio.geometry.coordinate_limits import check_error
-from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.registration_frames import change_file_frame
 from vomstudio.geometry.registrations import ReadNorth, Registration
@@ -103,7 +103,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     if options.unit is not None:
         evidence.scale = METRES[options.unit]
     elif record is not None and evidence.scale is not None and record.registration is not None:
-        evidence.scale = transform.scale_of(record.registration.matrix)
+        evidence.scale = transform.scale_factor(record.registration.matrix)
         evidence.scale_error = record.registration.scale_error
     evidence.up, evidence.crs = None if loaded is None else _up(loaded, options), crs
     evidence.photo_up = None if loaded is None else photo_up(loaded.path)
@@ -171,7 +171,7 @@ def _registration(
         if model.registration is not None:
             file = registration_path(model.path).name
             messages.append(Finding("registration.incomplete", file=file))
-        model = replace(model, placement=UNDECLARED)
+        model = replace(model, placement=UNDECLARED_FRAME)
     reference = "" if fitted is None else fitted.name
     record = create_registration(placed, evidence.pairs, model, crs, reference, read_north)
     if fitted is None or fitted.reference is None:

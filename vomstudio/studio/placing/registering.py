@@ -215,7 +215,7 @@ def place_by_points(
             crs=crs,
         )
         if keep_scale:
-            evidence.scale = transform.scale_of(model.to_world)
+            evidence.scale = transform.scale_factor(model.to_world)
             registration = model.registration
             evidence.scale_error = None if registration is None else registration.scale_error
         placed = register(evidence, extent)
@@ -440,8 +440,8 @@ def _turn(before: Model, after: Model) -> FloatArray:
     """Return the rotation matrix (3, 3) between two placements."""
     before_matrix, second = (transform.matrix(m.to_world) for m in (before, after))
     return np.asarray(
-        (second[:3, :3] / transform.scale_of(second))
-        @ (before_matrix[:3, :3] / transform.scale_of(before_matrix)).T
+        (second[:3, :3] / transform.scale_factor(second))
+        @ (before_matrix[:3, :3] / transform.scale_factor(before_matrix)).T
     )
 
 

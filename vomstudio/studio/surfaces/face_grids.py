@@ -33,7 +33,7 @@ Records = Mapping[str, Record]
 def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
     """Return a grid in the World frame, in metres if the scale of the model is known."""
     rows = rows_of(model)
-    scale = transform.scale_of(rows)
+    scale = transform.scale_factor(rows)
     turn = rows[:3, :3] / scale
     origin = transform.apply(rows, [grid.origin])[0]
     right, up = turn @ np.array(grid.right), turn @ np.array(grid.up)

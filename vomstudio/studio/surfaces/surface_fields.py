@@ -161,7 +161,7 @@ class ModelFields(ModelWork):
         if opened is None or not isinstance(record, Model) or not opened.resolution:
             return 0.5
         radius = (
-            DEFAULT_RADIUS_RESOLUTIONS * opened.resolution * transform.scale_of(record.to_world)
+            DEFAULT_RADIUS_RESOLUTIONS * opened.resolution * transform.scale_factor(record.to_world)
         )
         return float(f"{max(radius, 1e-6):.2g}")
 

@@ -310,7 +310,7 @@ def assess_lines(
         of = {name: arrays[name] for name in arrays.files}
     lines = [of["places"][a:b] for a, b in zip(of["cuts"][:-1], of["cuts"][1:], strict=True)]
     spacing = of["resolution"][np.isfinite(of["resolution"])]
-    lengths = of["length_m"] / transform.scale_of(model.to_world)
+    lengths = of["length_m"] / transform.scale_factor(model.to_world)
     usual = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
     is_known = are_along_known_lines(lines, known, SAME_LINE_RESOLUTIONS * usual)
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]

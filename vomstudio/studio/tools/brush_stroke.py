@@ -69,7 +69,7 @@ class Stroke:
             surface,
             removes,
             selected.copy(),
-            transform.scale_of(model.to_world),
+            transform.scale_factor(model.to_world),
             transform.apply(model.to_world, [hit.position])[0],
             spacing,
             quick,

@@ -78,7 +78,7 @@ class FollowingTool(PolylineTool[F]):
             self._context.surface(model_id),
         )
         to_world = model.to_world if isinstance(model, Model) else IDENTITY
-        scale = transform.scale_of(to_world)
+        scale = transform.scale_factor(to_world)
         near = None if surface is None else surface.resolution_near(points)
         resolution = None if near is None else scale * near
         face = None if surface is None else surface.outcrop_normal(points)

@@ -86,7 +86,7 @@ class Growth:
         if isinstance(neighbours, Finding):
             self._context.report(neighbours)
             return None
-        scale = transform.scale_of(model.to_world)
+        scale = transform.scale_factor(model.to_world)
         if self.distance is None:
             distance = DEFAULT_DISTANCE_SPACINGS * elements.spacing(hit.model_id) * scale
             self.set_distance(

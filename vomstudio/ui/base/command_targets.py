@@ -137,7 +137,7 @@ def ask_for_target(
 def ask_for_file(
     parent: QWidget,
     title: str,
-    proposed: Path,
+    default_path: Path,
     patterns: Mapping[str, str],
     *,
     ending_decides: bool = False,
@@ -152,10 +152,10 @@ def ask_for_file(
     ending_decides : bool
         Whether the extension of another pattern is also accepted.
     """
-    first = next((p for p, e in patterns.items() if e == proposed.suffix), next(iter(patterns)))
+    first = next((p for p, e in patterns.items() if e == default_path.suffix), next(iter(patterns)))
     while True:
         filename, pattern = QFileDialog.getSaveFileName(
-            parent, title, str(proposed), ";;".join(patterns), first
+            parent, title, str(default_path), ";;".join(patterns), first
         )
         if not filename:
             return None
@@ -168,7 +168,7 @@ def ask_for_file(
         # The dialog has confirmed the name without the ending, which is a different file.
         if not path.exists() or confirm_replacement(parent, [path.name]):
             return path, pattern
-        proposed, first = Path(filename), pattern
+        default_path, first = Path(filename), pattern
 
 
 def current_measurement(studio: Studio) -> Measurement | None:

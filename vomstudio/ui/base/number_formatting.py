@@ -10,7 +10,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.slip import SENSES
 from vomstudio.geometry.units import area_text, length_text
-from vomstudio.project.figures import degrees, number
+from vomstudio.project.figures import format_error_deg, number
 from vomstudio.project.kinds import kind_named
 from vomstudio.project.measurement import Measurement
 
@@ -19,8 +19,8 @@ area, length = area_text, length_text
 
 __all__ = [
     "area",
-    "degrees",
     "extent_points",
+    "format_error_deg",
     "gigabytes",
     "length",
     "marked_attitude",

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.geology.profiles import PROFILES_BY_NAME, Thresholds
 from vomstudio.project import edits
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import PROFILE_ID, Feature, limits_of
@@ -139,7 +139,7 @@ class ProfileDialog(QDialog):
         self._current = limits_of(self._studio.records, self._studio.settings.thresholds)
         stored = self._studio.settings.profiles.values()
         custom = [Thresholds(**limits) for limits in stored]
-        self._profiles = PROFILES | {
+        self._profiles = PROFILES_BY_NAME | {
             profile.profile: profile for profile in (*custom, self._current)
         }
         with QSignalBlocker(self.profile):
@@ -164,7 +164,7 @@ class ProfileDialog(QDialog):
         self._show_effect()
 
     def _handle_change(self, *_: object) -> None:
-        standard = PROFILES.get(self._base.profile)
+        standard = PROFILES_BY_NAME.get(self._base.profile)
         if standard is not None and self.name.text() == _title(standard.profile):
             with QSignalBlocker(self.name):
                 self.name.setText(tr("own limits"))
@@ -202,7 +202,7 @@ class ProfileDialog(QDialog):
         limits = self.limits()
         if not self._studio.attempt(edits.judge_by, limits):
             return
-        if limits.profile not in PROFILES:
+        if limits.profile not in PROFILES_BY_NAME:
             self._studio.settings.profiles[limits.profile] = asdict(limits)
             self._studio.keep_settings()
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.coverage.cells import ExposedArea
-from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, UNMEASURABLE
+from vomstudio.geology.coverage.face_coverage import EMPTY_MARK, INSPECTED_MARK, UNMEASURABLE_MARK
 from vomstudio.project.edit import Edit
 from vomstudio.project.grid_edits import marks_of
 from vomstudio.project.records import FaceGrid, Model, get
@@ -17,7 +17,7 @@ from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.studio import Studio
 
-COLORS = {DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
+COLORS = {INSPECTED_MARK: "#009e73", EMPTY_MARK: "#f0e442", UNMEASURABLE_MARK: "#202020"}
 """Green and yellow of the palette of Okabe and Ito, and near-black."""
 _LINES = "#ffffff"
 _MAX_FILLED = 150_000

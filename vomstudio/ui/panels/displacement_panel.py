@@ -26,7 +26,7 @@ from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
 from vomstudio.core.words import tr
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
-from vomstudio.geology.notation import exact_line, exact_plane, format_attitude
+from vomstudio.geology.notation import format_attitude, format_exact_line, format_exact_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
@@ -213,10 +213,10 @@ class DisplacementPanel(LazyPanel):
             bed, bed95 = common.plane, common_error_deg(common.max_confidence95_deg, beds)
         rake, slip = self._slip(fault)
         options = self.options.options(
-            fault=exact_plane(fault),
-            bed=exact_plane(bed),
+            fault=format_exact_plane(fault),
+            bed=format_exact_plane(bed),
             rake_deg=rake if slip is None else None,
-            slip=None if slip is None else exact_line(slip),
+            slip=None if slip is None else format_exact_line(slip),
             fault_error_deg=fault_measurement.total95_deg or 0.0,
             bed_error_deg=bed95 or 0.0,
         )

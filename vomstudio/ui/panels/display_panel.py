@@ -28,7 +28,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
 from vomstudio.project.records import Model
-from vomstudio.rendering.view.clipping import FACES, ClipBox
+from vomstudio.rendering.view.clipping import BOX_FACES, ClipBox
 from vomstudio.rendering.view.scalars import (
     ELEVATION,
     PALETTES,
@@ -210,7 +210,7 @@ class DisplayPanel(QWidget):
         grid.setSpacing(3)
         self._axes = [Label() for _ in range(3)]
         self.faces: list[QDoubleSpinBox] = []
-        for k, (axis, side) in enumerate(FACES):
+        for k, (axis, side) in enumerate(BOX_FACES):
             spin = DoubleSpinBox()
             spin.setObjectName(f"clip_{'xyz'[axis]}{side}")
             spin.setRange(-1e9, 1e9)
@@ -315,7 +315,7 @@ class DisplayPanel(QWidget):
     def _move_face(self, face: int, value: float) -> None:
         box = self._display.box
         if box is not None:
-            axis, side = FACES[face]
+            axis, side = BOX_FACES[face]
             if (problem := self._why_not_move(axis, value)) is not None:
                 self._studio.warn(problem)
                 self._show_clip()
@@ -458,7 +458,7 @@ class DisplayPanel(QWidget):
                     spin.setValue(0.0)
             return
         span = max(b - a for a, b in zip(box.low, box.high, strict=True))
-        for spin, (axis, side) in zip(self.faces, FACES, strict=True):
+        for spin, (axis, side) in zip(self.faces, BOX_FACES, strict=True):
             with QSignalBlocker(spin):
                 spin.setSingleStep(max(0.01, round(span / 100.0, 2)))
                 spin.setValue((box.low, box.high)[side][axis])

@@ -24,7 +24,7 @@ def all_workers(studio: Studio) -> None:
     from vomstudio.studio.jobs.model_tasks import COMPILE_KERNELS
 
     for_models(studio)
-    if not compilation_state.noted():
+    if not compilation_state.is_compilation_recorded():
         # Otherwise a new worker would use two seconds of processor time without any effect.
         _ask(studio, COMPILE_KERNELS)
 

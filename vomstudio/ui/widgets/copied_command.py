@@ -94,7 +94,7 @@ def copy_command(studio: Studio, arguments: CommandArguments, file: Path | None 
 def copy_with_file(
     parent: QWidget,
     studio: Studio,
-    proposed: str,
+    default_name: str,
     write: Callable[[Path], object],
     arguments: Callable[[Path], CommandArguments],
 ) -> None:
@@ -102,15 +102,15 @@ def copy_with_file(
 
     Parameters
     ----------
-    proposed : str
+    default_name : str
         Proposed file name, with its extension.
     write : callable
         Writes the file and may raise VomError. It replaces an existing file, which the dialog has
         confirmed.
     """
-    ending = Path(proposed).suffix.removeprefix(".")
+    ending = Path(default_name).suffix.removeprefix(".")
     formats = {ending: ending.upper()}
-    path = ask_for_target(parent, studio, tr("File for the command"), proposed, formats)
+    path = ask_for_target(parent, studio, tr("File for the command"), default_name, formats)
     if path is None:
         return
     try:

@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
 from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
 from vomstudio.geometry.matrices import Matrix
-from vomstudio.geometry.units import UNPLACED
+from vomstudio.geometry.units import UNPLACED_AXES
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.polyline import PolylineTool
 from vomstudio.ui.base.studio import Studio
@@ -53,7 +53,9 @@ class VertexTable(QTableWidget):
         """Show the current vertices of the tool."""
         tool = self._tool
         model = self._model()
-        self.setHorizontalHeaderLabels((UNPLACED if model is None else model.frame.axes).titles)
+        self.setHorizontalHeaderLabels(
+            (UNPLACED_AXES if model is None else model.frame.axes).titles
+        )
         with QSignalBlocker(self):
             self.setRowCount(len(tool.vertices))
             if tool.vertices:

@@ -100,12 +100,12 @@ def marks_of(path: Path) -> list[Mark]:
     frames = chunk.find("frames")
     marks = []
     for marker in frames.iter("marker") if frames is not None else ():
-        label = _known(path, marker, "marker_id", labels)
+        label = _require_known(path, marker, "marker_id", labels)
         for place in marker.findall("location"):
             pinned = place.get("pinned", place.get("valid", "true"))
             if pinned.casefold() in ("false", "0"):
                 continue
-            photo = _known(path, place, "camera_id", names)
+            photo = _require_known(path, place, "camera_id", names)
             marks.append(Mark(label, photo, _number(path, place, "x"), _number(path, place, "y")))
     if not marks:
         raise InputError(Finding("control.no-marks"), file=path)
@@ -129,7 +129,7 @@ def _number(path: Path, element: Element, name: str) -> float:
     return number(path, element, attribute(path, element, name), name)
 
 
-def _known(path: Path, element: Element, name: str, values_by_key: dict[str, str]) -> str:
+def _require_known(path: Path, element: Element, name: str, values_by_key: dict[str, str]) -> str:
     key = attribute(path, element, name)
     if key not in values_by_key:
         raise element_error(path, element, Finding("control.unknown-key", name=name, key=key))

@@ -18,7 +18,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.threads import map_parallel
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coincident_points import place_keys
+from vomstudio.geometry.coincident_points import position_keys
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.encodings import MARKS, convert_to_utf8
 
@@ -181,7 +181,7 @@ def join_corners(
         Distinct corners in the order of their first occurrence.
     faces : (m, 3) array of int32
     """
-    keys = place_keys(corners)
+    keys = position_keys(corners)
     order = np.argsort(keys, kind="stable")
     is_new = np.append(True, np.diff(keys[order]) != 0)
     del keys

@@ -23,8 +23,8 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io.gis.axis_units import UNKNOWN, Units
-from vomstudio.io.gis.dxf import WHITE, color_table
+from vomstudio.io.gis.axis_units import UNKNOWN_UNITS, Units
+from vomstudio.io.gis.dxf import WHITE_COLOR_NUMBER, color_table
 from vomstudio.io.gis.dxf_groups import binary_groups, is_binary, value_text
 from vomstudio.io.gis.dxf_properties import POLYFACE_MESH, POLYGON_MESH
 from vomstudio.io.models.formats._common import (
@@ -207,7 +207,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
                 entities=_entity_counts(drawing.left_out),
             )
         )
-    units: Units = UNKNOWN if drawing.unit is None else (drawing.unit,) * 3
+    units: Units = UNKNOWN_UNITS if drawing.unit is None else (drawing.unit,) * 3
     kind = "mesh" if isinstance(model, Mesh) else "cloud"
     return LoadedModel(model, kind, None, tuple(messages), path, units=units)  # type: ignore[arg-type]
 
@@ -326,8 +326,8 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
 
 
 def _read_layer(groups: dict[int, bytes], drawing: _Drawing) -> None:
-    name, color = groups.get(2, b"0"), _integer(groups.get(62, b"7"), WHITE)
-    drawing.colors[name] = abs(color) if abs(color) < _BY_LAYER else WHITE
+    name, color = groups.get(2, b"0"), _integer(groups.get(62, b"7"), WHITE_COLOR_NUMBER)
+    drawing.colors[name] = abs(color) if abs(color) < _BY_LAYER else WHITE_COLOR_NUMBER
     if color < 0 or _integer(groups.get(70, b"0")) & _FROZEN:
         drawing.hidden.add(name)
 
@@ -395,7 +395,7 @@ def _read_points(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
         layers = block.layers(entities)
         # Negative for the colour of the layer, so that clouds without point colours are recognised.
         colors[layer_colored] = [
-            -drawing.colors.get(layers[i], WHITE) for i in layer_colored.tolist()
+            -drawing.colors.get(layers[i], WHITE_COLOR_NUMBER) for i in layer_colored.tolist()
         ]
     drawing.points.append(points)
     drawing.point_colors.append(colors)
@@ -488,9 +488,9 @@ def _mesh(drawing: _Drawing) -> Mesh:
     corners, owners = np.concatenate(drawing.corners), np.concatenate(drawing.owners)
     drawing.corners.clear()
     names = list(drawing.layers)
-    numbers = [drawing.colors.get(name, WHITE) for name in names]
+    numbers = [drawing.colors.get(name, WHITE_COLOR_NUMBER) for name in names]
     vertices, faces = join_corners(corners.reshape(-1, 3))
-    if len(names) == 1 and numbers[0] == WHITE:
+    if len(names) == 1 and numbers[0] == WHITE_COLOR_NUMBER:
         return Mesh(vertices, faces)
     order = np.argsort(owners, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(owners, minlength=len(names)))])
@@ -499,7 +499,7 @@ def _mesh(drawing: _Drawing) -> Mesh:
         Material(
             name.decode("utf-8", "replace"),
             None,
-            None if number == WHITE else tuple((table[number] / 255.0).tolist()),
+            None if number == WHITE_COLOR_NUMBER else tuple((table[number] / 255.0).tolist()),
         )
         for name, number in zip(names, numbers, strict=True)
     )

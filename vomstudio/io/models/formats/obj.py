@@ -73,10 +73,10 @@ def matches(path: Path, head: bytes) -> bool:
 
 def warm_up() -> None:
     """Load or compile and cache the code needed for reading, so that users need not wait."""
-    from vomstudio.geometry.kernels.jit import make_ready
+    from vomstudio.geometry.kernels.jit import prepare_kernels
     from vomstudio.io.models.formats import _obj_kernels, _ply_kernels, _polygons
 
-    make_ready(_obj_kernels, _ply_kernels, _polygons)
+    prepare_kernels(_obj_kernels, _ply_kernels, _polygons)
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:

@@ -84,34 +84,34 @@ def read_colmap(folder: Path) -> OwnCameras:
 
 # --- lenses -----------------------------------------------------------------------------------
 def _lens(
-    model: str, width: int, height: int, params: tuple[float, ...]
+    model: str, width: int, height: int, parameters: tuple[float, ...]
 ) -> tuple[Intrinsics, str | None]:
     if model not in _PARAMETER_COUNTS:
         raise ValueError(tr("{model} is not a camera model of COLMAP", model=model[:40]))
-    if len(params) != _PARAMETER_COUNTS[model]:
+    if len(parameters) != _PARAMETER_COUNTS[model]:
         raise ValueError(
             tr(
                 "the camera model {model} has {count} parameters, not {given}",
                 model=model,
                 count=_PARAMETER_COUNTS[model],
-                given=len(params),
+                given=len(parameters),
             )
         )
-    if not (width > 0 and height > 0 and np.isfinite(params).all()):
+    if not (width > 0 and height > 0 and np.isfinite(parameters).all()):
         raise ValueError(tr("the size or a parameter of the camera is not possible"))
     if model in MODELS:
-        return Intrinsics(model, width, height, params), None
+        return Intrinsics(model, width, height, parameters), None
     if model == "EQUIRECTANGULAR":
         return pinhole_lens(width, height, max(width, height) / 2.0), model
     if model in ("SIMPLE_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"):
-        f, cx, cy, *k = params
+        f, cx, cy, *k = parameters
         distortion = (*k, 0.0, 0.0, 0.0, 0.0)[:4]
         return Intrinsics("OPENCV_FISHEYE", width, height, (f, f, cx, cy, *distortion)), None
     if model == "FISHEYE":
-        return Intrinsics("OPENCV_FISHEYE", width, height, (*params, 0.0, 0.0, 0.0, 0.0)), None
+        return Intrinsics("OPENCV_FISHEYE", width, height, (*parameters, 0.0, 0.0, 0.0, 0.0)), None
     if model in _TWO_FOCAL_MODELS:
-        return Intrinsics("PINHOLE", width, height, params[:4]), model
-    f, cx, cy = params[:3]
+        return Intrinsics("PINHOLE", width, height, parameters[:4]), model
+    f, cx, cy = parameters[:3]
     return Intrinsics("PINHOLE", width, height, (f, f, cx, cy)), model
 
 

@@ -13,7 +13,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.coordinate_limits import invalid_places
+from vomstudio.geometry.coordinate_limits import find_invalid_points
 
 # Maximum deviation of a matrix from a rotation; files have at least six digits.
 MAX_ROTATION_DEVIATION = 1e-3
@@ -67,7 +67,7 @@ def view_of_pose(
     """Return a view with an exact rotation. Raises ValueError if the pose is not valid."""
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
         raise ValueError(tr("the pose is not finite"))
-    if invalid_places(translation[None]).any():
+    if find_invalid_points(translation[None]).any():
         raise ValueError(tr("the position is nowhere on Earth"))
     if (
         np.abs(rotation @ rotation.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION
@@ -83,7 +83,7 @@ def view_of_pose(
 def from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
     """Return `view_of_pose` for a projection centre."""
     view = view_of_pose(name, lens, rotation, np.zeros(3))
-    if not np.isfinite(centre).all() or invalid_places(centre[None]).any():
+    if not np.isfinite(centre).all() or find_invalid_points(centre[None]).any():
         raise ValueError(tr("the position is nowhere on Earth"))
     return View(name, lens, view.rotation, -view.rotation @ centre)
 

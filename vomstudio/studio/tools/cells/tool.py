@@ -8,7 +8,12 @@ from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.coverage.cells import SquareGrid
-from vomstudio.geology.coverage.face_coverage import DONE, OPEN, TITLES, cell_name
+from vomstudio.geology.coverage.face_coverage import (
+    INSPECTED_MARK,
+    MARK_TITLES,
+    UNINSPECTED_MARK,
+    cell_name,
+)
 from vomstudio.geometry import transform
 from vomstudio.project import grid_edits
 from vomstudio.project.records import FaceGrid, Model, get
@@ -35,7 +40,7 @@ class CellsTool(StatelessTool):
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
-        self.mark = DONE
+        self.mark = INSPECTED_MARK
         self.under: tuple[str, int] | None = None
 
     @property
@@ -48,7 +53,7 @@ class CellsTool(StatelessTool):
         return tr(
             "Cells: click marks a cell as {mark}, a second click takes the mark away. Q, W, X and "
             "Z mark the cell under the cursor.",
-            mark=tr(TITLES[self.mark]),
+            mark=tr(MARK_TITLES[self.mark]),
         )
 
     def why_not_finish(self) -> Finding | None:
@@ -76,7 +81,7 @@ class CellsTool(StatelessTool):
                 return
             grid_id, cell = self.under
             current_mark = self._marks(grid_id)[cell]
-            self._apply(grid_id, cell, OPEN if current_mark == self.mark else self.mark)
+            self._apply(grid_id, cell, UNINSPECTED_MARK if current_mark == self.mark else self.mark)
 
     def _apply(self, grid_id: str, cell: int, mark: str) -> None:
         session = self._context.session
@@ -118,7 +123,7 @@ class CellsTool(StatelessTool):
             return
         cells, cell = _in_file(grid), self.under[1]
         corners = transform.apply(model.to_world, cells.corners(np.array([cell]))[0])
-        title = tr(TITLES[grid_edits.marks_of(grid)[cell]])
+        title = tr(MARK_TITLES[grid_edits.marks_of(grid)[cell]])
         text = tr(
             "{grid}, cell {cell}: {mark}", grid=grid.name, cell=cell_name(cells, cell), mark=title
         )

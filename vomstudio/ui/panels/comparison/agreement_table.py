@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.model_agreement import Agreement, OrientedPlane, compare_orientations
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.number_formatting import degrees
+from vomstudio.ui.base.number_formatting import format_error_deg
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.measured_planes import measured_planes
 from vomstudio.ui.widgets.number_table import Column, NumberTable
@@ -32,10 +32,10 @@ class AgreementTable(QWidget):
                 Column(tr("Plane"), tip=tr("On the model."), number=False),
                 Column(tr("Other"), tip=tr("On the benchmark."), number=False),
                 Column(tr("By"), tip=tr("Matched by name, or by nearness."), number=False),
-                Column(tr("Angle"), degrees, tr("Between the two planes.")),
+                Column(tr("Angle"), format_error_deg, tr("Between the two planes.")),
                 Column(
                     tr("95 %"),
-                    degrees,
+                    format_error_deg,
                     tr("Stated errors of both together, with their registrations where known."),
                 ),
             ),
@@ -101,8 +101,8 @@ def _summary_text(agreement: Agreement) -> str:
     if agreement.n:
         angles = tr(
             "Angle: median {median}, RMS {rms}.",
-            median=degrees(agreement.median_angle_deg),
-            rms=degrees(agreement.rms_angle_deg),
+            median=format_error_deg(agreement.median_angle_deg),
+            rms=format_error_deg(agreement.rms_angle_deg),
         )
         lines.insert(1, angles)
     return " ".join(lines)

@@ -59,7 +59,7 @@ def create_face_grid(request: GridRequest) -> FaceGrid:
     cell = request.cell_m or proposed_cell(points, frame)
     grid = create_grid(points - centre, frame.right, -frame.down, cell)
     back = transform.invert(rows)
-    scale = transform.scale_of(rows)
+    scale = transform.scale_factor(rows)
     origin = transform.apply(back, [grid.origin + centre])[0]
     rotation = rows[:3, :3].T / scale
     model = request.model

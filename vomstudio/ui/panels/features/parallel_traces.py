@@ -16,7 +16,7 @@ from vomstudio.geometry.units import length_text
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import get
-from vomstudio.ui.base.number_formatting import degrees
+from vomstudio.ui.base.number_formatting import format_error_deg
 from vomstudio.ui.base.studio import Studio
 
 MAX_TRACES = 12
@@ -70,7 +70,7 @@ def _format_beds(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> l
             plane=escape(
                 format_attitude(plane, beds.max_confidence95_deg, studio.settings.notation)
             ),
-            smallest=degrees(beds.min_confidence95_deg),
+            smallest=format_error_deg(beds.min_confidence95_deg),
         )
     ]
     lines += [_format_pair(pair, names, metric=studio.metres_known()) for pair in beds.same]

@@ -24,7 +24,7 @@ from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import FeatureType, Group
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, allow, rich_label
-from vomstudio.ui.base.number_formatting import degrees, natural_sort_key
+from vomstudio.ui.base.number_formatting import format_error_deg, natural_sort_key
 from vomstudio.ui.base.studio import Studio
 
 
@@ -88,10 +88,10 @@ def format_relation(measurement: Measurement) -> list[str]:
     )
     registration_lines = []
     if measurement.registration_error_deg is not None:
-        error = degrees(measurement.registration_error_deg)
+        error = format_error_deg(measurement.registration_error_deg)
         registration_lines.append(tr("Of that by the registration: {error}", error=error))
     return [
-        tr("Angle between the planes: {angle}", angle=degrees(measurement.angle_deg)),
+        tr("Angle between the planes: {angle}", angle=format_error_deg(measurement.angle_deg)),
         intersection,
         *registration_lines,
         *(

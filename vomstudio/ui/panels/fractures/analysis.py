@@ -15,7 +15,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
-from vomstudio.geology.notation import exact_plane
+from vomstudio.geology.notation import format_exact_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.widgets.drawing_view import DrawingMark
 from vomstudio.ui.widgets.vertex_table import parse_number
@@ -205,7 +205,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
         region = _merge_cells(cells) if len(cells) else _build_region(q.region_kind, numbers, mark)
         try:
             mapped = map_fractures(
-                FractureOrder(None, replace(q.options, plane=exact_plane(face.plane))),
+                FractureOrder(None, replace(q.options, plane=format_exact_plane(face.plane))),
                 lines=_shapes([trace.points for trace in q.traces]),
                 crs=q.crs,
                 counted=region,

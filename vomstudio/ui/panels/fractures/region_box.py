@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
-from vomstudio.geology.coverage.face_coverage import DONE, EMPTY
+from vomstudio.geology.coverage.face_coverage import EMPTY_MARK, INSPECTED_MARK
 from vomstudio.project.records import FaceGrid, get
 from vomstudio.project.tables.grid_layer import world_cells
 from vomstudio.ui.base.controls import ComboBox
@@ -71,6 +71,6 @@ class RegionBox(ComboBox):
         if self.kind() != GRID or grid is None:
             return None
         corners: FloatArray
-        _, corners = world_cells(grid, self._studio.records, DONE + EMPTY)
+        _, corners = world_cells(grid, self._studio.records, INSPECTED_MARK + EMPTY_MARK)
         _, all_corners = world_cells(grid, self._studio.records)
         return GridCells(grid.name, corners, all_corners[0])

@@ -10,7 +10,7 @@ from vomstudio.core.files.atomic import atomic_write, write_bytes
 from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.options import option_words
 from vomstudio.geology.beds.log_options import LogOptions
-from vomstudio.geology.notation import exact_plane
+from vomstudio.geology.notation import format_exact_plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.products.section.line_log import LogAnswer, RockWords, unique_names
 from vomstudio.ui.widgets.copied_command import CommandArguments, format_numbers
@@ -86,7 +86,7 @@ def log_command(result: LogAnswer, table: Path) -> CommandArguments:
     return [
         "log",
         table,
-        ("--bed", exact_plane(result.bed)),
+        ("--bed", format_exact_plane(result.bed)),
         *option_words(options),
         ("-o", result_stem.with_suffix(".csv")),
         ("--plot", result_stem.with_suffix(".svg")),

@@ -6,7 +6,7 @@ import math
 
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.geology.roses import HISTOGRAM_OF, ROSE_OF
+from vomstudio.geology.roses import HISTOGRAM_ANGLES, ROSE_ANGLES
 from vomstudio.products.net.contents import NetCircle, NetMark
 from vomstudio.products.net.figure_options import MAX_LEVELS
 from vomstudio.products.net.net_options import Turning
@@ -100,9 +100,9 @@ class NetViewSettings(QObject):
 
     @property
     def view(self) -> str:
-        """Selected view: "net", or one of `roses.ROSE_OF` and `roses.HISTOGRAM_OF`."""
+        """Selected view: "net", or one of `roses.ROSE_ANGLES` and `roses.HISTOGRAM_ANGLES`."""
         view = self._studio.settings.net_view
-        return view if view in (*ROSE_OF, *HISTOGRAM_OF) else "net"
+        return view if view in (*ROSE_ANGLES, *HISTOGRAM_ANGLES) else "net"
 
     def show_view(self, view: str, projection: str) -> None:
         """Show a net, rose or histogram; an empty projection leaves the projection unchanged."""

@@ -12,7 +12,7 @@ from vomstudio.core.arrays import BoolArray, ByteArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.pixel_areas import PixelArea, changed_by
+from vomstudio.geometry.pixel_areas import PixelArea, draw_area
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
 from vomstudio.project.records import Asset
 from vomstudio.ui.base.qt_background import QtBackground
@@ -157,7 +157,7 @@ class PhotoMasks(QObject):
         if used is None:
             return
         self.last_shape = Shape((*shape.areas, area), shape.is_masking, shape.photo)
-        if changed_by(used, area, shape.is_masking) is not None:
+        if draw_area(used, area, shape.is_masking) is not None:
             self._has_changed = True
             self.mask_changed.emit(shape.photo)
 
@@ -241,7 +241,7 @@ class PhotoMasks(QObject):
 
         def draw(name: str) -> dict[str, Asset | None]:
             used = self._load(self.rows[name])
-            changes = [changed_by(used, area, shape.is_masking) for area in shape.areas]
+            changes = [draw_area(used, area, shape.is_masking) for area in shape.areas]
             return {name: self._store_file(used)} if any(c is not None for c in changes) else {}
 
         def collect(masks: dict[str, Asset | None]) -> None:

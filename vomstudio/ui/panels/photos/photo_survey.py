@@ -371,7 +371,7 @@ class PhotoSurvey(QObject):
     def metres_per_unit(self) -> float | None:
         """Return the scale of a placed model of these photos, or None if no model has one."""
         scales = [
-            transform.scale_of(model.to_world)
+            transform.scale_factor(model.to_world)
             for model in self.placed_models()
             if model.frame.has_metres
         ]

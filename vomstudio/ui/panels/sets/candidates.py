@@ -265,13 +265,13 @@ def _new_name(type_name: str, reserved_names: set[str]) -> str:
     return next(name for name in names if name not in reserved_names)
 
 
-def _cone(candidates: Candidates, rows: IntArray, set_: ProposedSet) -> float | None:
+def _cone(candidates: Candidates, rows: IntArray, proposed_set: ProposedSet) -> float | None:
     from vomstudio.geology.populations.set_statistics import mean_regions
     from vomstudio.geology.statistics import fisher
 
     poles, turns = candidates.poles[rows], candidates.turns.of(rows)
     if not turns.known:
-        return set_.cone95_deg
+        return proposed_set.cone95_deg
     _, total = mean_regions(poles, fisher(poles, directed=False), False, turns)
     return None if total is None else total.largest_deg
 

@@ -277,7 +277,7 @@ class SetsPanel(QWidget):
         rows = []
         for set_, name, cone in zip(result.sets, result.names, result.cones_deg, strict=True):
             plane = Plane(set_.dip_direction_deg, set_.dip_deg)
-            mean = format_attitude(plane, cone, notation, bare=True)
+            mean = format_attitude(plane, cone, notation, omits_hand_rule=True)
             numbers = number(set_.kappa), length(set_.spacing_m)
             rows.append([name, f"{set_.n:,}", mean, *numbers])
         rows.append([tr("in no set"), f"{result.unassigned:,}", "", "", ""])

@@ -30,7 +30,7 @@ class SlopeQuestion:
 
 @dataclass(frozen=True, eq=False)
 class SlopeAnswer:
-    """Result of the analysis; `critical` is the result of `critical_planes`."""
+    """Result of the analysis; `critical` is the result of `list_critical_planes`."""
 
     question: SlopeQuestion
     table: OrientationRows
@@ -40,12 +40,14 @@ class SlopeAnswer:
 
 def answer(question: SlopeQuestion) -> SlopeAnswer:
     """Run the analysis of `vomstudio slope` in a worker thread."""
-    from vomstudio.geology.table_slopes import critical_planes, table_slope
+    from vomstudio.geology.table_slopes import list_critical_planes, table_slope
     from vomstudio.project.exports.feature_table import feature_table
 
     table = feature_table(question.records, question.features, question.measured)
     analysis = table_slope(table, question.face)
-    return SlopeAnswer(question, table, analysis, critical_planes(table, question.face, analysis))
+    return SlopeAnswer(
+        question, table, analysis, list_critical_planes(table, question.face, analysis)
+    )
 
 
 def write_figure(result: SlopeAnswer, path: Path) -> None:

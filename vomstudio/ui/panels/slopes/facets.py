@@ -180,7 +180,7 @@ class FacetSlopesView(QWidget):
         rows = []
         for facet in () if result is None else result.analysis.facets:
             plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
-            attitude = format_plane(plane, notation, 0, bare=True)
+            attitude = format_plane(plane, notation, 0, omits_hand_rule=True)
             shares = [getattr(facet, name).share for name, _, _ in _MODES]
             note = tr("It overhangs, and is taken as a vertical face.") if facet.overhangs else ""
             rows.append(((int(facet.id) + 1, attitude, *shares, facet.area_m2), note))

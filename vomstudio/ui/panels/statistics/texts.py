@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, describe_domain
 from vomstudio.geology.folds import FoldAxis
-from vomstudio.geology.notation import degrees, format_attitude, format_line, format_plane
+from vomstudio.geology.notation import format_attitude, format_error_deg, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures
 from vomstudio.geology.populations.set_statistics import SetStatistics
@@ -67,10 +67,10 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
     return [*rows, *(("•", reason.message) for reason in axis.reasons)]
 
 
-def domain_rows(domains: Mapping[str, DomainFigures], one_axis: OneAxisFigures) -> Rows:
+def domain_rows(domains: Mapping[str, DomainFigures], one_axis_figures: OneAxisFigures) -> Rows:
     """Return rows with the fold axis of each domain and the reasons of the one-axis test."""
     rows = [(name, describe_domain(domain, 0)) for name, domain in domains.items()]
-    return [*rows, *(("•", reason.message) for reason in one_axis.reasons)]
+    return [*rows, *(("•", reason.message) for reason in one_axis_figures.reasons)]
 
 
 def _planes_used(planes: FoldPlanes) -> str:
@@ -105,8 +105,8 @@ def _fisher(statistics: SetStatistics, notation: str) -> Rows:
     if fisher.registration_error_deg is not None and fisher.alpha95_deg is not None:
         text = tr(
             "{registration} of that (95 %), alpha95 {alpha}",
-            registration=degrees(fisher.registration_error_deg),
-            alpha=degrees(fisher.alpha95_deg),
+            registration=format_error_deg(fisher.registration_error_deg),
+            alpha=format_error_deg(fisher.alpha95_deg),
         )
         rows.append((tr("Registration"), text))
     return rows

@@ -28,7 +28,7 @@ from vomstudio.studio.tools.painted_area import merge_areas, patch_area
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, Label, create_row
 from vomstudio.ui.base.number_formatting import area as area_text
-from vomstudio.ui.base.number_formatting import degrees
+from vomstudio.ui.base.number_formatting import format_error_deg
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.measured_planes import measured_planes, oriented_planes
 from vomstudio.ui.panels.surface.facet_texts import (
@@ -118,7 +118,11 @@ class FacetsPanel(ProposalsPanel):
                     number=False,
                     icon=_verdict_icon,
                 ),
-                Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column(
+                    tr("95 % error"),
+                    format_error_deg,
+                    tr("How far the plane may be off, with 95 %."),
+                ),
                 Column(tr("Plane"), str, tr("In the notation of the project."), number=False),
                 Column(tr("Area"), self._area_text, tr("Area of the facet.")),
                 Column("#", lambda v: f"{v}", tr("1 is the largest.")),
@@ -261,7 +265,7 @@ class FacetsPanel(ProposalsPanel):
             verdict = measured.verdict.quality
             error = catalogue.TOTAL.value(self._studio.subject(proposals.patches[row], measured))
             doubt = (_DOUBT[verdict], 90.0 if error is None else error)
-            plane = measured.attitude(notation, bare=True)
+            plane = measured.attitude(notation, omits_hand_rule=True)
             area = measured.area_m2
             if area is None:
                 area = proposals.exposed_area_of(row)

@@ -26,7 +26,7 @@ from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import results_folder, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, create_row, file_field
-from vomstudio.ui.base.number_formatting import degrees
+from vomstudio.ui.base.number_formatting import format_error_deg
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.proposed_trace_drawings import MAX_DOUBT, line_area
 from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
@@ -105,7 +105,11 @@ class TracesPanel(ProposalsPanel):
                 ),
                 Column("m", lambda v: f"{v:.3g}", tr("Length.")),
                 Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
-                Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column(
+                    tr("95 % error"),
+                    format_error_deg,
+                    tr("How far the plane may be off, with 95 %."),
+                ),
                 Column("#", str, tr("1 is the strongest.")),
             ),
             tr("Proposed traces"),
@@ -283,7 +287,7 @@ class TracesPanel(ProposalsPanel):
             line = proposals.lines[row]
             plane = error = None
             if line.measured.plane is not None:
-                plane = line.measured.attitude(self._studio.settings.notation, bare=True)
+                plane = line.measured.attitude(self._studio.settings.notation, omits_hand_rule=True)
                 error = catalogue.TOTAL.value(self._studio.subject(line.trace, line.measured))
             rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
         self._show_rows(rows)
@@ -317,7 +321,7 @@ class TracesPanel(ProposalsPanel):
         nearest = min(distances, key=lambda row: distances[row], default=None)
         if nearest is None:
             return None
-        scale = transform.scale_of(model.to_world)
+        scale = transform.scale_factor(model.to_world)
         max_distance = _CLICK_TOLERANCE * scale * (proposals.lines[nearest].trace.resolution or 0.0)
         return nearest if distances[nearest] <= max_distance else None
 

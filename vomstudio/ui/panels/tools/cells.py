@@ -10,7 +10,13 @@ from PySide6.QtWidgets import QToolButton, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
+from vomstudio.geology.coverage.face_coverage import (
+    EMPTY_MARK,
+    INSPECTED_MARK,
+    MARK_TITLES,
+    UNINSPECTED_MARK,
+    UNMEASURABLE_MARK,
+)
 from vomstudio.project.records import FaceGrid
 from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.base.actions import Command
@@ -19,15 +25,20 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 
 MARKS = {
-    DONE: ("done", "check", "Q", to_translate("Features were picked here, or could have been.")),
-    EMPTY: ("empty", "circle-outline", "W", to_translate("There is nothing to pick here.")),
-    UNMEASURABLE: (
+    INSPECTED_MARK: (
+        "done",
+        "check",
+        "Q",
+        to_translate("Features were picked here, or could have been."),
+    ),
+    EMPTY_MARK: ("empty", "circle-outline", "W", to_translate("There is nothing to pick here.")),
+    UNMEASURABLE_MARK: (
         "unmeasurable",
         "cancel",
         "X",
         to_translate("Vegetation, debris, shadow or a hole: nothing can be measured here."),
     ),
-    OPEN: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
+    UNINSPECTED_MARK: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
 }
 """Name, icon, key and tooltip of the command that sets each mark, by mark."""
 
@@ -67,7 +78,7 @@ class CellsPanel(QWidget):
         self.count.setText(
             tr(
                 "{count} of {all} cells are marked.",
-                count=len(marks) - marks.count(OPEN),
+                count=len(marks) - marks.count(UNINSPECTED_MARK),
                 all=len(marks),
             )
             if grids
@@ -89,7 +100,7 @@ def commands(studio: Studio) -> list[Command]:
     return [
         Command(
             f"mark_{name}",
-            tr("Cell {mark}", mark=tr(TITLES[mark])),
+            tr("Cell {mark}", mark=tr(MARK_TITLES[mark])),
             partial(tool.mark_here, mark),
             icon=icon,
             shortcut=key,

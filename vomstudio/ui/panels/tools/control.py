@@ -365,7 +365,7 @@ class ControlPanel(QWidget):
     def _metres_per_unit(self) -> float:
         from vomstudio.geometry import transform
 
-        return 1.0 if self.model is None else transform.scale_of(self.model.to_world)
+        return 1.0 if self.model is None else transform.scale_factor(self.model.to_world)
 
     def _parse_crs(self) -> str | None:
         from vomstudio.io.gis.crs import metric_crs

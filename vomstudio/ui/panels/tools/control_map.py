@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.core.words import tr
-from vomstudio.ui.base.number_formatting import degrees, length
+from vomstudio.ui.base.number_formatting import format_error_deg, length
 
 if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
@@ -126,7 +126,7 @@ class ControlMap(QWidget):
         return [
             tr(
                 "Dashed: the axis held worst, {error} (95 %)",
-                error=degrees(axis.error_deg),
+                error=format_error_deg(axis.error_deg),
             )
         ]
 
