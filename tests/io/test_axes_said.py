@@ -44,8 +44,8 @@ def test_a_placed_model_says_metres(tmp_path: Path, ending: str) -> None:
 def test_a_table_says_the_units_of_its_models(tmp_path: Path) -> None:
     write_orientation_csv(tmp_path / "a.csv", [], axes=UNPLACED_AXES)
     head = (tmp_path / "a.csv").read_text().split("\nid")[0]
-    assert f"in {UNPLACED.unit}" in head
-    assert f"square {UNPLACED.unit}" in head
+    assert f"in {UNPLACED_AXES.unit}" in head
+    assert f"square {UNPLACED_AXES.unit}" in head
     assert "metres" not in head
     write_orientation_csv(tmp_path / "b.csv", [])
     assert WORLD.description in (tmp_path / "b.csv").read_text()

@@ -13,6 +13,7 @@ import pytest
 from tests.project.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.core.findings import Finding
+from vomstudio.geology.notation import format_error_deg
 from vomstudio.geology.orientation import Line, Plane, line_from_rake
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.frames import Frame
@@ -22,7 +23,7 @@ from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.project import catalogue as of
 from vomstudio.project import slip_figures as slip
 from vomstudio.project.catalogue import IN_WORLD
-from vomstudio.project.figures import Figure, Form, Subject, Unit, format_error_deg, number
+from vomstudio.project.figures import Figure, Form, Subject, Unit, number
 from vomstudio.project.kinds import FIGURES, KINDS
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation

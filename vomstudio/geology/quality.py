@@ -506,7 +506,10 @@ def _direction_findings(
     angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
     if angle is None and fit.n <= 3:
         # Profiles by shape already report a straight trace. K is undefined without scatter.
-        is_straight = t.by != "shape" and _or_infinite(fit.collinearity) > t.most_collinearity
+        is_straight = (
+            thresholds.by != "shape"
+            and _number_or_infinity(fit.collinearity) > thresholds.most_collinearity
+        )
         return False, [
             Finding("plane.three-straight-points" if is_straight else "plane.three-points")
         ]

@@ -183,7 +183,7 @@ def read_listed_features(
     if not features:
         name, first = skipped[0]
         raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
-    features = _merge_stations(features, transform.scale_of(transform.matrix(model.to_world)))
+    features = _merge_stations(features, transform.scale_factor(transform.matrix(model.to_world)))
     return ImportedFeatures(tuple(features), tuple(skipped), tuple(warnings))
 
 

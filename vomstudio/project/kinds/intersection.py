@@ -27,11 +27,12 @@ from vomstudio.geology.intersections import (
     mean_plane,
     scatter_deg,
 )
+from vomstudio.geology.notation import format_error_deg
 from vomstudio.geology.quality import judge_line
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
-from vomstudio.project.figures import Subject, format_error_deg
+from vomstudio.project.figures import Subject
 from vomstudio.project.kind import (
     Kind,
     Lookup,

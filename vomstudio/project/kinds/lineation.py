@@ -20,6 +20,7 @@ from vomstudio.geology.common_rotation_errors import (
     region_of_line,
 )
 from vomstudio.geology.intersections import UncertainPlane, deviation95
+from vomstudio.geology.notation import format_error_deg
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
 from vomstudio.geology.slip import CONFIDENCES, SENSES, SlipConfidence, SlipSense, slip_rake
@@ -27,7 +28,7 @@ from vomstudio.geometry.lines import FittedLine, fit_line
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
-from vomstudio.project.figures import Subject, format_error_deg
+from vomstudio.project.figures import Subject
 from vomstudio.project.kind import (
     Attribute,
     GisLayer,

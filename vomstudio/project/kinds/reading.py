@@ -11,12 +11,13 @@ import numpy as np
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
+from vomstudio.geology.notation import format_error_deg
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.units import length_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
-from vomstudio.project.figures import Subject, format_error_deg
+from vomstudio.project.figures import Subject
 from vomstudio.project.kind import Kind, Lookup, NetAppearance, Sketch, centre
 from vomstudio.project.measurement import Measurement, MeasurementContext, NearestPick
 from vomstudio.project.records import Typed

@@ -13,7 +13,7 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.trace_options import ProposalOptions
-from vomstudio.geology.profiles import DEFAULTS
+from vomstudio.geology.profiles import DEFAULT_THRESHOLDS
 from vomstudio.project import edits
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
@@ -114,13 +114,13 @@ def _propose(
                     conflict = Finding("option.conflict", option=flag, other="accept")
                     raise UsageError(conflict, field=flag)
             facets = FIND_FACETS.do(FacetsRequest(placed, search, None, out), progress)
-            proposals = assess_facets(model, search, facets, True, records, DEFAULTS)
+            proposals = assess_facets(model, search, facets, True, records, DEFAULT_THRESHOLDS)
             patches = [replace(each, notes=proposals.provenance) for each in proposals.patches]
             return patches, proposals.measured, facets.warnings
         known = known_lines(records, model.id)
         request = replace(search, max_lines=search.max_lines + len(known))
         result = PROPOSE_TRACES.do(TracesRequest(placed, request, out), progress)
-        lines = assess_lines(model, search, result, known, records, DEFAULTS)
+        lines = assess_lines(model, search, result, known, records, DEFAULT_THRESHOLDS)
         note = lines.provenance("trace.accepted")
         traces = [replace(line.trace, notes=note) for line in lines.lines]
         return traces, [line.measured for line in lines.lines], result.warnings

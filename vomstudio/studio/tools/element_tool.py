@@ -369,7 +369,7 @@ def inside(
                 transform.matrix(model.to_world),
                 filled,
                 through=through,
-                spacing=elements.spacing(model_id) * transform.scale_of(model.to_world),
+                spacing=elements.spacing(model_id) * transform.scale_factor(model.to_world),
             )
     return masks
 

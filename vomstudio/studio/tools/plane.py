@@ -523,7 +523,7 @@ class PlaneTool(ElementTool):
     # --- preview ------------------------------------------------------------------------------
     def _suggest_radius(self, model: Model, surface: PaintSurface) -> None:
         if self._radius is None:
-            radius = surface.extent * transform.scale_of(model.to_world) * DEFAULT_RADIUS_SHARE
+            radius = surface.extent * transform.scale_factor(model.to_world) * DEFAULT_RADIUS_SHARE
             self._radius = max(_round(radius), MIN_RADIUS_M)
             self._context.tool_changed()
 
@@ -570,7 +570,7 @@ class PlaneTool(ElementTool):
         if hit is None or surface is None or model is None or self.mode != "pick":
             return None
         self._suggest_radius(model, surface)
-        radius = self.radius / transform.scale_of(model.to_world)
+        radius = self.radius / transform.scale_factor(model.to_world)
         normal = surface.normal_near(hit.index, hit.position, radius)
         return BrushRing(
             transform.apply(model.to_world, [hit.position])[0],

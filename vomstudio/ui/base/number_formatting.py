@@ -8,9 +8,10 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
+from vomstudio.geology.notation import format_error_deg
 from vomstudio.geology.slip import SENSES
 from vomstudio.geometry.units import area_text, length_text
-from vomstudio.project.figures import format_error_deg, number
+from vomstudio.project.figures import number
 from vomstudio.project.kinds import kind_named
 from vomstudio.project.measurement import Measurement
 

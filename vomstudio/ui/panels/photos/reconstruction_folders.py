@@ -176,7 +176,7 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow], model: Model | No
             x, y, _ = transform.apply(to_world, [view.centre + np.array(cameras.origin)])[0]
             dx, dy, _ = to_world[:3, :3] @ view.direction
             size = (dx * dx + dy * dy) ** 0.5
-            is_steep = size <= _MIN_ARROW_LENGTH * transform.scale_of(to_world)
+            is_steep = size <= _MIN_ARROW_LENGTH * transform.scale_factor(to_world)
             row.place = (float(x), float(y))
             row.looks = None if is_steep else (float(dx / size), float(dy / size))
     return frame
