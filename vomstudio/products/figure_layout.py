@@ -27,6 +27,11 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
     """Set round ticks on a logarithmic axis, as dense as their labels allow.
 
     Call it after the limits of the axis and the position of the axes are set.
+
+    Parameters
+    ----------
+    axis : Axis
+    font_pt : float
     """
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
@@ -87,6 +92,11 @@ def make_room_for_legend(axes: Axes, legend: Legend) -> None:
     """Extend the vertical limits until no curve or area lies below the legend.
 
     The limit on the side of the legend is extended. Draw everything first.
+
+    Parameters
+    ----------
+    axes : Axes
+    legend : Legend
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -95,18 +105,18 @@ def make_room_for_legend(axes: Axes, legend: Legend) -> None:
     renderer = FigureCanvasAgg(figure).get_renderer()
     box = legend.get_window_extent(renderer).transformed(axes.transAxes.inverted())
     points = _drawn_points(axes)
-    beside = points[(points[:, 0] >= box.x0 - 0.01) & (points[:, 0] <= box.x1 + 0.01), 1]
-    if not len(beside):
+    heights_near = points[(points[:, 0] >= box.x0 - 0.01) & (points[:, 0] <= box.x1 + 0.01), 1]
+    if not len(heights_near):
         return
     scale = axes.yaxis.get_transform()
     low, high = scale.transform(np.array(axes.get_ylim()))
     if box.y0 + box.y1 > 1.0:
-        top = float(beside.max())
+        top = float(heights_near.max())
         limit = box.y0 - _LEGEND_GAP
         if top > limit:
             high = low + (high - low) * top / limit
     else:
-        bottom = float(beside.min())
+        bottom = float(heights_near.min())
         limit = box.y1 + _LEGEND_GAP
         if bottom < limit:
             low = high - (high - low) * (1.0 - bottom) / (1.0 - limit)

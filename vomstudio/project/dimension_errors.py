@@ -91,7 +91,7 @@ def direction_of(step: FloatArray, model: Model | None) -> dict[str, float]:
 
 
 def point_errors(figures: Mapping[str, float], resolution_m: float | None) -> dict[str, float]:
-    """Return the 95 % errors of a distance and its direction due to the resolution of the model.
+    """Return the 95 % errors of a distance and its direction by the model's resolution.
 
     Each coordinate of both points has an error of `POINT_OVER_RESOLUTION` times the resolution. The
     error of the registration is included if it is known.

@@ -345,7 +345,18 @@ def find_placed_model(projects: Projects, model_id: str) -> PlacedModel | None:
 
 
 def placed_model(record: Model, path: Path, cache: Path) -> PlacedModel:
-    """Return a model of a project, whose file is `path`, as input for jobs."""
+    """Return a model of a project, whose file is `path`, as input for jobs.
+
+    Parameters
+    ----------
+    record : Model
+    path : Path
+    cache : Path
+
+    Returns
+    -------
+    PlacedModel
+    """
     crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
     return PlacedModel(record.name, path, cache, record.to_world, crs, record.registration)
 

@@ -261,7 +261,7 @@ def _exclude_own_plane(
     plane_counts: IntArray,
     pair_counts: IntArray,
 ) -> None:
-    """Subtract the plane of a facet, in row `facet_row`, and its intersections from the counts.
+    """Subtract the plane of a facet and its intersections from the counts.
 
     Nothing can slide out of a face along its own plane or along a line within it.
     """

@@ -65,6 +65,14 @@ def find_program_control(photos: Path) -> tuple[Path, Path] | None:
 
     The photo folder and the folder that contains it are searched. Only a file that is the only one
     of its format, and whose marks are known, is returned.
+
+    Parameters
+    ----------
+    photos : Path
+
+    Returns
+    -------
+    (Path, Path) or None
     """
     for folder in (photos, photos.parent):
         for format_ in find_formats().all:

@@ -45,7 +45,16 @@ def _cell(value: Any) -> str:
 
 
 def round_angle(value: float | None) -> float | None:
-    """Return an angle rounded to remove digits that result from rounding errors."""
+    """Return an angle rounded to remove digits that result from rounding errors.
+
+    Parameters
+    ----------
+    value : float or None
+
+    Returns
+    -------
+    float or None
+    """
     return None if value is None else round(float(value), 6) + 0.0
 
 

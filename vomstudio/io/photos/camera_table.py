@@ -103,7 +103,7 @@ def find_camera(name: str | None) -> CameraModel | None:
 
 
 def search_cameras(text: str) -> list[CameraModel]:
-    """Return the models with every word of a text in their make and names, shorter names first.
+    """Return the models whose names contain every word of a text, shorter names first.
 
     Parameters
     ----------

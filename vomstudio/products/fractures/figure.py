@@ -89,7 +89,17 @@ class FracturePage:
 
 
 def lay_out_page(mapped: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
-    """Lay out the figure: the legend names all sets, and panels without data are left out."""
+    """Lay out the figure: the legend names all sets, and panels without data are left out.
+
+    Parameters
+    ----------
+    mapped : MappedNetwork
+    style : NetStyle, optional
+
+    Returns
+    -------
+    FracturePage
+    """
     cut = np.asarray(mapped.pieces.cut.any(axis=1))
     letters = ("d" if len(cut) and not cut.all() else "") + (
         "e" if mapped.found.P21_by_size else ""
@@ -160,11 +170,11 @@ def draw_fractures(
         ax = figure.add_axes((x / WIDTH_MM, y / height, wide / WIDTH_MM, tall / height), zorder=2)
         title = draw[letter](ax, mapped, style)
         axes.append(ax)
-        left = x - 13.0 if letter in "de" else x
+        letter_x = x - 13.0 if letter in "de" else x
         top = y + tall + _TITLES_MM - 1.0
         top += _ARROW_MM if letter == "a" else 0.0
         paper.text(
-            left,
+            letter_x,
             top,
             letter,
             fontsize=1.25 * style.font_pt,
@@ -173,7 +183,7 @@ def draw_fractures(
             va="top",
         )
         paper.text(
-            left + _LETTER_MM,
+            letter_x + _LETTER_MM,
             top - 0.5,
             title,
             fontsize=style.font_pt,
@@ -281,9 +291,9 @@ def _fill_box(ax: Axes) -> None:
     assert figure is not None
     place = ax.get_position()
     wide, tall = place.width * figure.get_figwidth(), place.height * figure.get_figheight()
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    length = 1.02 * max((right - left) / wide, (high - low) / tall, 1e-9)
-    x, y = 0.5 * (left + right), 0.5 * (low + high)
+    (x_left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    length = 1.02 * max((right - x_left) / wide, (high - low) / tall, 1e-9)
+    x, y = 0.5 * (x_left + right), 0.5 * (low + high)
     ax.set_xlim(x - 0.5 * length * wide, x + 0.5 * length * wide)
     ax.set_ylim(y - 0.5 * length * tall, y + 0.5 * length * tall)
 
@@ -291,19 +301,19 @@ def _fill_box(ax: Axes) -> None:
 def _draw_bar(
     paper: Axes, ax: Axes, place: tuple[float, float, float, float], style: NetStyle
 ) -> None:
-    left, bottom, wide, _ = place
+    x_left, bottom, wide, _ = place
     low, high = ax.get_xlim()
     bar = round_length(0.35 * (high - low))
     length = wide * bar / (high - low)
     paper.plot(
-        [left, left + length],
+        [x_left, x_left + length],
         [bottom - 3.0] * 2,
         color=style.ink,
         linewidth=2 * style.line_pt,
         solid_capstyle="butt",
     )
     paper.text(
-        left + length + 1.5,
+        x_left + length + 1.5,
         bottom - 3.0,
         f"{bar:g} m",
         va="center",
@@ -319,7 +329,7 @@ def _draw_directions(
     style: NetStyle,
 ) -> None:
     """Draw the upward arrow and, on a face, the directions of its ends."""
-    left, bottom, wide, tall = place
+    x_left, bottom, wide, tall = place
     top = bottom + tall
     left_name, right_name, up = _orientation(mapped)
     bold: dict[str, Any] = {
@@ -328,9 +338,9 @@ def _draw_directions(
         "color": style.ink,
         "va": "bottom",
     }
-    paper.text(left, top + 1.5, left_name, ha="left", **bold)
-    paper.text(left + wide, top + 1.5, right_name, ha="right", **bold)
-    middle = left + 0.5 * wide
+    paper.text(x_left, top + 1.5, left_name, ha="left", **bold)
+    paper.text(x_left + wide, top + 1.5, right_name, ha="right", **bold)
+    middle = x_left + 0.5 * wide
     paper.annotate(
         "",
         (middle, top + 5.0),

@@ -62,7 +62,13 @@ def _line_width(plan: ContourPlan, style: NetStyle) -> float:
 
 
 def draw_bar(page: NetPage, plan: ContourPlan) -> None:
-    """Draw the colour bar of contours on a page."""
+    """Draw the colour bar of contours on a page.
+
+    Parameters
+    ----------
+    page : NetPage
+    plan : ContourPlan
+    """
     from matplotlib.patches import Rectangle
 
     n, font, row = len(plan.levels), page.font, page.row

@@ -109,7 +109,16 @@ def check_contour_sizes(net: NetContents) -> list[Finding]:
 
 
 def contoured_sets(net: NetContents) -> list[NetSet]:
-    """Return the sets that are contoured."""
+    """Return the sets that are contoured.
+
+    Parameters
+    ----------
+    net : NetContents
+
+    Returns
+    -------
+    list of NetSet
+    """
     only = net.contouring.only
     return [s for s in net.sets if len(s) and only in (None, s.group_name)]
 

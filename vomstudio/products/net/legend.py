@@ -96,7 +96,8 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     ellipse = fold_ellipse(fold)
     text = "β"
     if ellipse is not None:
-        errors = f"±{format_error_deg(ellipse.max_angle_deg)} / ±{format_error_deg(ellipse.min_angle_deg)}"
+        semi_axes = (ellipse.max_angle_deg, ellipse.min_angle_deg)
+        errors = " / ".join(f"±{format_error_deg(angle)}" for angle in semi_axes)
         text = f"β {errors}" if net.compact else tr("β, joint 95 %: {errors}", errors=errors)
     text = tr("{beta}, n = {n:,}", beta=text, n=fold.n)
     if net.fold_not_good:
@@ -106,7 +107,17 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
 
 
 def set_text(s: NetSet, poles: bool) -> str:
-    """Return the full legend text of a set."""
+    """Return the full legend text of a set.
+
+    Parameters
+    ----------
+    s : NetSet
+    poles : bool
+
+    Returns
+    -------
+    str
+    """
     if s.kind == "line":
         return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
     if poles:

@@ -42,7 +42,16 @@ def import_mplstereonet() -> Any:
 
 
 def is_stereonet_axes(ax: Any) -> bool:
-    """Return whether axes are those of mplstereonet."""
+    """Return whether axes are those of mplstereonet.
+
+    Parameters
+    ----------
+    ax : object
+
+    Returns
+    -------
+    bool
+    """
     return isinstance(ax, import_mplstereonet().StereonetAxes)
 
 
@@ -56,7 +65,7 @@ def add_net(
     y_radii: tuple[float, float] = UNIT,
     north: str = "N",
 ) -> Any:
-    """Add the axes of a net: circle, a tick every 10 degrees, a cross in the middle, and north.
+    """Add axes of a net with circle, ticks every 10 degrees, centre and north.
 
     Parameters
     ----------
@@ -133,7 +142,16 @@ def _draw_ticks(ax: Any, style: NetStyle, letter: float) -> None:
 
 
 def plane_transform(ax: Any) -> Transform:
-    """Return the transform of positions in the unit circle, for symbols without a direction."""
+    """Return the transform of positions in the unit circle, for symbols without a direction.
+
+    Parameters
+    ----------
+    ax : object
+
+    Returns
+    -------
+    Transform
+    """
     from matplotlib.transforms import Affine2D
 
     transform: Transform = Affine2D().translate(1.0, 1.0).scale(0.5) + ax.transAxes
@@ -141,7 +159,17 @@ def plane_transform(ax: Any) -> Transform:
 
 
 def unit_positions(ax: Any, vectors: FloatArray) -> FloatArray:
-    """Return the positions (n, 2) of directions (n, 3) in the unit circle, as the axes project."""
+    """Return the projected positions (n, 2) of directions (n, 3) in the unit circle.
+
+    Parameters
+    ----------
+    ax : object
+    vectors : ndarray of float
+
+    Returns
+    -------
+    ndarray of float
+    """
     to_axes = ax.transProjection + ax.transAffine
     return np.asarray(2.0 * to_axes.transform(nets.to_longitude_latitude(vectors)) - 1.0)
 
@@ -151,6 +179,17 @@ def plot_vectors(ax: Any, vectors: FloatArray, *, flip: bool = True, **look: Any
 
     Symbols at the rim are drawn whole. With `flip`, vectors that point up are plotted at their
     lower end, which must not be done for a curve: its ends are horizontal except for rounding.
+
+    Parameters
+    ----------
+    ax : object
+    vectors : ndarray of float
+    flip : bool
+    **look : object
+
+    Returns
+    -------
+    Line2D
     """
     positions = nets.to_longitude_latitude(vectors, flip=flip)
     (line,) = ax.plot(*positions.T, **({"clip_on": False} | look))
@@ -160,7 +199,19 @@ def plot_vectors(ax: Any, vectors: FloatArray, *, flip: bool = True, **look: Any
 def plot_parts(
     ax: Any, parts: Sequence[FloatArray], *, label: str = "", **look: Any
 ) -> list[Line2D]:
-    """Plot the parts (k, 3) of one curve on the lower hemisphere; the first one has the label."""
+    """Plot the parts (k, 3) of one curve on the lower hemisphere; the first one has the label.
+
+    Parameters
+    ----------
+    ax : object
+    parts : sequence of ndarray of float
+    label : str
+    **look : object
+
+    Returns
+    -------
+    list of Line2D
+    """
     return [
         plot_vectors(ax, part, flip=False, label=label if i == 0 else "", **look)
         for i, part in enumerate(parts)
@@ -171,6 +222,16 @@ def plot_curves(ax: Any, curves: Sequence[FloatArray] | FloatArray, **look: Any)
     """Plot many curves (k, 3) on the lower hemisphere as one collection.
 
     All curves are projected together, because matplotlib would project them one by one.
+
+    Parameters
+    ----------
+    ax : object
+    curves : sequence of ndarray of float or ndarray of float
+    **look : object
+
+    Returns
+    -------
+    LineCollection
     """
     from matplotlib.collections import LineCollection
 

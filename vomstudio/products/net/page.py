@@ -201,8 +201,8 @@ class NetPage:
         if self.net.compact:
             return [entry]
         lines = wrap_text(entry.text, self.font, width - _SIGN_LETTERS * self.font)
-        rest = [NetLegendEntry(line, entry.color, is_continued=True) for line in lines[1:]]
-        return [replace(entry, text=lines[0]), *rest]
+        continuation = [NetLegendEntry(line, entry.color, is_continued=True) for line in lines[1:]]
+        return [replace(entry, text=lines[0]), *continuation]
 
     def _stack(self, width: float) -> list[LegendRow]:
         """Arrange legend entries below each other."""

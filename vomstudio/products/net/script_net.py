@@ -22,7 +22,18 @@ _SIZE = (8.0, 5.0)
 def new_axes(
     net: NetContents, style: FigureStyle, size_mm: tuple[float, float] | None = None
 ) -> Any:
-    """Create axes in a new pyplot figure, with space for the legend and the text of a net."""
+    """Create axes in a new pyplot figure, with space for the legend and the text of a net.
+
+    Parameters
+    ----------
+    net : NetContents
+    style : FigureStyle
+    size_mm : (float, float) or None, optional
+
+    Returns
+    -------
+    object
+    """
     import matplotlib.pyplot as plt
 
     width, height = _SIZE if size_mm is None else (size_mm[0] / 25.4, size_mm[1] / 25.4)
@@ -46,6 +57,12 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
     """Draw the contents of a net on the axes, with a legend.
 
     The size in `style` is ignored in favour of that of the axes' figure.
+
+    Parameters
+    ----------
+    ax : object
+    net : NetContents
+    style : FigureStyle or None, optional
     """
     figure_style = style or FigureStyle()
     paper = figure_style.net_style()

@@ -197,8 +197,8 @@ def write_orthophoto(
 
 def _sidecar_text(facts: dict[str, Any]) -> str:
     """Format the sidecar; an oblique picture has the CRS of World only, not one of its own."""
-    own = {key: value for key, value in facts.items() if key != "crs" or value is not None}
-    return json.dumps(own, indent=1, ensure_ascii=False) + "\n"
+    stated = {key: value for key, value in facts.items() if key != "crs" or value is not None}
+    return json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
 
 
 def _drawn_facts(coverage: float, filled: int, source: TileSource) -> dict[str, Any]:

@@ -29,7 +29,17 @@ def _right_azimuth(view: ViewDirection) -> float:
 
 
 def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
-    """Return the labels of the horizontal and the vertical axis of a picture."""
+    """Return the labels of the horizontal and the vertical axis of a picture.
+
+    Parameters
+    ----------
+    view : ViewDirection
+    unit : str
+
+    Returns
+    -------
+    (str, str)
+    """
     across = tr("distance ({unit})", unit=unit)
     up = tr("distance up ({unit})", unit=unit)
     if view.north_known:

@@ -116,7 +116,16 @@ def remarks(subject: Subject) -> list[str]:
 
 
 def comparison_finding(nearest: NearestPick | None) -> Finding:
-    """Return the finding about the angle and distance to the nearest pick."""
+    """Return the finding about the angle and distance to the nearest pick.
+
+    Parameters
+    ----------
+    nearest : NearestPick or None
+
+    Returns
+    -------
+    Finding
+    """
     if nearest is None:
         return Finding("reading.no-pick")
     values = {

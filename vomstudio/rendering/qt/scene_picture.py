@@ -294,7 +294,7 @@ class ScenePicture(QObject):
 
 
 def _leave_qt_context() -> None:
-    """Leave Qt's graphics context, if any, because VTK switches to its own without Qt's knowledge.
+    """Leave Qt's graphics context, because VTK switches to its own unknown to Qt.
 
     Qt would otherwise continue to draw in the context of VTK.
     """

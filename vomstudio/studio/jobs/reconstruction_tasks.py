@@ -18,7 +18,7 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 @dataclass(frozen=True)
 class ReconstructionRequest:
-    """Request for the reconstruction of a model from photos; other fields as in `PipelineSettings`.
+    """Request for the reconstruction of a model; other fields as in `PipelineSettings`.
 
     Parameters
     ----------

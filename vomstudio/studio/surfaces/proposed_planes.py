@@ -47,11 +47,30 @@ class ProposedPlanes:
 
 
 def is_proposal(id_: str) -> bool:
-    """Return whether an id of the net belongs to a proposal."""
+    """Return whether an id of the net belongs to a proposal.
+
+    Parameters
+    ----------
+    id_ : str
+
+    Returns
+    -------
+    bool
+    """
     return id_.startswith(_PREFIX)
 
 
 def proposal_indices(owner: str, ids: Iterable[str]) -> list[int]:
-    """Return the indices of a panel's proposals among ids of the net, in ascending order."""
+    """Return the indices of a panel's proposals among ids of the net, in ascending order.
+
+    Parameters
+    ----------
+    owner : str
+    ids : iterable of str
+
+    Returns
+    -------
+    list of int
+    """
     prefix = f"{_PREFIX}{owner}:"
     return sorted(int(id_.removeprefix(prefix)) for id_ in ids if id_.startswith(prefix))

@@ -283,7 +283,17 @@ def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
 
 
 def known_lines(records: Mapping[str, Record], model_id: str) -> list[FloatArray]:
-    """Return the traces of a model in its file frame, which need not be proposed again."""
+    """Return the traces of a model in its file frame, which need not be proposed again.
+
+    Parameters
+    ----------
+    records : mapping of str to Record
+    model_id : str
+
+    Returns
+    -------
+    list of ndarray of float
+    """
     picked = [r for r in records.values() if isinstance(r, Picked) and r.model_id == model_id]
     traces = [feature for feature in picked if kind_of(feature).name == "trace"]
     return [np.asarray(trace.vertices, np.float64).reshape(-1, 3) for trace in traces]

@@ -68,7 +68,18 @@ class ElementPreview:
 
 
 def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:
-    """Create an empty patch with the next feature type and set."""
+    """Create an empty patch with the next feature type and set.
+
+    Parameters
+    ----------
+    context : ToolContext
+    model : Model
+    element : {"face", "point"}
+
+    Returns
+    -------
+    Patch
+    """
     zero = (0.0, 0.0, 0.0)
     return Patch(
         id=new_id("patch"),

@@ -321,10 +321,10 @@ class ElementTool:
     # --- drafts ------------------------------------------------------------------------------
     def _keep_draft(self) -> None:
         session, selection = self._context.session, self.selection
-        chosen = None if selection is None else selection.to_dict()
+        selected = None if selection is None else selection.to_dict()
         state = None
-        if chosen is not None:
-            state = {"tool": self.name, "chosen": chosen, **self._more_state()}
+        if selected is not None:
+            state = {"tool": self.name, "chosen": selected, **self._more_state()}
         if session.draft is not None and session.draft.state == state:
             return
         try:
@@ -357,7 +357,20 @@ def inside(
     *,
     through: bool,
 ) -> dict[str, BoolArray]:
-    """Return the elements (n,) of each model that are inside a shape."""
+    """Return the elements (n,) of each model that are inside a shape.
+
+    Parameters
+    ----------
+    context : ToolContext
+    looking : ViewSnapshot
+    shape : DrawnShape
+    model_ids : list of str
+    through : bool
+
+    Returns
+    -------
+    dict of str to ndarray of bool
+    """
     filled = looking.filled(shape.ring())
     elements, masks = context.elements, {}
     for model_id in model_ids:
@@ -375,7 +388,17 @@ def inside(
 
 
 def combination(event: PointerEvent, default: Combine) -> Combine:
-    """Return the combination: Shift adds, Alt or Ctrl removes, both intersect."""
+    """Return the combination: Shift adds, Alt or Ctrl removes, both intersect.
+
+    Parameters
+    ----------
+    event : PointerEvent
+    default : Combine
+
+    Returns
+    -------
+    Combine
+    """
     removes = event.alt or event.ctrl
     if event.shift and removes:
         return "intersect"

@@ -58,7 +58,16 @@ def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | No
 
 
 def merge_areas(areas: Sequence[Area]) -> Area | None:
-    """Merge areas of one element type for drawing, or return None without areas."""
+    """Merge areas of one element type for drawing, or return None without areas.
+
+    Parameters
+    ----------
+    areas : sequence of Area
+
+    Returns
+    -------
+    Area or None
+    """
     if not areas:
         return None
     origin = areas[0].origin

@@ -15,7 +15,18 @@ from vomstudio.studio.tools.tool_context import ToolContext
 def plane_reading(
     context: ToolContext, measurement: Measurement | None, *, painting: bool
 ) -> tuple[str, ...]:
-    """Return the lines of text, which are abbreviated while `painting`."""
+    """Return the lines of text, which are abbreviated while `painting`.
+
+    Parameters
+    ----------
+    context : ToolContext
+    measurement : Measurement or None
+    painting : bool
+
+    Returns
+    -------
+    tuple of str
+    """
     if measurement is None:
         return ()
     fit, verdict = measurement.fit, measurement.verdict

@@ -33,5 +33,14 @@ _CHOSEN = to_translate("{count:,} selected: Shift adds, Alt removes.")
 
 
 def count_text(count: int) -> str:
-    """Describe the number of selected elements and the keys that change them."""
+    """Describe the number of selected elements and the keys that change them.
+
+    Parameters
+    ----------
+    count : int
+
+    Returns
+    -------
+    str
+    """
     return tr(_CHOSEN, count=count) if count else tr(_EMPTY)

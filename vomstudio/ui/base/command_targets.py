@@ -94,6 +94,14 @@ def results_folder(studio: Studio) -> Path:
 
     This is the folder chosen last in the project, or that of the saved project, or the folder
     chosen last in another project. It is never that of a model or photos.
+
+    Parameters
+    ----------
+    studio : Studio
+
+    Returns
+    -------
+    Path
     """
     recent_projects = (Path(text) for text in studio.settings.recent if text.endswith(SUFFIX))
     folders = [
@@ -107,7 +115,13 @@ def results_folder(studio: Studio) -> Path:
 
 
 def remember_target(studio: Studio, path: Path) -> None:
-    """Propose the folder of a result for the next one."""
+    """Propose the folder of a result for the next one.
+
+    Parameters
+    ----------
+    studio : Studio
+    path : Path
+    """
     studio.results_folder = path.absolute().parent
     studio.workspace.preferences.remember_results(studio.results_folder)
 

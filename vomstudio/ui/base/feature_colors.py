@@ -31,7 +31,16 @@ _LIGHTNESS, _SATURATION = 0.52, 0.8
 
 
 def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
-    """Return the colour of each set by feature type and name, in the order of the types."""
+    """Return the colour of each set by feature type and name, in the order of the types.
+
+    Parameters
+    ----------
+    records : RecordMap
+
+    Returns
+    -------
+    dict of (str, str) to str
+    """
     from vomstudio.products.net.contents import OKABE_ITO
 
     order = {kind.id: i for i, kind in enumerate(records.of(FeatureType))}
@@ -59,6 +68,16 @@ def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> Le
     """Return the class of a feature with its colour, according to the settings.
 
     Features to which the property cannot apply, such as stations, keep their own colour.
+
+    Parameters
+    ----------
+    studio : Studio
+    feature : Feature
+    measured : Measurement
+
+    Returns
+    -------
+    LegendEntry
     """
     mode = studio.settings.color_by
     if mode == "type" or not isinstance(feature, Typed):
@@ -78,7 +97,18 @@ def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> Le
 
 
 def feature_color(studio: Studio, feature: Feature, measured: Measurement) -> str:
-    """Return the colour (#rrggbb) of a feature according to the settings."""
+    """Return the colour (#rrggbb) of a feature according to the settings.
+
+    Parameters
+    ----------
+    studio : Studio
+    feature : Feature
+    measured : Measurement
+
+    Returns
+    -------
+    str
+    """
     return feature_class(studio, feature, measured).color
 
 
@@ -86,6 +116,14 @@ def legend(studio: Studio) -> tuple[str, list[LegendEntry]]:
     """Return the title and rows of the legend; there are no rows for colours by type.
 
     The types and their colours are listed in the tree and beside the net.
+
+    Parameters
+    ----------
+    studio : Studio
+
+    Returns
+    -------
+    (str, list of LegendEntry)
     """
     mode = studio.settings.color_by
     title = tr(COLOR_MODES[mode])

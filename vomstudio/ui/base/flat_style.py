@@ -87,8 +87,8 @@ class FlatStyle(QProxyStyle):
 
 def _is_reached_by_key(option: QStyleOption) -> bool:
     """Return whether a widget has the focus and the last focus change was made by a key."""
-    wanted = _State.State_HasFocus | _State.State_KeyboardFocusChange
-    return option.state & wanted == wanted
+    needed_state = _State.State_HasFocus | _State.State_KeyboardFocusChange
+    return option.state & needed_state == needed_state
 
 
 def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
@@ -123,7 +123,14 @@ def _draw_button(option: QStyleOption, painter: QPainter) -> None:
 
 
 def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
-    """Draw the frame of the widget that has the keyboard focus."""
+    """Draw the frame of the widget that has the keyboard focus.
+
+    Parameters
+    ----------
+    painter : QPainter
+    rect : QRectF
+    palette : QPalette
+    """
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -51,6 +51,12 @@ class OpenDialogs:
 
         Parameters
         ----------
+        kind : type
+            Class of the dialog.
+        create : callable
+            Creates the dialog.
+        key : hashable, optional
+            Distinguishes dialogs of one class.
         general : bool
             Whether the dialog stays open when another project is opened.
         """

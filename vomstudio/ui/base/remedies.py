@@ -67,12 +67,30 @@ REMEDIES: dict[str, Remedy] = {
 
 
 def short_reason(reason: Finding) -> str:
-    """Return the short form of a reason, or its full message if it has none."""
+    """Return the short form of a reason, or its full message if it has none.
+
+    Parameters
+    ----------
+    reason : Finding
+
+    Returns
+    -------
+    str
+    """
     remedy = REMEDIES.get(reason.code)
     return reason.message if remedy is None else tr(remedy.text)
 
 
 def command_for(reason: Finding) -> str:
-    """Return the name of the command that acts on a reason, or "" if there is none."""
+    """Return the name of the command that acts on a reason, or "" if there is none.
+
+    Parameters
+    ----------
+    reason : Finding
+
+    Returns
+    -------
+    str
+    """
     remedy = REMEDIES.get(reason.code)
     return "" if remedy is None else remedy.command

@@ -1,4 +1,4 @@
-"""Presentation of the project's records in the viewport, and selection of features by clicks."""
+"""Presentation of records in the viewport, and selection of features by clicks."""
 
 from __future__ import annotations
 

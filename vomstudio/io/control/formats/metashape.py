@@ -137,7 +137,16 @@ def _require_known(path: Path, element: Element, name: str, values_by_key: dict[
 
 
 def find_points(folder: Path) -> Path | None:
-    """Return the only XML file in the folder that has markers with coordinates, or None."""
+    """Return the only XML file in the folder that has markers with coordinates, or None.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    Path or None
+    """
     path = only_xml(folder, lambda head: f"<{ROOT_TAG}" in head and "<chunk" in head)
     if path is None:
         return None

@@ -111,7 +111,16 @@ def marks_beside(path: Path) -> Path | None:
 
 
 def find_points(folder: Path) -> Path | None:
-    """Return the only XML file in the folder that has points, or None."""
+    """Return the only XML file in the folder that has points, or None.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    Path or None
+    """
     return only_xml(folder, lambda head: POINTS in head)
 
 

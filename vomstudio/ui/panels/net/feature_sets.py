@@ -119,6 +119,14 @@ def distinct_symbols(sets: Sequence[NetSet]) -> list[NetSet]:
     """Give every set a symbol of its own, as far as there are symbols.
 
     The first set of a type has the symbol of the type.
+
+    Parameters
+    ----------
+    sets : sequence of NetSet
+
+    Returns
+    -------
+    list of NetSet
     """
     free = [marker for marker in _SYMBOLS if all(s.marker != marker for s in sets)]
     used: set[str] = set()
@@ -142,7 +150,17 @@ def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
 
 
 def split_set(net_set: NetSet, classes: Mapping[str, LegendEntry]) -> list[NetSet]:
-    """Split a set into one set per class, in the colours of the classes."""
+    """Split a set into one set per class, in the colours of the classes.
+
+    Parameters
+    ----------
+    net_set : NetSet
+    classes : mapping of str to LegendEntry
+
+    Returns
+    -------
+    list of NetSet
+    """
     rows: dict[LegendEntry, list[int]] = {}
     for row, id_ in enumerate(net_set.ids):
         rows.setdefault(classes[id_], []).append(row)

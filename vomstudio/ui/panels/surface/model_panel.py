@@ -219,16 +219,16 @@ class ProposalsPanel(ModelPanel):
         self._studio.planes_proposed.emit(self._prefix, planes)
 
     def _proposed_planes(self) -> ProposedPlanes:
-        found: dict[int, Plane] = {}
+        plane_by_index: dict[int, Plane] = {}
         for index in self.listed():
             plane = self._measured_feature(index)[1].plane
             if plane is not None:
-                found[index] = plane
+                plane_by_index[index] = plane
         return ProposedPlanes(
             owner=self._prefix,
             title=self.table.accessibleName(),
-            planes=tuple(found.values()),
-            indices=tuple(found),
+            planes=tuple(plane_by_index.values()),
+            indices=tuple(plane_by_index),
             selection=frozenset(self._selection()),
         )
 

@@ -23,7 +23,16 @@ _TITLES: dict[ElementMode, str] = {
 
 
 def commands(studio: Studio) -> list[Command]:
-    """Create the commands that the plane tool adds to the search."""
+    """Create the commands that the plane tool adds to the search.
+
+    Parameters
+    ----------
+    studio : Studio
+
+    Returns
+    -------
+    list of Command
+    """
     tool, select = studio.tool_of(PlaneTool), studio.tool_of(SelectTool)
 
     def why_not_active() -> Finding | None:
