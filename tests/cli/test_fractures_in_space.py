@@ -100,7 +100,7 @@ def test_words_and_figure_state_what_angles_are_counted_from(run, tmp_path: Path
     assert ran.code == 0, ran.err
     assert "/90, scatter" in ran.out
     assert "from up" in ran.out
-    assert ">pitch " in picture.read_text()
+    assert ">Pitch " in picture.read_text()
     # On the face the first trace is level and the second upright.
     sets = run("fractures", path, "--strikes", "350-010,080-100", "--json").json["sets"]
     assert {s["name"]: s["n"] for s in sets} == {"080-100": 1, "350-010": 2, "unassigned": 3}

@@ -499,6 +499,6 @@ def test_lines_off_their_plane_of_a_folded_set_or_without_their_plane_are_doubtf
     assert found(off_plane_deg=10.4) == ("doubtful", (off,))
     scattered = Finding("line.scattered-set", scatter_deg=12.6)
     assert found(scatter_deg=12.6) == ("doubtful", (scattered,))
-    assert found(plane_is_gone=True) == ("doubtful", (Finding("line.plane-missing"),))
+    assert found(is_plane_missing=True) == ("doubtful", (Finding("line.plane-missing"),))
     strict = Thresholds(good_confidence95_deg=0.5, poor_confidence95_deg=0.9)
     assert found(thresholds=strict)[0] == "poor"

@@ -17,7 +17,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from tests.products.net_places import parts, places
-from vomstudio.geology.density import DENSITY_METHODS, density_grid, grid_size, round_levels
+from vomstudio.geology.density import DENSITY_METHODS, choose_round_levels, density_grid, grid_size
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, lines_to_vectors
 from vomstudio.geology.stereonet import to_longitude_latitude
@@ -192,7 +192,7 @@ def test_contours_are_those_of_the_library(method: str) -> None:
     # A pole at the very edge of a counting circle may count for one and not for the other.
     assert np.mean(away > 1e-6) < (0.01 if method in ("kamb", "schmidt") else 1e-12)
     theirs = other.contourf(steps, steps, counted.T, levels=ours.levels)
-    assert list(ours.levels[:-1]) == round_levels(float(counted.max()), method)
+    assert list(ours.levels[:-1]) == choose_round_levels(float(counted.max()), method)
     assert ours.levels[-1] > counted.max()
     for mine, expected in zip(ours.get_paths(), theirs.get_paths(), strict=True):
         assert len(mine.vertices) == pytest.approx(len(expected.vertices), abs=8)

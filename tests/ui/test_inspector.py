@@ -99,7 +99,7 @@ def test_reasons_unfold_in_the_panel_of_a_tool(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", vertices=STRAIGHT)
     studio.selection.set(["t1"])
-    window.actions_table.run("continue_trace")
+    window.actions_table.run("edit_feature")
     fit = driver.tool_panel(window, TracePanel).fit_view
     assert fit._reason.text()
     assert fit.remedy.isHidden()

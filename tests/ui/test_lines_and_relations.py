@@ -14,9 +14,9 @@ from tests import driver
 from tests.messages import figures, shown_codes
 from tests.studio.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.geology.notation import format_error_deg
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.figures import format_error_deg
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation

@@ -6,7 +6,7 @@ import json
 import shutil
 from pathlib import Path
 
-from vomstudio.core.progress import Silent
+from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, PhotosRequest
 
@@ -20,7 +20,7 @@ def test_a_check_is_repeated_only_for_other_photos(tmp_path: Path) -> None:
         shutil.copy(path, folder)
 
     def check() -> SurveyReport:
-        return CHECK_PHOTOS.do(PhotosRequest(folder, cache), Silent())
+        return CHECK_PHOTOS.do(PhotosRequest(folder, cache), SilentProgress())
 
     first = check()
     (stored,) = (cache / "checks").iterdir()

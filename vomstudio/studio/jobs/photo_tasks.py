@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from vomstudio import __version__
 from vomstudio.core.errors import InputError, TargetError, WorkerError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.containment import make_folder
 from vomstudio.core.files.regular import open_regular, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
+from vomstudio.core.version import __version__
 from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.project.imports.sidecar_import import SidecarData
