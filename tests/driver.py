@@ -30,6 +30,12 @@ CRS = "EPSG:32633"
 Panel = TypeVar("Panel", bound=QWidget)
 
 
+def is_seen(widget: QWidget) -> bool:
+    """Return whether a part of a widget or of its children is not covered."""
+    every = (widget, *widget.findChildren(QWidget))
+    return any(not each.visibleRegion().isEmpty() for each in every)
+
+
 def wait(until: Callable[[], object], what: str = "", seconds: float = 30.0) -> None:
     """Let the window work until something is so."""
     end = time.monotonic() + seconds

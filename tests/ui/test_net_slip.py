@@ -24,6 +24,7 @@ def net(window, studio):
     add_cliff(studio)
     window._add_stereonet()
     window.docks.bring_forward("stereonet")
+    window.net.set_overlay(False)
     assert studio.attempt(edits.add_readings, [Reading("f", "F1", "fault", "plane", 90.0, 60.0)])
     return window.net
 

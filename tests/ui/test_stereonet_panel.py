@@ -162,7 +162,9 @@ def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(n
     assert net.canvas.grab().toImage() == before
 
 
-def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(net, studio):
+def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(window, net, studio):
+    net.set_overlay(False)
+    drawn(window)
     sets = net.contents().sets
     assert [(s.name, len(s)) for s in sets] == [
         ("Bedding: N (compass)", 3),
@@ -173,7 +175,7 @@ def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(net, studio
     style = net.artists.style
     assert sets[0].color == sets[1].color != sets[2].color
     assert len({s.marker for s in sets}) == 4
-    assert style.symbol(sets[0]) == style.symbol(sets[1])
+    assert style.symbol(sets[0])[:1] == style.symbol(sets[1])[:1] != style.symbol(sets[2])[:1]
     texts = [t.get_text() for t in net.artists.axes.texts]
     assert "Bedding: N (compass) (3)" in texts
 
@@ -216,6 +218,8 @@ def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, s
 
 
 def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, studio):
+    net.set_overlay(False)
+    drawn(window)
     assert any(len(a) for a in net.artists.arcs)
     many = [Reading(f"x{i}", f"x{i}", "joint", "plane", float(i), 60.0) for i in range(60)]
     assert studio.attempt(edits.add_readings, many)

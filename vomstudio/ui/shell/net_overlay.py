@@ -155,7 +155,7 @@ class NetOverlay(QFrame):
         self.setGeometry(QRect(place, QSize(side, height)))
         self.raise_()
         # The buttons of a message stay reachable.
-        self.stackUnder(self._message_bar)
+        self._message_bar.raise_()
 
     def _anchor(self) -> None:
         """Store the distance from the nearest corner."""
