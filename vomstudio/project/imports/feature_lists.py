@@ -34,11 +34,10 @@ from vomstudio.io.text.wkt_columns import parse_wkt
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lithology import Lithology
 from vomstudio.project.kinds.station import (
-    PHOTO_SEPARATOR,
     STATION_KINDS,
     Station,
     StationKind,
-    photos_of,
+    merge_stations,
 )
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.feature_lists import WKT
@@ -65,8 +64,6 @@ _COLUMNS = (
 """Columns that are read; a layer or table may have additional ones."""
 _WGS84 = "EPSG:4326"
 MAX_TABLE_BYTES = 256 << 20
-MAX_STATION_DISTANCE_M = 10.0
-"""Maximum distance between rows of one station."""
 ROWS_PER_PROGRESS_STEP = 2000
 """Number of rows between two progress reports, which also check for cancellation."""
 
@@ -182,30 +179,8 @@ def read_listed_features(
     if not features:
         name, first = skipped[0]
         raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
-    features = _merge_stations(features, transform.scale_of(transform.matrix(model.to_world)))
+    features = merge_stations(features, transform.scale_of(transform.matrix(model.to_world)))
     return ImportedFeatures(tuple(features), tuple(skipped), tuple(warnings))
-
-
-def _merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
-    """Merge rows of one station, such as one row per photo, into one station with all of them."""
-    merged: dict[object, Feature] = {}
-    for feature in features:
-        key: object = feature.id
-        if isinstance(feature, Station) and (code := feature.number or feature.name):
-            key = (feature.what, code.casefold())
-            first = merged.get(key)
-            if isinstance(first, Station):
-                distance_m = scale * math.dist(first.vertices[0], feature.vertices[0])
-                if distance_m <= MAX_STATION_DISTANCE_M:
-                    merged[key] = replace(
-                        first,
-                        photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, feature))),
-                        notes="\n".join(dict.fromkeys(filter(None, (first.notes, feature.notes)))),
-                    )
-                    continue
-                key = feature.id
-        merged[key] = feature
-    return list(merged.values())
 
 
 def _feature(
