@@ -17,6 +17,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane, slip_from_rake
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
+from vomstudio.project.catalogue import AREA
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import (
     Attribute,
@@ -75,7 +76,8 @@ def test_a_field_is_put_in_by_what_suits_it(kind, attribute: Attribute):
     hint = get_type_hints(kind.record)[attribute.field]
     form = "type" if attribute.field == "type_id" else "flag" if hint is bool else None
     if form is None:
-        form = "choice" if get_args(hint) else "plane" if attribute.field == "plane_id" else "text"
+        text = "lines" if attribute.field == "notes" else "text"
+        form = "choice" if get_args(hint) else "plane" if attribute.field == "plane_id" else text
     if attribute.form == "word":
         # Words that are proposed, where a file may bring others.
         assert hint is str
@@ -495,7 +497,8 @@ def test_lengths_are_those_of_the_right_triangle():
     ends = ((1.0, 1.0, 1.0), (4.0, 5.0, 13.0))
     for model, scale in ((MODEL, 1.0), (HALVED, 0.5)):
         found = seen(dimension("distance", *ends), model=model).measured
-        assert found.dimension == {
+        lengths = {k: v for k, v in found.dimension.items() if k.endswith("_m")}
+        assert lengths == {
             "distance_m": 13.0 * scale,
             "horizontal_m": 5.0 * scale,
             "vertical_m": 12.0 * scale,
@@ -504,7 +507,8 @@ def test_lengths_are_those_of_the_right_triangle():
         assert back.dimension == {**found.dimension, "vertical_m": -12.0 * scale}
     walk = dimension("polyline", ends[0], (1.0, 5.0, 1.0), (4.0, 5.0, 1.0), ends[1])
     straight = seen(dimension("distance", *ends)).measured.dimension
-    assert seen(walk).measured.dimension == {**straight, "length_m": 19.0}
+    lengths = {name: value for name, value in straight.items() if name.endswith("_m")}
+    assert seen(walk).measured.dimension == {**lengths, "length_m": 19.0}
 
 
 def test_an_area_is_that_of_its_ring():
@@ -537,17 +541,25 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         (
             dimension("distance", *up),
             "5.00 m",
-            ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"],
+            [
+                "Distance 5.00 m",
+                "Horizontal 3.00 m, upward 4.00 m",
+                "Trend/plunge 270/53",
+            ],
         ),
         (
             dimension("distance", *up[::-1]),
             "5.00 m",
-            ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m"],
+            [
+                "Distance 5.00 m",
+                "Horizontal 3.00 m, downward 4.00 m",
+                "Trend/plunge 270/53",
+            ],
         ),
         (
             dimension("distance", (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)),
             "2.00 m",
-            ["Distance 2.00 m", "Horizontal 2.00 m, upward 0 mm"],
+            ["Distance 2.00 m", "Horizontal 2.00 m, upward 0 mm", "Trend/plunge 090/00"],
         ),
         (
             dimension("polyline", up[0], (3.0, 0.0, 0.0), up[1]),
@@ -575,7 +587,8 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         assert words(subject) == lines
         units = replace(subject.measured, metric=False)
         assert headline(units).endswith(" units²" if feature.kind == "area" else " units")
-        assert all("units" in line for line in kind_of(feature).words(units))
+        lengths = [line for line in kind_of(feature).words(units) if "/plunge" not in line]
+        assert all("units" in line for line in lengths)
 
 
 def test_a_thickness_is_told_with_its_error():
@@ -623,11 +636,11 @@ def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
     assert words(seen(striation(20.0, ""))) == []
 
 
-def test_a_patch_tells_its_area_where_it_has_one():
-    assert words(seen(patch(area=6.0), model=HALVED)) == ["Area 1.50 m²"]
-    assert words(seen(patch(area=None))) == []
+def test_a_patch_has_its_area_as_a_figure():
     unknown = replace(MODEL, placement=Frame("undeclared"))
-    assert words(seen(patch(area=6.0), model=unknown)) == ["Area 6.00 units²"]
+    assert AREA.text(seen(patch(area=6.0), model=HALVED)) == "1.50 m²"
+    assert AREA.text(seen(patch(area=None))) == "–"
+    assert AREA.text(seen(patch(area=6.0), model=unknown)) == "6.00 units²"
 
 
 def test_a_reading_tells_where_it_comes_from():

@@ -98,7 +98,7 @@ def test_every_other_column_is_told_by_its_name(book: Path) -> None:
     )
     found, notation = roles(book, header)
     assert found == {
-        "name": "Station",
+        "station": "Station",
         "type": "type",
         "set": "set",
         "element": "element",
