@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from vomstudio.core.files.regular import read_small
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
-from vomstudio.core.progress import Progress, SilentProgress
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
@@ -31,15 +31,13 @@ from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.text.encodings import decode_text
 from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
 from vomstudio.io.text.wkt_columns import parse_wkt
-from vomstudio.project.kinds import kind_of
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lithology import Lithology
 from vomstudio.project.kinds.station import (
-    PHOTO_SEPARATOR,
     STATION_KINDS,
     Station,
     StationKind,
-    photos_of,
+    merge_stations,
 )
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.feature_lists import WKT
@@ -66,8 +64,6 @@ _COLUMNS = (
 """Columns that are read; a layer or table may have additional ones."""
 _WGS84 = "EPSG:4326"
 MAX_TABLE_BYTES = 256 << 20
-MAX_STATION_DISTANCE_M = 10.0
-"""Maximum distance between rows of one station."""
 ROWS_PER_PROGRESS_STEP = 2000
 """Number of rows between two progress reports, which also check for cancellation."""
 
@@ -139,7 +135,7 @@ def read_listed_features(
     if not path.is_file():
         raise InputError(Finding("file.missing"), file=path)
     is_table = path.suffix.lower() in (".csv", ".txt")
-    report = SilentProgress() if progress is None else progress
+    report = Silent() if progress is None else progress
     rows: list[_Row] = []
     table_findings: list[Finding] = []
     for row in _table(path, table_findings) if is_table else _layers(path, report):
@@ -183,31 +179,8 @@ def read_listed_features(
     if not features:
         name, first = skipped[0]
         raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
-    features = _merge_stations(features, transform.scale_factor(transform.matrix(model.to_world)))
+    features = merge_stations(features, transform.scale_of(transform.matrix(model.to_world)))
     return ImportedFeatures(tuple(features), tuple(skipped), tuple(warnings))
-
-
-def _merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
-    """Merge rows of one station, such as one row per photo, into one station with all of them."""
-    merged: dict[object, Feature] = {}
-    for feature in features:
-        key: object = feature.id
-        if kind_of(feature).name == "station":
-            station = cast(Station, feature)
-            key = (station.what, (station.number or station.name or station.id).casefold())
-            first = cast(Station | None, merged.get(key))
-            if first is not None:
-                distance_m = scale * math.dist(first.vertices[0], station.vertices[0])
-                if distance_m <= MAX_STATION_DISTANCE_M:
-                    merged[key] = replace(
-                        first,
-                        photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, station))),
-                        notes="\n".join(dict.fromkeys(filter(None, (first.notes, station.notes)))),
-                    )
-                    continue
-                key = station.id
-        merged[key] = feature
-    return list(merged.values())
 
 
 def _feature(
@@ -259,7 +232,7 @@ def _feature(
     area = None if area_inside is None else area_inside(np.asarray(vertices, np.float64))
     if area is None and (area_text := row.text("area_m2")):
         # The model is not loaded, so use the stored area if it is plausible.
-        scale = transform.scale_factor(transform.matrix(model.to_world))
+        scale = transform.scale_of(transform.matrix(model.to_world))
         try:
             value = float(area_text)
         except ValueError:

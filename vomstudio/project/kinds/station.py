@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -23,6 +24,8 @@ STATION_KINDS: tuple[tuple[StationKind, str], ...] = (
     ("sample", _("Sample")),
 )
 PHOTO_SEPARATOR = "; "
+MAX_STATION_DISTANCE_M = 10.0
+"""Maximum distance between rows of one station."""
 GROUP = KindGroup("stations", _("Stations and samples"), "map-marker")
 
 
@@ -104,6 +107,35 @@ def photos_of(*stations: Station) -> list[str]:
     """
     names = (name.strip() for s in stations for name in s.photo.split(PHOTO_SEPARATOR.strip()))
     return [name for name in names if name]
+
+
+def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
+    """Merge rows of one station, such as one row per photo, into one station with all of them.
+
+    Parameters
+    ----------
+    features : sequence of Feature
+    scale : float
+        Metres per unit of the vertices.
+    """
+    merged: dict[object, Feature] = {}
+    for feature in features:
+        key: object = feature.id
+        if isinstance(feature, Station) and (code := feature.number or feature.name):
+            key = (feature.what, code.casefold())
+            first = merged.get(key)
+            if isinstance(first, Station):
+                distance_m = scale * math.dist(first.vertices[0], feature.vertices[0])
+                if distance_m <= MAX_STATION_DISTANCE_M:
+                    merged[key] = replace(
+                        first,
+                        photo=PHOTO_SEPARATOR.join(dict.fromkeys(photos_of(first, feature))),
+                        notes="\n".join(dict.fromkeys(filter(None, (first.notes, feature.notes)))),
+                    )
+                    continue
+                key = feature.id
+        merged[key] = feature
+    return list(merged.values())
 
 
 def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:
