@@ -3,6 +3,7 @@
     xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' \\
         python -m tests.benchmarks.bench_viewport [--millions 1 5] [--clouds 5 9.4 FILE] [--stock]
         python -m tests.benchmarks.bench_viewport --memory 5
+        python -m tests.benchmarks.bench_viewport --second 5
 
 Prints, for each size: time to the stages of a model, longest freeze of the window while it loads
 and while it comes to rest (gaps of a 5 ms timer), a drag step through Qt beside a plain frame of
@@ -13,6 +14,8 @@ or from a file: stages, freezes, drag, picks and zoom. `--stock` drags the same 
 pyvistaqt's QtInteractor. Meshes and clouds are then shown by elevation, clipped by dragging a face
 of the box, and clouds under eye-dome lighting. `--memory` prints what drawing and picking a mesh
 takes beside the mesh itself and its textures, which are tiny for that; one size per process.
+`--second` opens the second view of a mesh beside the viewport: time to its libraries, to its first
+and to its complete picture, memory, freezes, and a drag of 20 steps in linked views.
 """
 
 from __future__ import annotations
@@ -574,6 +577,67 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
     print(f"closing                         {time.perf_counter() - closing:6.2f} s")
 
 
+def second_view(app: QApplication, millions: float, folder: Path) -> None:
+    """What the second view of a mesh costs, beside a viewport that shows it already."""
+    from PySide6.QtWidgets import QHBoxLayout
+
+    from vomstudio.rendering.qt.second_view import SecondView, import_plotter
+    from vomstudio.rendering.qt.viewport import Viewport
+
+    mesh = outcrop(int(millions * 1e6), folder)
+    print(f"\n== second view of {len(mesh.faces):,} triangles")
+    window, box = QMainWindow(), QWidget()
+    row = QHBoxLayout(box)
+    window.setCentralWidget(box)
+    window.resize(*SIZE)
+    view = Viewport()
+    row.addWidget(view)
+    window.show()
+    view.models.add("m", mesh, np.eye(4), frame_camera=True)
+    pump(app, 300.0, lambda: {"complete", "pickable"} <= view.models.reached("m"))
+    pump(app, 1.0)
+    print(f"drag step of the viewport alone {milliseconds(drag(app, view, 20))}")
+    pump(app, 60.0, lambda: view.still)
+    before, started = memory_mb(), time.perf_counter()
+    import_plotter()
+    print(f"libraries                       {time.perf_counter() - started:6.2f} s")
+    print(f"memory of the libraries         {memory_mb() - before:6.0f} MB")
+    before, started = memory_mb(), time.perf_counter()
+    heart = Heartbeat()
+    second = SecondView(view, lambda _: True)
+    row.addWidget(second)
+    pump(app, 60.0, lambda: second.scene is not None and second.scene.canvas.frames > 1)
+    print(f"first picture                   {time.perf_counter() - started:6.2f} s")
+    pump(app, 300.0, lambda: second.still and view.still)
+    print(f"complete picture                {time.perf_counter() - started:6.2f} s")
+    print(f"while it opens                  {heart.report()}")
+    print(f"memory of the view              {memory_mb() - before:6.0f} MB")
+    assert second.scene is not None
+    frames = second.scene.canvas.frames
+    plotter = second.plotter
+    assert plotter is not None
+    second.camera_changed.connect(lambda: follow(second, view))
+    print(f"drag step of linked views       {milliseconds(drag(app, plotter, 20))}")
+    print(f"pictures of the drag            {second.scene.canvas.frames - frames:6d}")
+    pump(app, 300.0, lambda: second.still and view.still)
+    print(f"pictures with the rest          {second.scene.canvas.frames - frames:6d}")
+    frames = second.scene.canvas.frames
+    pump(app, 3.0)
+    print(f"pictures when idle for 3 s      {second.scene.canvas.frames - frames:6d}")
+    second.hide()
+    pump(app, 1.0)
+    print(f"memory after closing the view   {memory_mb() - before:6.0f} MB")
+    second.release()
+    window.close()
+    view.shutdown()
+
+
+def follow(moved, other) -> None:  # type: ignore[no-untyped-def]
+    """Link the cameras of two views."""
+    other.camera.restore(moved.camera.to_dict())
+    other.moves.moved()
+
+
 def feature_changes(app: QApplication, view, line) -> list[float]:  # type: ignore[no-untyped-def]
     from vomstudio.rendering.view.drawing import FeatureDrawing
 
@@ -603,6 +667,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=60)
     parser.add_argument("--stock", action="store_true")
     parser.add_argument("--memory", type=float, help="millions of triangles")
+    parser.add_argument("--second", type=float, help="millions of triangles")
     options = parser.parse_args()
     app = QApplication([])
     with tempfile.TemporaryDirectory() as name:
@@ -614,6 +679,9 @@ def main() -> None:
             return
         for k in range(TEXTURES):
             picture(folder, k)
+        if options.second:
+            second_view(app, options.second, folder)
+            return
         for millions in options.millions:
             run(app, millions, options.steps, folder)
             if options.stock:

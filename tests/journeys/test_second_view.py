@@ -21,6 +21,8 @@ from vomstudio.rendering.qt.second_view import SecondView
 from vomstudio.ui.panels.view.second_view_panel import SecondViewPanel
 from vomstudio.ui.shell.main_window import MainWindow
 
+pytestmark = pytest.mark.full
+
 STEPS = 20
 
 
@@ -39,7 +41,8 @@ class Beside:
 
     def rest(self) -> None:
         viewport = self.window.viewport
-        wait(lambda: self.view.still and viewport.still, "the rest of both cameras")
+        wait(lambda: viewport.still, "the rest of the outcrop")
+        wait(lambda: self.view.still, "the rest of the second view")
 
     def frames(self) -> int:
         return self.view.scene.canvas.frames
@@ -123,7 +126,6 @@ def test_a_drag_turns_both_views_only_while_they_are_linked(beside):
     np.testing.assert_allclose(second, first)
 
 
-@pytest.mark.full
 def test_a_drag_is_drawn_once_per_step_and_an_idle_view_never(beside):
     begin = beside.frames()
     beside.drag(beside.view.plotter, QPoint(120, 30))
@@ -139,7 +141,6 @@ def test_a_drag_is_drawn_once_per_step_and_an_idle_view_never(beside):
     assert beside.frames() == drawn
 
 
-@pytest.mark.full
 def test_a_click_selects_in_both_views(beside, picks):
     studio = beside.window.studio
     (first, points), (second, others) = list(picks.items())[:2]
@@ -157,7 +158,6 @@ def test_a_click_selects_in_both_views(beside, picks):
     driver.keep_picture(beside.window, "second-view-selected")
 
 
-@pytest.mark.full
 def test_a_trace_is_drawn_in_the_second_view(beside, picks):
     window, studio = beside.window, beside.window.studio
     points = list(picks.values())[2]
@@ -180,7 +180,6 @@ def test_a_trace_is_drawn_in_the_second_view(beside, picks):
     assert np.linalg.norm(vertices - places, axis=1).max() < 0.1
 
 
-@pytest.mark.full
 def test_the_view_follows_edits_undo_visibility_and_another_project(beside, picks):
     window, studio, view = beside.window, beside.window.studio, beside.view
     names = list(picks)
@@ -219,7 +218,6 @@ def test_the_view_follows_edits_undo_visibility_and_another_project(beside, pick
     assert not view.scene.features.drawings
 
 
-@pytest.mark.full
 def test_two_models_stand_side_by_side_and_share_their_data(window, outcrop, beside):
     studio, view = window.studio, beside.view
     text = outcrop.read_text()
@@ -247,7 +245,6 @@ def test_two_models_stand_side_by_side_and_share_their_data(window, outcrop, bes
     wait(lambda: later_id not in view.scene.models, "a view without it")
 
 
-@pytest.mark.full
 def test_the_view_floats_returns_and_closes(beside):
     window, view = beside.window, beside.view
     dock = window.docks["second_view"]
@@ -276,7 +273,6 @@ def test_the_view_floats_returns_and_closes(beside):
     assert beside.frames() > 0
 
 
-@pytest.mark.full
 def test_standard_directions_turn_the_view(beside):
     press(beside.panel.link)
     names = {action.text(): action for action in beside.panel.direction.menu().actions()}

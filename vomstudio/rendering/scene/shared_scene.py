@@ -132,7 +132,11 @@ class SharedScene(Scene):
         changed |= self._follow_skins(twin, model)
         changed |= self._follow_parts(twin, twin.proxies, model.proxies)
         changed |= self._follow_parts(twin, twin.parts, model.parts)
-        twin.chunks_done, twin.textures_done = model.chunks_done, model.textures_done
+        is_done = (model.chunks_done, model.textures_done)
+        if (twin.chunks_done, twin.textures_done) != is_done:
+            twin.chunks_done, twin.textures_done = is_done
+            # Until all chunks are present, a simplified model is shown.
+            changed = True
         return changed
 
     @staticmethod
