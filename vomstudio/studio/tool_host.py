@@ -221,7 +221,8 @@ class ToolHost:
         """Pass the waiting clicks to the active tool once no other tool has an open feature."""
         while self._waiting and (tool := self.active) is not None:
             busy = self.open_tool
-            if busy not in (None, tool) and (busy.finishing or not self._settle(busy)):
+            is_busy = busy is not None and busy is not tool
+            if busy is not None and is_busy and (busy.finishing or not self._settle(busy)):
                 return
             event = self._waiting.pop(0)
             self.show(self._tool_preview)
