@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class ChoosingTool(Protocol):
     """Protocol of the tool whose selection is changed."""
 
     combine: Combine
-    name: str
+    name: ClassVar[str]
 
     @property
     def selection(self) -> ElementSelection | None: ...

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.studio.tools.element_tool import ElementTool
@@ -76,7 +77,7 @@ class SelectTool(ElementTool):
         filled = looking.filled(shape.ring())
         height, width = filled.shape
         with np.errstate(invalid="ignore"):
-            is_seen = (pixels >= 0.0).all(axis=1) & (pixels < [width, height]).all(axis=1)
+            is_seen: BoolArray = np.all((pixels >= 0.0) & (pixels < [width, height]), axis=1)
         columns, rows = np.where(is_seen[:, None], pixels, 0.0).astype(int).T
         is_inside = is_seen & (filled[rows, columns] > 0)
         inside = tuple(id_ for id_, is_in in zip(ids, is_inside, strict=True) if is_in)
