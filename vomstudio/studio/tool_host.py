@@ -139,6 +139,10 @@ class ToolHost:
             self.keep_next_type()
             self.next_changed.emit()
 
+    def _gives_way(self, tool: Tool) -> bool:
+        """Settle the open feature of a tool. Return False while it is still being finished."""
+        return not tool.finishing and self._settle(tool) and not tool.open
+
     def _settle(self, tool: Tool) -> bool:
         """Finish the open feature of a tool, or discard it. Return whether this was possible."""
         if not tool.finishing and tool.why_not_finish() is None:
@@ -223,7 +227,7 @@ class ToolHost:
         """Pass the waiting clicks to the active tool once no other tool has an open feature."""
         while self._waiting and (tool := self.active) is not None:
             busy = self.open_tool
-            if busy not in (None, tool) and (busy.finishing or not self._settle(busy)):
+            if busy is not None and busy is not tool and not self._gives_way(busy):
                 return
             event = self._waiting.pop(0)
             self.show(self._tool_preview)

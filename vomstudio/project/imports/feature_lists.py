@@ -179,7 +179,7 @@ def read_listed_features(
     if not features:
         name, first = skipped[0]
         raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
-    features = merge_stations(features, transform.scale_of(transform.matrix(model.to_world)))
+    features = merge_stations(features, transform.scale_factor(transform.matrix(model.to_world)))
     return ImportedFeatures(tuple(features), tuple(skipped), tuple(warnings))
 
 
@@ -232,7 +232,7 @@ def _feature(
     area = None if area_inside is None else area_inside(np.asarray(vertices, np.float64))
     if area is None and (area_text := row.text("area_m2")):
         # The model is not loaded, so use the stored area if it is plausible.
-        scale = transform.scale_of(transform.matrix(model.to_world))
+        scale = transform.scale_factor(transform.matrix(model.to_world))
         try:
             value = float(area_text)
         except ValueError:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import DocumentError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -343,7 +344,7 @@ class PlaneTool(ElementTool):
         self._live = self._context.measure(patch.but(**stroke.figures(ids, whole=False)))
         stroke.note_measured(started)
 
-    def take(self, model_id: str, mask: np.ndarray, how: Combine, step: str) -> None:
+    def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None:
         self.growth.seed = None
         if self._continued is not None and self._continued.model_id != model_id:
             self._context.hint(Finding("tool.other-model"))
@@ -559,7 +560,7 @@ class PlaneTool(ElementTool):
             return (tr("The plane is measured at Enter"),)
         return plane_reading(self._context, measurement, painting=self._down)
 
-    def _pending_places(self) -> np.ndarray | None:
+    def _pending_places(self) -> FloatArray | None:
         hits = [seed.hit for seed in self._waiting if seed is not None]
         return self._context.world_places(hits) if hits else None
 

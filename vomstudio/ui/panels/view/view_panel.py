@@ -400,10 +400,13 @@ class ViewPanel(QWidget):
         self._show_cost()
         if not isinstance(axis, Finding):
             text = f"<b>{escape(_axis_text(axis))}</b>"
-            reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.warnings()))
-            self._verdict.setText("<br>".join([text, *map(escape, reasons)]))
+            warnings = (f"• {warning}" for warning in self._bedding.warnings())
+            self._verdict.setText("<br>".join([text, *map(escape, warnings)]))
+            # Statistics lists the reasons with their figures.
+            self._verdict.setToolTip("<br>".join(escape(str(each)) for each in axis.reasons))
         else:
             self._verdict.setText(escape(axis.message))
+            self._verdict.setToolTip("")
 
     def _offer(self, name: str, direction: AxialDirection | Finding | None) -> None:
         """Enable a button, and show its direction and the cost of the error in the tooltip."""
