@@ -89,16 +89,25 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """Add a page; if `scrolls`, it scrolls when it is longer than its dock."""
         self._add(name, title, PanelScrollArea(widget) if scrolls else widget)
 
-    def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
-        """Add a scrolling page that is created when it is first shown in a project."""
+    def add_later(
+        self, name: str, title: str, make: Callable[[], QWidget], *, permanent: bool = False
+    ) -> None:
+        """Add a scrolling page that is created when it is first shown in a project.
+
+        Parameters
+        ----------
+        permanent : bool
+            Whether the page stays and follows the project itself.
+        """
         area = LazyScrollArea(make)
-        self._lazy_areas.append(area)
+        if not permanent:
+            self._lazy_areas.append(area)
         self._add(name, title, area)
 
     def renew_pages(self) -> None:
-        """Discard the pages that were added with `add_later`, for another project.
+        """Discard the pages that were added with `add_later` and are not permanent.
 
-        Their inputs, results and messages belong to one project, so no page has to clear them.
+        Their inputs, results and messages belong to one project. Nothing has to be cleared.
         """
         for area in self._lazy_areas:
             area.renew()

@@ -298,7 +298,7 @@ class MainWindow(QMainWindow):
 
     def _fill_docks(self) -> None:
         from vomstudio.ui.panels.jobs_panel import JobsPanel
-        from vomstudio.ui.shell.work_panels import work_panels
+        from vomstudio.ui.shell.work_panels import PERMANENT_PAGES, work_panels
 
         # The net needs matplotlib; a placeholder is shown until the window is visible.
         self._net_place = QWidget()
@@ -315,7 +315,9 @@ class MainWindow(QMainWindow):
         add("jobs", tr("Jobs"), JobsPanel(self.studio))
         add("messages", tr("Messages"), self.messages)
         for name, title, make in work_panels():
-            self.docks.add_later(name, tr(title), partial(make, self.studio, self.view))
+            factory = partial(make, self.studio, self.view)
+            permanent = name in PERMANENT_PAGES
+            self.docks.add_later(name, tr(title), factory, permanent=permanent)
         self.tool_panel.set_title_callback(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:

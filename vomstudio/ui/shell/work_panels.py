@@ -21,6 +21,10 @@ Make = Callable[[Studio, OutcropView], QWidget]
 Needs = Callable[[OutcropView], tuple[object, ...]]
 
 
+PERMANENT_PAGES = ("second_view",)
+"""Pages that stay when another project is opened, because they hold graphics memory."""
+
+
 def work_panels() -> tuple[tuple[str, str, Make], ...]:
     """Return the dock name, title and factory of each scrolling panel.
 
