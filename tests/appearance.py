@@ -27,6 +27,7 @@ from PySide6.QtWidgets import (
     QStyleOptionComboBox,
     QTabBar,
     QToolButton,
+    QTreeView,
     QWidget,
 )
 
@@ -99,6 +100,16 @@ def cut_off(root: QWidget) -> list[str]:
             wide = bar.fontMetrics().horizontalAdvance(re.sub(r"&(.)", r"\1", bar.tabText(i)))
             if bar.tabRect(i).width() < wide + 6:
                 found.append(f"tab {bar.tabText(i)!r}: {wide} in {bar.tabRect(i).width()}")
+    for tree in root.findChildren(QTreeView):
+        if not tree.isVisible() or not tree.isHeaderHidden():
+            continue
+        # The first column has the names.
+        index = tree.indexAt(QPoint(1, 1))
+        while index.isValid() and tree.viewport().rect().intersects(tree.visualRect(index)):
+            wide, room = tree.sizeHintForIndex(index).width(), tree.visualRect(index).width()
+            if room + _SLACK_PX < wide:
+                found.append(f"{_name(tree)} {str(index.data())[:40]!r}: {wide} in {room}")
+            index = tree.indexBelow(index)
     for header in root.findChildren(QHeaderView):
         model = header.model()
         if header.orientation() != Qt.Orientation.Horizontal or model is None:
