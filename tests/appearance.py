@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+import time
 from collections import Counter
 from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
@@ -35,6 +35,7 @@ MIN_CONTRAST = 4.5
 """Of text against its background (WCAG 2.1, 1.4.3)."""
 MIN_POINTS = 9.0
 _SLACK_PX = 1
+_REST_S = 1.0
 _ROWS = 4
 """Rows of a list that are looked at."""
 
@@ -265,30 +266,14 @@ def _size(size: QSize) -> str:
 
 
 def violations(root: QWidget) -> list[str]:
-    """Everything on a widget that a reader would complain of."""
+    """Everything on a widget that a reader would complain of, once its layout is at rest."""
+    end = time.monotonic() + _REST_S
     QApplication.processEvents()
+    while (whole := cut_off(root)) and time.monotonic() < end:
+        time.sleep(0.02)
+        QApplication.processEvents()
     return [
-        *(f"cut off: {each}" for each in cut_off(root)),
+        *(f"cut off: {each}" for each in whole),
         *(f"small: {each}" for each in too_small(root)),
         *(f"pale: {each}" for each in pale(root)),
-    ]
-
-
-def out_of_order(root: QWidget) -> list[str]:
-    """Neighbours in the tab order of which the second is above the first, in the same column."""
-    chain: list[tuple[QWidget, QRect]] = []
-    widget = root
-    while True:
-        next_widget = widget.nextInFocusChain()
-        if next_widget is None or next_widget is root:
-            break
-        widget = next_widget
-        reached = widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None
-        if reached and root.isAncestorOf(widget) and widget.isVisible() and widget.isEnabled():
-            place = QRect(widget.mapTo(root, QPoint(0, 0)), widget.size())
-            chain.append((widget, place))
-    return [
-        f"{_name(second)} after {_name(first)}"
-        for (first, a), (second, b) in pairwise(chain)
-        if b.bottom() < a.top() and b.left() < a.right() and a.left() < b.right()
     ]
