@@ -13,6 +13,7 @@ from PySide6.QtGui import QFontInfo, QImage, QTextDocument
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
+    QAbstractScrollArea,
     QAbstractSpinBox,
     QApplication,
     QCheckBox,
@@ -21,8 +22,8 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QLineEdit,
+    QListView,
     QRadioButton,
-    QScrollArea,
     QStyle,
     QStyleOptionComboBox,
     QTabBar,
@@ -177,7 +178,8 @@ def _is_clipped(widget: QWidget, root: QWidget) -> bool:
         left = widget.mapTo(above, QPoint(0, 0)).x()
         if left < -_SLACK_PX or left + widget.width() > above.width() + _SLACK_PX:
             scrolled = above.parentWidget()
-            if isinstance(scrolled, QScrollArea) and scrolled.horizontalScrollBar().maximum() > 0:
+            is_scrolled = isinstance(scrolled, QAbstractScrollArea)
+            if is_scrolled and scrolled.horizontalScrollBar().maximum() > 0:
                 return scrolled.horizontalScrollBarPolicy() == Qt.ScrollBarPolicy.ScrollBarAlwaysOff
             return True
         if above.isWindow():
@@ -227,7 +229,8 @@ def _places(root: QWidget) -> Iterator[tuple[str, QRect]]:
         if model is None or not view.isVisible() or not view.isEnabled():
             continue
         for row in range(min(_ROWS, model.rowCount())):
-            for column in range(model.columnCount()):
+            # The method of list models is private.
+            for column in range(model.columnCount() if not isinstance(view, QListView) else 1):
                 index = model.index(row, column)
                 place = view.visualRect(index)
                 if not view.viewport().rect().contains(place):
