@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+import time
 from collections import Counter
 from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
@@ -13,6 +13,7 @@ from PySide6.QtGui import QFontInfo, QImage, QTextDocument
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
+    QAbstractScrollArea,
     QAbstractSpinBox,
     QApplication,
     QCheckBox,
@@ -21,12 +22,13 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QLineEdit,
+    QListView,
     QRadioButton,
-    QScrollArea,
     QStyle,
     QStyleOptionComboBox,
     QTabBar,
     QToolButton,
+    QTreeView,
     QWidget,
 )
 
@@ -34,6 +36,7 @@ MIN_CONTRAST = 4.5
 """Of text against its background (WCAG 2.1, 1.4.3)."""
 MIN_POINTS = 9.0
 _SLACK_PX = 1
+_REST_S = 1.0
 _ROWS = 4
 """Rows of a list that are looked at."""
 
@@ -99,6 +102,16 @@ def cut_off(root: QWidget) -> list[str]:
             wide = bar.fontMetrics().horizontalAdvance(re.sub(r"&(.)", r"\1", bar.tabText(i)))
             if bar.tabRect(i).width() < wide + 6:
                 found.append(f"tab {bar.tabText(i)!r}: {wide} in {bar.tabRect(i).width()}")
+    for tree in root.findChildren(QTreeView):
+        if not tree.isVisible() or not tree.isHeaderHidden():
+            continue
+        # The first column has the names.
+        index = tree.indexAt(QPoint(1, 1))
+        while index.isValid() and tree.viewport().rect().intersects(tree.visualRect(index)):
+            wide, room = tree.sizeHintForIndex(index).width(), tree.visualRect(index).width()
+            if room + _SLACK_PX < wide:
+                found.append(f"{_name(tree)} {str(index.data())[:40]!r}: {wide} in {room}")
+            index = tree.indexBelow(index)
     for header in root.findChildren(QHeaderView):
         model = header.model()
         if header.orientation() != Qt.Orientation.Horizontal or model is None:
@@ -165,7 +178,8 @@ def _is_clipped(widget: QWidget, root: QWidget) -> bool:
         left = widget.mapTo(above, QPoint(0, 0)).x()
         if left < -_SLACK_PX or left + widget.width() > above.width() + _SLACK_PX:
             scrolled = above.parentWidget()
-            if isinstance(scrolled, QScrollArea) and scrolled.horizontalScrollBar().maximum() > 0:
+            is_scrolled = isinstance(scrolled, QAbstractScrollArea)
+            if is_scrolled and scrolled.horizontalScrollBar().maximum() > 0:
                 return scrolled.horizontalScrollBarPolicy() == Qt.ScrollBarPolicy.ScrollBarAlwaysOff
             return True
         if above.isWindow():
@@ -215,7 +229,8 @@ def _places(root: QWidget) -> Iterator[tuple[str, QRect]]:
         if model is None or not view.isVisible() or not view.isEnabled():
             continue
         for row in range(min(_ROWS, model.rowCount())):
-            for column in range(model.columnCount()):
+            # The method of list models is private.
+            for column in range(model.columnCount() if not isinstance(view, QListView) else 1):
                 index = model.index(row, column)
                 place = view.visualRect(index)
                 if not view.viewport().rect().contains(place):
@@ -254,30 +269,14 @@ def _size(size: QSize) -> str:
 
 
 def violations(root: QWidget) -> list[str]:
-    """Everything on a widget that a reader would complain of."""
+    """Everything on a widget that a reader would complain of, once its layout is at rest."""
+    end = time.monotonic() + _REST_S
     QApplication.processEvents()
+    while (whole := cut_off(root)) and time.monotonic() < end:
+        time.sleep(0.02)
+        QApplication.processEvents()
     return [
-        *(f"cut off: {each}" for each in cut_off(root)),
+        *(f"cut off: {each}" for each in whole),
         *(f"small: {each}" for each in too_small(root)),
         *(f"pale: {each}" for each in pale(root)),
-    ]
-
-
-def out_of_order(root: QWidget) -> list[str]:
-    """Neighbours in the tab order of which the second is above the first, in the same column."""
-    chain: list[tuple[QWidget, QRect]] = []
-    widget = root
-    while True:
-        next_widget = widget.nextInFocusChain()
-        if next_widget is None or next_widget is root:
-            break
-        widget = next_widget
-        reached = widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None
-        if reached and root.isAncestorOf(widget) and widget.isVisible() and widget.isEnabled():
-            place = QRect(widget.mapTo(root, QPoint(0, 0)), widget.size())
-            chain.append((widget, place))
-    return [
-        f"{_name(second)} after {_name(first)}"
-        for (first, a), (second, b) in pairwise(chain)
-        if b.bottom() < a.top() and b.left() < a.right() and a.left() < b.right()
     ]

@@ -8,13 +8,15 @@ from __future__ import annotations
 import faulthandler
 import json
 import os
+import shutil
 import sys
 from pathlib import Path
 
 from PySide6.QtWidgets import QApplication, QWidget
 
 from tests import appearance, driver
-from tests.journeys.conftest import bare_outcrop, read_picks
+from tests.journeys.conftest import read_picks
+from vomstudio.core.paths import resource
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.registry import TOOLS
@@ -39,7 +41,9 @@ def main(folder: Path, width: int, height: int, name: str) -> None:
         print(json.dumps({"place": place, "violations": found}), flush=True)
 
     describe("start", window)
-    driver.open_outcrop(window, bare_outcrop(folder / "models"))
+    shutil.copytree(resource("outcrop"), folder / "models")
+    window.open_path(folder / "models" / "outcrop.obj")
+    driver.settled(window)
     model = driver.model(window)
     for trace, points in read_picks().items():
         vertices = tuple(map(tuple, points.tolist()))

@@ -132,6 +132,7 @@ def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
     assert found["length_m"] == pytest.approx(panel.result.figures.length_m, rel=1e-12)
 
 
+@pytest.mark.full
 def test_a_section_is_drawn_from_the_side_of_the_viewer(window, model_id, picks, capfd) -> None:
     panel = section_of(window)
     ends = []
@@ -144,7 +145,7 @@ def test_a_section_is_drawn_from_the_side_of_the_viewer(window, model_id, picks,
         assert panel.result.figures.right_deg == pytest.approx((trend + 90.0) % 360.0)
         ends.append(panel.result.drawing.ends)
     assert ends[0] == ends[1][::-1]
-    press(panel.section_options.fields["flip"])
+    panel.section_options.fields["flip"].click()
     settle(panel)
     assert panel.result.drawing.ends == ends[0]
     press(panel.copy)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
@@ -57,10 +58,11 @@ def picture(widget: QWidget) -> np.ndarray:
     return pixels[:, : image.width(), 2::-1].astype(int)
 
 
-def test_the_focus_is_seen_on_every_widget_that_tab_reaches(window, shown) -> None:
+def test_the_focus_is_seen_on_widgets_that_tab_reaches_in_reading_order(window, shown) -> None:
     window.resize(1280, 720)
     driver.pause(30)
     seen: dict[str, float] = {}
+    places: list[QRect] = []
     window.tree.tree.setFocus()
     for _ in range(40):
         QTest.keyClick(QApplication.focusWidget() or window, Qt.Key.Key_Tab)
@@ -70,6 +72,7 @@ def test_the_focus_is_seen_on_every_widget_that_tab_reaches(window, shown) -> No
         name = f"{type(focused).__name__} {focused.objectName()}"
         if name in seen:
             continue
+        places.append(QRect(focused.mapTo(window, QPoint(0, 0)), focused.size()))
         driver.pause(10)
         with_focus = picture(focused)
         focused.clearFocus()
@@ -80,4 +83,11 @@ def test_the_focus_is_seen_on_every_widget_that_tab_reaches(window, shown) -> No
         ratios = [appearance.strongest_contrast(pair) for pair in np.unique(pairs, axis=0)]
         seen[name] = max(ratios, default=1.0)
     assert len(seen) >= 8
+    # In a column, the next one is below; only the change to another region goes up.
+    upwards = [
+        (a, b)
+        for a, b in pairwise(places)
+        if b.bottom() < a.top() and b.left() < a.right() and a.left() < b.right()
+    ]
+    assert len(upwards) <= 2, upwards
     assert {name: ratio for name, ratio in seen.items() if ratio < MIN_FRAME_CONTRAST} == {}

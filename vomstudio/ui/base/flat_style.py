@@ -63,9 +63,12 @@ class FlatStyle(QProxyStyle):
         painter: QPainter,
         widget: QWidget | None = None,
     ) -> None:
-        """Draw a splitter as a thin line."""
+        """Draw a splitter as a thin line, and the rest of a header in the colour of buttons."""
         if element == _Control.CE_Splitter:
             _draw_handle(option, painter)
+        elif element == _Control.CE_HeaderEmptyArea:
+            # The window colour of a list is that of its frame, see `theme`.
+            painter.fillRect(option.rect, option.palette.color(QPalette.ColorRole.Button))
         else:
             super().drawControl(element, option, painter, widget)
             if element == _Control.CE_TabBarTabLabel and _is_reached_by_key(option):

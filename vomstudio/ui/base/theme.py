@@ -131,6 +131,11 @@ def _palette(dark: bool) -> QPalette:
     return palette
 
 
+def error_color() -> QColor:
+    """Return the colour of texts that report an error, readable in both schemes."""
+    return QColor("#ff9a57" if is_dark() else "#b04a00")
+
+
 def paper_palette() -> QPalette:
     """Return the palette of pages that are paper in every theme, such as reports."""
     return _palette(False)

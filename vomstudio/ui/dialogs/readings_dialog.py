@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QColor, QPalette
+from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -46,7 +46,6 @@ from vomstudio.ui.base.help_links import explain
 
 _PREVIEW_ROWS = 200
 _MAX_DISTANCE_M = 10_000.0
-_UNREADABLE_COLOR = "#d55e00"
 
 NEW_PLANE, NEW_LINE = "new plane type", "new line type"
 """Choices for a type name that the project does not contain, beside its types."""
@@ -382,7 +381,7 @@ class ReadingsDialog(QDialog):
             )
         )
         reasons = {row.line: row.reason for row in rows}
-        error_color = QColor(_UNREADABLE_COLOR)
+        error_color = theme.error_color()
         text_color = self.palette().color(QPalette.ColorRole.Text)
         with QSignalBlocker(self._preview):
             for i in range(1, self._preview.rowCount()):

@@ -88,8 +88,9 @@ class MatchPage(QWidget):
         column.addWidget(self.matrix)
         column.addWidget(self.table, 1)
         pair_area, rows = create_column()
+        rows.addWidget(self._summary)
         row = QHBoxLayout()
-        row.addWidget(self._summary, 1)
+        row.addStretch(1)
         for widget in (self.lines, self.features, self.outliers):
             row.addWidget(widget)
         rows.addLayout(row)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QColor, QPalette
+from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QLineEdit, QSizePolicy
 
 from vomstudio.core.errors import UsageError
+from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.panels.features.feature_filter import Test, help_text, parse_filter
 
@@ -49,9 +50,7 @@ class FilterLine(QLineEdit):
         self.problem.setVisible(bool(message))
         palette = QPalette()
         if message:
-            # Amber, as for doubtful features.
-            dark = palette.color(QPalette.ColorRole.Base).lightness() < 128
-            palette.setColor(QPalette.ColorRole.Text, QColor("#ffb938" if dark else "#a35f00"))
+            palette.setColor(QPalette.ColorRole.Text, theme.error_color())
         self.setPalette(palette)
         if not message:
             self.changed.emit()

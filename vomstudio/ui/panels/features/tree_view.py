@@ -39,6 +39,7 @@ MAX_SET_WIDTH_PX = 80
 # A narrower column would show only an ellipsis.
 MIN_SET_WIDTH_PX = 34
 FIT_DELAY_MS = 100
+INDENTATION_PX, NARROW_INDENTATION_PX = 14, 6
 _FEATURES_MIME = "application/x-vomstudio-features"
 # Above this number, selecting ranges is faster than selecting single items.
 MAX_SINGLE_ITEMS = 20
@@ -88,7 +89,7 @@ class FeatureTree(QTreeWidget):
             QAbstractItemView.EditTrigger.EditKeyPressed
             | QAbstractItemView.EditTrigger.SelectedClicked
         )
-        self.setIndentation(14)
+        self.setIndentation(INDENTATION_PX)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         super().resizeEvent(event)
@@ -102,8 +103,14 @@ class FeatureTree(QTreeWidget):
     def _fit_sets(self) -> None:
         """Fit the set column to the width that the names and orientations leave."""
         header = self.header()
-        width = self.viewport().width() - header.sectionSize(ORIENTATION)
-        width -= self._name_width()
+        room = self.viewport().width() - header.sectionSize(ORIENTATION)
+        self.setIndentation(INDENTATION_PX)
+        name_width = self._name_width()
+        if name_width > room:
+            # In a narrow inspector, names need the space before them.
+            self.setIndentation(NARROW_INDENTATION_PX)
+            name_width = self._name_width()
+        width = room - name_width
         header.setSectionHidden(SET, width < MIN_SET_WIDTH_PX)
         header.resizeSection(SET, max(MIN_SET_WIDTH_PX, min(width, MAX_SET_WIDTH_PX)))
 

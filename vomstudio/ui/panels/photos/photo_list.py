@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.core.words import tr, tr_n
 from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX
-from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.photo_images import THUMBNAIL
@@ -98,7 +96,7 @@ class PhotoList(QListWidget):
             text, is_bad = self._state_text(name, counts.get(name, 0))
             item.setText(f"{name.rpartition('/')[2]}\n{text}")
             item.setToolTip(escape_markup(f"{name}\n{text}"))
-            color = QColor(VERDICT_COLORS["poor"]) if is_bad else self.palette().text().color()
+            color = theme.error_color() if is_bad else self.palette().text().color()
             item.setForeground(color)
 
     def _state_text(self, name: str, count: int) -> tuple[str, bool]:

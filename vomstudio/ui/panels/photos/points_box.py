@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import isfinite
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QColor
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFormLayout,
@@ -30,7 +30,6 @@ from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
-from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow, escape_markup
 from vomstudio.ui.base.texts import format_sentence
@@ -222,9 +221,7 @@ class PointsBox(QGroupBox):
             residual_item = item
         is_bad = worst is not None and worst[1] > BAD_PX
         residual_item.setIcon(theme.icon("alert-outline") if is_bad else theme.verdict_icon(None))
-        residual_item.setForeground(
-            QColor(VERDICT_COLORS["poor"]) if is_bad else self.palette().text()
-        )
+        residual_item.setForeground(theme.error_color() if is_bad else self.palette().text())
         residual_item.setToolTip(
             ""
             if worst is None
