@@ -20,7 +20,7 @@ from vomstudio.core.files.regular import read_small
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
-from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
@@ -135,7 +135,7 @@ def read_listed_features(
     if not path.is_file():
         raise InputError(Finding("file.missing"), file=path)
     is_table = path.suffix.lower() in (".csv", ".txt")
-    report = Silent() if progress is None else progress
+    report = SilentProgress() if progress is None else progress
     rows: list[_Row] = []
     table_findings: list[Finding] = []
     for row in _table(path, table_findings) if is_table else _layers(path, report):
