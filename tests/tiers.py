@@ -35,6 +35,8 @@ EXPENSIVE: dict[str, str] = {
     "::test_other_facets_keep_their_colours_when_one_is_decided_upon": (
         "the only journey of facets in the default tier"
     ),
+    "tests/journeys/test_every_panel_and_tool.py"
+    "::test_every_tool_comes_by_its_key_and_answers_clicks": "the only journey with every tool",
 }
 """Node ids of default-tier tests that may exceed `MAX_CPU_S`, with the reason."""
 
