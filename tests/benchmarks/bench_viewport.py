@@ -624,9 +624,13 @@ def second_view(app: QApplication, millions: float, folder: Path) -> None:
     frames = second.scene.canvas.frames
     pump(app, 3.0)
     print(f"pictures when idle for 3 s      {second.scene.canvas.frames - frames:6d}")
-    second.hide()
-    pump(app, 1.0)
-    print(f"memory after closing the view   {memory_mb() - before:6.0f} MB")
+    for _ in range(3):
+        second.hide()
+        pump(app, 1.0)
+        closed = memory_mb() - before
+        second.show()
+        pump(app, 300.0, lambda: second.still)
+        print(f"memory closed and opened again  {closed:6.0f} {memory_mb() - before:6.0f} MB")
     second.release()
     window.close()
     view.shutdown()
