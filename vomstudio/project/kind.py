@@ -80,6 +80,15 @@ def may_be_overturned(feature: Any) -> bool:
 
     Faults, joints and the other predefined types have no younging direction; types that the user
     has added may be beds.
+
+    Parameters
+    ----------
+    feature : Feature
+        Feature with the field `overturned`.
+
+    Returns
+    -------
+    bool
     """
     return feature.type_id not in OTHER_THAN_BEDS or bool(feature.overturned)
 

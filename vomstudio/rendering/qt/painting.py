@@ -277,7 +277,15 @@ def draw_handle(
 
 
 def draw_pending_click(painter: QPainter, x: float, y: float, color: QColor) -> None:
-    """Draw the place of a click that has not taken effect yet, as a dashed ring with a dot."""
+    """Draw the place of a click that has not taken effect yet, as a dashed ring with a dot.
+
+    Parameters
+    ----------
+    painter : QPainter
+    x, y : float
+        Logical pixels.
+    color : QColor
+    """
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for tint, width in ((DARK, 3.8), (TEXT, 1.8)):
         pen = QPen(tint, width)
