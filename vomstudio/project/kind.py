@@ -83,7 +83,8 @@ def may_be_overturned(feature: Any) -> bool:
 
     Parameters
     ----------
-    feature : object
+    feature : Feature
+        Feature with the field `overturned`.
 
     Returns
     -------

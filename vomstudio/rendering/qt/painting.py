@@ -297,8 +297,8 @@ def draw_pending_click(painter: QPainter, x: float, y: float, color: QColor) -> 
     Parameters
     ----------
     painter : QPainter
-    x : float
-    y : float
+    x, y : float
+        Logical pixels.
     color : QColor
     """
     painter.setBrush(Qt.BrushStyle.NoBrush)

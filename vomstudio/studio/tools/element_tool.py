@@ -321,10 +321,10 @@ class ElementTool:
     # --- drafts ------------------------------------------------------------------------------
     def _keep_draft(self) -> None:
         session, selection = self._context.session, self.selection
-        selected = None if selection is None else selection.to_dict()
+        elements = None if selection is None else selection.to_dict()
         state = None
-        if selected is not None:
-            state = {"tool": self.name, "chosen": selected, **self._more_state()}
+        if elements is not None:
+            state = {"tool": self.name, "chosen": elements, **self._more_state()}
         if session.draft is not None and session.draft.state == state:
             return
         try:

@@ -58,8 +58,8 @@ class OutcropMenu(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Open the menu at the cursor for the menu key."""
-        keyboard_reason = QContextMenuEvent.Reason.Keyboard
-        if not isinstance(event, QContextMenuEvent) or event.reason() != keyboard_reason:
+        keyboard = QContextMenuEvent.Reason.Keyboard
+        if not isinstance(event, QContextMenuEvent) or event.reason() != keyboard:
             return False
         at = self._viewport.gestures.cursor or QPointF(self._viewport.rect().center())
         hit = self._viewport.pick(at.x(), at.y())
