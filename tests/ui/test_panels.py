@@ -134,7 +134,7 @@ def test_figures_cannot_be_typed_over(window, studio):
     model = window.table.model
     for i, each in enumerate(COLUMNS):
         editable = bool(model.flags(model.index(0, i)) & Qt.ItemFlag.ItemIsEditable)
-        assert editable == (each.title in ("Name", "Set", "Notes"))
+        assert editable == (each.title in ("Name", "Set", "Station", "Notes"))
 
 
 def test_no_cell_of_the_table_is_cut_off_by_a_later_plane(window, studio):

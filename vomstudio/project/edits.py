@@ -330,7 +330,17 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
 
 
 def has_name_of_other_type(records: Records, feature: Feature) -> bool:
-    """Return whether a feature has an automatic name that begins like the names of another type."""
+    """Return whether a feature has an automatic name of another type.
+
+    Parameters
+    ----------
+    records : Records
+    feature : Feature
+
+    Returns
+    -------
+    bool
+    """
     kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
     if not isinstance(kind, FeatureType) or not _AUTOMATIC_NAME.fullmatch(feature.name):
         return False
@@ -341,7 +351,20 @@ def has_name_of_other_type(records: Records, feature: Feature) -> bool:
 def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
     """Give features with the automatic name of another type the next name of their type.
 
-    Raises DocumentError if there are no such features.
+    Parameters
+    ----------
+    records : Records
+    ids : iterable of str
+        IDs of the features, others of which keep their names.
+
+    Returns
+    -------
+    Edit
+
+    Raises
+    ------
+    DocumentError
+        If none of the features has such a name.
     """
     names = NextNames(records)
     after: dict[str, Record | None] = {}

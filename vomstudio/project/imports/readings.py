@@ -236,7 +236,18 @@ def _rows_finding(code: str, lines: list[int], **values: str) -> Finding:
 
 
 def is_line_row(cells_by_role: Mapping[str, str], line_types: Collection[str]) -> bool:
-    """Return whether the element or the type of a row states that it is a line."""
+    """Return whether the element or the type of a row states that it is a line.
+
+    Parameters
+    ----------
+    cells_by_role : mapping of str to str
+    line_types : collection of str
+        Case-folded names of types whose rows are lines.
+
+    Returns
+    -------
+    bool
+    """
     element = cells_by_role.get("element", "").casefold()
     return element.startswith("line") or (
         not element and cells_by_role.get("type", "").casefold() in line_types

@@ -95,7 +95,16 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def photos_of(*stations: Station) -> list[str]:
-    """Return the names of the photos of stations."""
+    """Return the names of the photos of stations.
+
+    Parameters
+    ----------
+    *stations : Station
+
+    Returns
+    -------
+    list of str
+    """
     names = (name.strip() for s in stations for name in s.photo.split(PHOTO_SEPARATOR.strip()))
     return [name for name in names if name]
 
@@ -108,6 +117,10 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
     features : sequence of Feature
     scale : float
         Metres per unit of the vertices.
+
+    Returns
+    -------
+    list of Feature
     """
     merged: dict[object, Feature] = {}
     for feature in features:
@@ -130,7 +143,17 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
 
 
 def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:
-    """Return the readings that were taken at a station, by its number or name."""
+    """Return the readings that were taken at a station, by its number or name.
+
+    Parameters
+    ----------
+    station : Station
+    records : mapping
+
+    Returns
+    -------
+    list of Feature
+    """
     codes = {code.casefold() for code in (station.number, station.name) if code}
     features = (record for record in records.values() if isinstance(record, Feature))
     return [f for f in features if getattr(f, "station", "").casefold() in codes]

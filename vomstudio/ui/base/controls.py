@@ -315,7 +315,18 @@ def icon_button(icon: str, text: str) -> QToolButton:
 
 
 def fold_button(name: str, text: str = "") -> QToolButton:
-    """Create a button with an arrow that unfolds a part of a panel while it is checked."""
+    """Create a button with an arrow that unfolds a part of a panel while it is checked.
+
+    Parameters
+    ----------
+    name : str
+        Object name.
+    text : str, optional
+
+    Returns
+    -------
+    QToolButton
+    """
     button = QToolButton()
     button.setObjectName(name)
     button.setCheckable(True)

@@ -10,7 +10,7 @@ from vomstudio.project.kind import color_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import Feature, FeatureType, Typed
-from vomstudio.rendering.qt.legend_painting import LegendEntry
+from vomstudio.rendering.qt.legend_painting import ColorEntry
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
@@ -31,7 +31,16 @@ _LIGHTNESS, _SATURATION = 0.52, 0.8
 
 
 def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
-    """Return the colour of each set by feature type and name, in the order of the types."""
+    """Return the colour of each set by feature type and name, in the order of the types.
+
+    Parameters
+    ----------
+    records : RecordMap
+
+    Returns
+    -------
+    dict of (str, str) to str
+    """
     from vomstudio.products.net.contents import OKABE_ITO
 
     order = {kind.id: i for i, kind in enumerate(records.of(FeatureType))}
@@ -55,63 +64,93 @@ def _wind_of(measured: Measurement) -> int | None:
     return None if measured.line is None else round(measured.line.trend_deg / 45.0) % 8
 
 
-def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> LegendEntry:
+def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> ColorEntry:
     """Return the class of a feature with its colour, according to the settings.
 
     Features to which the property cannot apply, such as stations, keep their own colour.
+
+    Parameters
+    ----------
+    studio : Studio
+    feature : Feature
+    measured : Measurement
+
+    Returns
+    -------
+    ColorEntry
     """
     mode = studio.settings.color_by
     if mode == "type" or not isinstance(feature, Typed):
-        return LegendEntry(color_of(feature, studio.records), "")
+        return ColorEntry(color_of(feature, studio.records), "")
     if mode == "set":
         colors = studio.session.records.cached(set_colors)
         color = colors.get((feature.type_id, feature.set_name), UNKNOWN_COLOR)
-        return LegendEntry(color, feature.set_name)
+        return ColorEntry(color, feature.set_name)
     if mode == "quality":
         quality = measured.verdict.quality if measured.verdict else ""
         text = tr(quality) if quality else tr("no verdict")
-        return LegendEntry(VERDICT_COLORS.get(quality, UNKNOWN_COLOR), text, quality)
+        return ColorEntry(VERDICT_COLORS.get(quality, UNKNOWN_COLOR), text, quality)
     wind = _wind_of(measured)
     if wind is None:
-        return LegendEntry(UNKNOWN_COLOR, tr("no direction"))
-    return LegendEntry(_wind_color(wind), tr(WINDS[wind]))
+        return ColorEntry(UNKNOWN_COLOR, tr("no direction"))
+    return ColorEntry(_wind_color(wind), tr(WINDS[wind]))
 
 
 def feature_color(studio: Studio, feature: Feature, measured: Measurement) -> str:
-    """Return the colour (#rrggbb) of a feature according to the settings."""
+    """Return the colour (#rrggbb) of a feature according to the settings.
+
+    Parameters
+    ----------
+    studio : Studio
+    feature : Feature
+    measured : Measurement
+
+    Returns
+    -------
+    str
+    """
     return feature_class(studio, feature, measured).color
 
 
-def legend(studio: Studio) -> tuple[str, list[LegendEntry]]:
+def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
     """Return the title and rows of the legend; there are no rows for colours by type.
 
     The types and their colours are listed in the tree and beside the net.
+
+    Parameters
+    ----------
+    studio : Studio
+
+    Returns
+    -------
+    title : str
+    rows : list of ColorEntry
     """
     mode = studio.settings.color_by
     title = tr(COLOR_MODES[mode])
     if mode == "type":
         return title, []
     if mode == "quality":
-        rows = [LegendEntry(color, tr(name), name) for name, color in VERDICT_COLORS.items()]
+        rows = [ColorEntry(color, tr(name), name) for name, color in VERDICT_COLORS.items()]
     elif mode == "dip_direction":
-        rows = [LegendEntry(_wind_color(i), tr(wind)) for i, wind in enumerate(WINDS)]
+        rows = [ColorEntry(_wind_color(i), tr(wind)) for i, wind in enumerate(WINDS)]
     else:
         rows = _set_rows(studio.session.records)
     return title, rows
 
 
-def _set_rows(records: RecordMap) -> list[LegendEntry]:
+def _set_rows(records: RecordMap) -> list[ColorEntry]:
     types = {kind.id: kind.name for kind in records.of(FeatureType)}
     rows = [
-        LegendEntry(color, f"{types.get(type_id, '')} {name}".strip())
+        ColorEntry(color, f"{types.get(type_id, '')} {name}".strip())
         for (type_id, name), color in records.cached(set_colors).items()
     ]
     if len(rows) > MAX_LEGEND_ROWS:
         count = len(rows) - MAX_LEGEND_ROWS + 1
         rows = [
             *rows[: MAX_LEGEND_ROWS - 1],
-            LegendEntry(UNKNOWN_COLOR, tr("and {count} more", count=count)),
+            ColorEntry(UNKNOWN_COLOR, tr("and {count} more", count=count)),
         ]
     if any(not feature.set_name for feature in records.of(Typed)):
-        rows.append(LegendEntry(UNKNOWN_COLOR, tr("no set")))
+        rows.append(ColorEntry(UNKNOWN_COLOR, tr("no set")))
     return rows

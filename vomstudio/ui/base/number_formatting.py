@@ -44,7 +44,18 @@ MARKS = {"good": "●", "doubtful": "▲", "poor": "■"}
 
 
 def marked_attitude(measured: Measurement, notation: str) -> str:
-    """Return the attitude with its error and the mark of its verdict, for plain text."""
+    """Return the attitude with its error and the mark of its verdict, for plain text.
+
+    Parameters
+    ----------
+    measured : Measurement
+    notation : str
+        Notation of planes.
+
+    Returns
+    -------
+    str
+    """
     text = orientation_text(measured, notation)
     return text if measured.verdict is None else f"{text} {MARKS[measured.verdict.quality]}"
 

@@ -67,7 +67,16 @@ REMEDIES: dict[str, Remedy] = {
 
 
 def short_reason(reason: Finding) -> str:
-    """Return the short form of a reason, or its full message if it has none."""
+    """Return the short form of a reason, or its full message if it has none.
+
+    Parameters
+    ----------
+    reason : Finding
+
+    Returns
+    -------
+    str
+    """
     remedy = REMEDIES.get(reason.code)
     return reason.message if remedy is None else tr(remedy.text)
 
