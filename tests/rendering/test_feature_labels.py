@@ -8,7 +8,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from vomstudio.rendering.qt.annotations import Annotations
-from vomstudio.rendering.qt.legend_painting import ColorLegend, LegendEntry
+from vomstudio.rendering.qt.legend_painting import ColorEntry, ColorLegend
 from vomstudio.rendering.qt.painting import VERDICT_COLORS, LabelCache
 from vomstudio.rendering.scene.feature_runs import FeatureRuns
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -105,7 +105,7 @@ def test_a_legend_without_entries_takes_no_room(image) -> None:
 
 
 def test_a_legend_shows_its_colours_and_marks(image) -> None:
-    entries = [LegendEntry("#123456", "A"), LegendEntry(VERDICT_COLORS["poor"], "poor", "poor")]
+    entries = [ColorEntry("#123456", "A"), ColorEntry(VERDICT_COLORS["poor"], "poor", "poor")]
     legend = ColorLegend("Set", entries)
     painter = QPainter(image)
     legend.paint(painter)

@@ -91,7 +91,7 @@ def direction_of(step: FloatArray, model: Model | None) -> dict[str, float]:
 
 
 def point_errors(figures: Mapping[str, float], resolution_m: float | None) -> dict[str, float]:
-    """Return the 95 % errors of a distance and its direction by the model's resolution.
+    """Return the 95 % errors of a distance and its direction due to the resolution.
 
     Each coordinate of both points has an error of `POINT_OVER_RESOLUTION` times the resolution. The
     error of the registration is included if it is known.
@@ -102,6 +102,11 @@ def point_errors(figures: Mapping[str, float], resolution_m: float | None) -> di
         Figures of the dimension by name.
     resolution_m : float or None
         Effective resolution of the model around the points, or None if unknown.
+
+    Returns
+    -------
+    dict of str to float
+        Errors by name; empty if the resolution is unknown.
     """
     distance = figures.get("distance_m", 0.0)
     if not resolution_m or not distance > 0.0:

@@ -351,12 +351,11 @@ def has_name_of_other_type(records: Records, feature: Feature) -> bool:
 def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
     """Give features with the automatic name of another type the next name of their type.
 
-    Raises DocumentError if there are no such features.
-
     Parameters
     ----------
     records : Records
     ids : iterable of str
+        IDs of the features, others of which keep their names.
 
     Returns
     -------
@@ -365,6 +364,7 @@ def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
     Raises
     ------
     DocumentError
+        If none of the features has such a name.
     """
     names = NextNames(records)
     after: dict[str, Record | None] = {}

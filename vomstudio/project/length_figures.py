@@ -42,7 +42,7 @@ def _error_of(name: str, figures: Mapping[str, float]) -> float | None:
     return figures.get(_registration_error_name(name)) if total is None else total
 
 
-def _with_error(value: float, error: float | None, *, metric: bool) -> str:
+def _format_with_error(value: float, error: float | None, *, metric: bool) -> str:
     """Format a length with its error, to the place of the last digit of the error."""
     if not error:
         return length_text(value, metric=metric)
@@ -80,7 +80,7 @@ def headline(measured: Measurement) -> str | None:
         if name in figures:
             if name == "area_m2":
                 return _area(figures, metric=metric)
-            return _with_error(figures[name], _error_of(name, figures), metric=metric)
+            return _format_with_error(figures[name], _error_of(name, figures), metric=metric)
     return "–"
 
 
@@ -93,7 +93,7 @@ def words(measured: Measurement) -> list[str]:
 
     def length_with_error(name: str) -> str:
         error = _error_of(name, figures)
-        return _with_error(abs(figures[name]), error, metric=measured.metric)
+        return _format_with_error(abs(figures[name]), error, metric=measured.metric)
 
     lines = []
     if (value := figures.get("thickness_m")) is not None:

@@ -47,7 +47,7 @@ class Guess:
 
 
 def geometry_of_type(name: str) -> Literal["plane", "line"] | None:
-    """Return what a type name means, or None if it is unclear; most names mean planes.
+    """Return whether a type name means planes or lines; most names mean planes.
 
     Parameters
     ----------
@@ -56,6 +56,7 @@ def geometry_of_type(name: str) -> Literal["plane", "line"] | None:
     Returns
     -------
     {"plane", "line"} or None
+        None if the name is used for both.
     """
     word = name.casefold()
     if any(each in word for each in UNCLEAR_WORDS):

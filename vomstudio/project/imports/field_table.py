@@ -100,7 +100,7 @@ def read_field_table(path: str | Path) -> FieldTable:
 
 
 def _join_quoted(lines: list[str]) -> list[tuple[int, str]]:
-    """Return the records with the numbers of their first lines.
+    """Join the lines of quoted cells, and return records with the number of their first line.
 
     A quote that is not closed within `MAX_CELL_LINES` belongs to a single line.
     """

@@ -242,6 +242,7 @@ def is_line_row(cells_by_role: Mapping[str, str], line_types: Collection[str]) -
     ----------
     cells_by_role : mapping of str to str
     line_types : collection of str
+        Case-folded names of types whose rows are lines.
 
     Returns
     -------

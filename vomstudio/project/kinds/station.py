@@ -117,6 +117,10 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
     features : sequence of Feature
     scale : float
         Metres per unit of the vertices.
+
+    Returns
+    -------
+    list of Feature
     """
     merged: dict[object, Feature] = {}
     for feature in features:
@@ -144,7 +148,7 @@ def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:
     Parameters
     ----------
     station : Station
-    records : mapping of str to object
+    records : mapping
 
     Returns
     -------

@@ -483,10 +483,10 @@ class Annotations:
             return
         wide, tall = self.labels.size(drawing.label, drawing.verdict)
         x_left = min(max(x + HOVER_GAP, room.left()), room.right() - wide)
-        top = min(max(y - HOVER_GAP - tall, room.top()), room.bottom() - tall)
+        y_top = min(max(y - HOVER_GAP - tall, room.top()), room.bottom() - tall)
         ratio = painter.device().devicePixelRatioF()
         picture = self.labels.picture(drawing.label, drawing.color, False, ratio, drawing.verdict)
-        painter.drawPixmap(QPointF(x_left, top), picture)
+        painter.drawPixmap(QPointF(x_left, y_top), picture)
 
     # --- memory ------------------------------------------------------------------------------
     def _patient(

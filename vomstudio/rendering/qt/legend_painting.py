@@ -15,7 +15,7 @@ SWATCH, GAP = 11.0, 7.0
 
 
 @dataclass(frozen=True)
-class ColorLegendEntry:
+class ColorEntry:
     """Row of a legend.
 
     Parameters
@@ -35,7 +35,7 @@ class ColorLegendEntry:
 class ColorLegend:
     """Title and entries of a legend in the upper left corner; it is empty without entries."""
 
-    def __init__(self, title: str = "", entries: Sequence[ColorLegendEntry] = ()) -> None:
+    def __init__(self, title: str = "", entries: Sequence[ColorEntry] = ()) -> None:
         self.title, self.entries = title, tuple(entries)
 
     def box(self) -> QRectF:

@@ -329,6 +329,7 @@ def fold_button(name: str, text: str = "") -> QToolButton:
     Parameters
     ----------
     name : str
+        Object name.
     text : str, optional
 
     Returns

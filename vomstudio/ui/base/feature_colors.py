@@ -10,7 +10,7 @@ from vomstudio.project.kind import color_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import Feature, FeatureType, Typed
-from vomstudio.rendering.qt.legend_painting import ColorLegendEntry
+from vomstudio.rendering.qt.legend_painting import ColorEntry
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.studio import Studio
@@ -64,7 +64,7 @@ def _wind_of(measured: Measurement) -> int | None:
     return None if measured.line is None else round(measured.line.trend_deg / 45.0) % 8
 
 
-def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> ColorLegendEntry:
+def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> ColorEntry:
     """Return the class of a feature with its colour, according to the settings.
 
     Features to which the property cannot apply, such as stations, keep their own colour.
@@ -77,23 +77,23 @@ def feature_class(studio: Studio, feature: Feature, measured: Measurement) -> Co
 
     Returns
     -------
-    ColorLegendEntry
+    ColorEntry
     """
     mode = studio.settings.color_by
     if mode == "type" or not isinstance(feature, Typed):
-        return ColorLegendEntry(color_of(feature, studio.records), "")
+        return ColorEntry(color_of(feature, studio.records), "")
     if mode == "set":
         colors = studio.session.records.cached(set_colors)
         color = colors.get((feature.type_id, feature.set_name), UNKNOWN_COLOR)
-        return ColorLegendEntry(color, feature.set_name)
+        return ColorEntry(color, feature.set_name)
     if mode == "quality":
         quality = measured.verdict.quality if measured.verdict else ""
         text = tr(quality) if quality else tr("no verdict")
-        return ColorLegendEntry(VERDICT_COLORS.get(quality, UNKNOWN_COLOR), text, quality)
+        return ColorEntry(VERDICT_COLORS.get(quality, UNKNOWN_COLOR), text, quality)
     wind = _wind_of(measured)
     if wind is None:
-        return ColorLegendEntry(UNKNOWN_COLOR, tr("no direction"))
-    return ColorLegendEntry(_wind_color(wind), tr(WINDS[wind]))
+        return ColorEntry(UNKNOWN_COLOR, tr("no direction"))
+    return ColorEntry(_wind_color(wind), tr(WINDS[wind]))
 
 
 def feature_color(studio: Studio, feature: Feature, measured: Measurement) -> str:
@@ -112,7 +112,7 @@ def feature_color(studio: Studio, feature: Feature, measured: Measurement) -> st
     return feature_class(studio, feature, measured).color
 
 
-def legend(studio: Studio) -> tuple[str, list[ColorLegendEntry]]:
+def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
     """Return the title and rows of the legend; there are no rows for colours by type.
 
     The types and their colours are listed in the tree and beside the net.
@@ -123,33 +123,34 @@ def legend(studio: Studio) -> tuple[str, list[ColorLegendEntry]]:
 
     Returns
     -------
-    (str, list of ColorLegendEntry)
+    title : str
+    rows : list of ColorEntry
     """
     mode = studio.settings.color_by
     title = tr(COLOR_MODES[mode])
     if mode == "type":
         return title, []
     if mode == "quality":
-        rows = [ColorLegendEntry(color, tr(name), name) for name, color in VERDICT_COLORS.items()]
+        rows = [ColorEntry(color, tr(name), name) for name, color in VERDICT_COLORS.items()]
     elif mode == "dip_direction":
-        rows = [ColorLegendEntry(_wind_color(i), tr(wind)) for i, wind in enumerate(WINDS)]
+        rows = [ColorEntry(_wind_color(i), tr(wind)) for i, wind in enumerate(WINDS)]
     else:
         rows = _set_rows(studio.session.records)
     return title, rows
 
 
-def _set_rows(records: RecordMap) -> list[ColorLegendEntry]:
+def _set_rows(records: RecordMap) -> list[ColorEntry]:
     types = {kind.id: kind.name for kind in records.of(FeatureType)}
     rows = [
-        ColorLegendEntry(color, f"{types.get(type_id, '')} {name}".strip())
+        ColorEntry(color, f"{types.get(type_id, '')} {name}".strip())
         for (type_id, name), color in records.cached(set_colors).items()
     ]
     if len(rows) > MAX_LEGEND_ROWS:
         count = len(rows) - MAX_LEGEND_ROWS + 1
         rows = [
             *rows[: MAX_LEGEND_ROWS - 1],
-            ColorLegendEntry(UNKNOWN_COLOR, tr("and {count} more", count=count)),
+            ColorEntry(UNKNOWN_COLOR, tr("and {count} more", count=count)),
         ]
     if any(not feature.set_name for feature in records.of(Typed)):
-        rows.append(ColorLegendEntry(UNKNOWN_COLOR, tr("no set")))
+        rows.append(ColorEntry(UNKNOWN_COLOR, tr("no set")))
     return rows

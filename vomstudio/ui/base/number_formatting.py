@@ -51,6 +51,7 @@ def marked_attitude(measured: Measurement, notation: str) -> str:
     ----------
     measured : Measurement
     notation : str
+        Notation of planes.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def focused_filter(studio: Studio) -> Callable[[Iterable[str]], set[str]] | None:
-    """Return the function that finds the features hidden in the focused list, or None.
+    """Return the function that finds the features hidden in the focused list.
 
     Parameters
     ----------
@@ -21,6 +21,7 @@ def focused_filter(studio: Studio) -> Callable[[Iterable[str]], set[str]] | None
     Returns
     -------
     callable or None
+        None if no filtered list has the focus.
     """
     focus = QApplication.focusWidget()
     return next(

@@ -17,7 +17,7 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import FeatureType, Typed
 from vomstudio.project.repeated_features import is_repeat
-from vomstudio.rendering.qt.legend_painting import ColorLegendEntry
+from vomstudio.rendering.qt.legend_painting import ColorEntry
 
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
 """Name and plane ids of each proposed set; the name of unassigned planes is empty."""
@@ -149,19 +149,20 @@ def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
     return np.array([(np.nan,) * 3 if slip is None else slip for slip in slips])
 
 
-def split_set(net_set: NetSet, classes: Mapping[str, ColorLegendEntry]) -> list[NetSet]:
+def split_set(net_set: NetSet, classes: Mapping[str, ColorEntry]) -> list[NetSet]:
     """Split a set into one set per class, in the colours of the classes.
 
     Parameters
     ----------
     net_set : NetSet
-    classes : mapping of str to ColorLegendEntry
+    classes : mapping of str to ColorEntry
+        Class of each feature by ID.
 
     Returns
     -------
     list of NetSet
     """
-    rows: dict[ColorLegendEntry, list[int]] = {}
+    rows: dict[ColorEntry, list[int]] = {}
     for row, id_ in enumerate(net_set.ids):
         rows.setdefault(classes[id_], []).append(row)
     return [
