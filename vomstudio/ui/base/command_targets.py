@@ -133,6 +133,10 @@ def ask_for_target(
 
     Parameters
     ----------
+    parent : QWidget
+    studio : Studio
+    title : str
+        Title of the dialog.
     proposed : str or Path
         Proposed file, by default in the folder of results.
     formats : mapping of str to str
@@ -160,6 +164,11 @@ def ask_for_file(
 
     Parameters
     ----------
+    parent : QWidget
+    title : str
+        Title of the dialog.
+    default_path : Path
+        Proposed file.
     patterns : mapping of str to str
         File patterns of the dialog, with the ending (such as ".csv" or "_faults.txt") that is
         added if the user does not type its extension.

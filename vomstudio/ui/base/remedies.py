@@ -81,21 +81,6 @@ def short_reason(reason: Finding) -> str:
     return reason.message if remedy is None else tr(remedy.text)
 
 
-def command_for(reason: Finding, kind: str) -> str:
-    """Return the name of the command that acts on a reason.
-
-    Parameters
-    ----------
-    reason : Finding
-
-    Returns
-    -------
-    str
-    """
-    remedy = REMEDIES.get(reason.code)
-    return reason.message if remedy is None else tr(remedy.text)
-
-
 def command_for(reason: Finding) -> str:
     """Return the name of the command that acts on a reason, or "" if there is none.
 
