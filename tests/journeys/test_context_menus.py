@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QContextMenuEvent, QGuiApplication
+from PySide6.QtGui import QContextMenuEvent, QCursor, QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu, QWidget
 
@@ -101,7 +101,7 @@ def test_the_rock_menu_begins_a_plane_and_moves_the_view(window, outcrop, picks)
     assert len(studio.tool_of(TraceTool).vertices) == 1
     key(window, Qt.Key.Key_Escape)
     # The menu key opens it at the cursor.
-    driver.move(viewport, away)
+    QCursor.setPos(viewport.mapToGlobal(away))
     asked = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, away, viewport.mapToGlobal(away))
     QApplication.sendEvent(viewport, asked)
     menu = shown_menu()

@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Protocol
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
-from PySide6.QtGui import QAction, QContextMenuEvent, QGuiApplication
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt
+from PySide6.QtGui import QAction, QContextMenuEvent, QCursor, QGuiApplication
 from PySide6.QtWidgets import QMenu
 
 from vomstudio.core.findings import Finding
@@ -61,7 +61,9 @@ class OutcropMenu(QObject):
         keyboard = QContextMenuEvent.Reason.Keyboard
         if not isinstance(event, QContextMenuEvent) or event.reason() != keyboard:
             return False
-        at = self._viewport.gestures.cursor or QPointF(self._viewport.rect().center())
+        at, rect = self._viewport.mapFromGlobal(QCursor.pos()), self._viewport.rect()
+        if not rect.contains(at):
+            at = rect.center()
         hit = self._viewport.pick(at.x(), at.y())
         self._open(PointerEvent(Pointer.CLICK, at.x(), at.y(), Button.RIGHT, hit=hit))
         return True
