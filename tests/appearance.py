@@ -98,7 +98,7 @@ def cut_off(root: QWidget) -> list[str]:
         elif _is_clipped(widget, root):
             found.append(f"{_name(widget)} {text[:50]!r}: clipped at the side")
     for bar in root.findChildren(QTabBar):
-        for i in range(bar.count() if bar.isVisible() else 0):
+        for i in range(0 if bar.visibleRegion().isEmpty() else bar.count()):
             wide = bar.fontMetrics().horizontalAdvance(re.sub(r"&(.)", r"\1", bar.tabText(i)))
             if bar.tabRect(i).width() < wide + 6:
                 found.append(f"tab {bar.tabText(i)!r}: {wide} in {bar.tabRect(i).width()}")
