@@ -13,6 +13,7 @@ from vomstudio.geology.notation import format_attitude
 from vomstudio.project import edits
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.reading import Reading
+from vomstudio.ui.base import theme
 from vomstudio.ui.panels.tools.line import LinePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
 
@@ -50,6 +51,23 @@ def test_details_are_folded_until_asked_for_and_stay_unfolded(window, studio, po
     assert any(value.isVisible() for value in fit._values)
     QTest.mouseClick(fit.details, Qt.MouseButton.LeftButton)
     assert not any(value.isVisible() for value in fit._values)
+
+
+@pytest.mark.parametrize("name", ["light", "dark"])
+def test_the_buttons_that_unfold_are_readable_in_both_themes(window, studio, poor, name):
+    try:
+        theme.use(name)
+        driver.pause(100)
+        for button in (window.properties._fit.details, window.properties._fit.more):
+            picture = button.grab().toImage()
+            levels = [
+                picture.pixelColor(x, y).lightness()
+                for x in range(picture.width())
+                for y in range(picture.height())
+            ]
+            assert max(levels) - min(levels) > 120
+    finally:
+        theme.use("system")
 
 
 def test_one_reason_has_the_button_that_acts_on_it(window, studio, poor):

@@ -85,6 +85,6 @@ def test_an_axis_no_stronger_than_the_bowing_is_warned_of(window, studio):
     for i, dip in enumerate((0.30, 0.31, 0.32)):
         add_bed(studio, f"t{i}", f"B{i}", dip=dip)
     panel = window.view_panel if hasattr(window, "view_panel") else window.findChild(ViewPanel)
-    assert "fold.bowed" not in shown_codes(panel._verdict.text())
+    assert "fold.bowed" not in shown_codes(panel._verdict.toolTip())
     register(studio, -0.001)
-    assert "fold.bowed" in shown_codes(panel._verdict.text())
+    assert "fold.bowed" in shown_codes(panel._verdict.toolTip())

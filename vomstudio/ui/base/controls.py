@@ -22,6 +22,9 @@ from PySide6.QtWidgets import (
     QSlider,
     QSpinBox,
     QSplitter,
+    QStyle,
+    QStyleOptionToolButton,
+    QStylePainter,
     QTableWidget,
     QToolButton,
     QVBoxLayout,
@@ -323,6 +326,17 @@ def icon_button(icon: str, text: str) -> QToolButton:
     return button
 
 
+class FoldButton(QToolButton):
+    """Button with an arrow that unfolds a part of a panel while it is checked."""
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        option = QStyleOptionToolButton()
+        self.initStyleOption(option)
+        # The arrow shows the state; a sunken frame would look like a pressed button.
+        option.state &= ~QStyle.StateFlag.State_On
+        QStylePainter(self).drawComplexControl(QStyle.ComplexControl.CC_ToolButton, option)
+
+
 def fold_button(name: str, text: str = "") -> QToolButton:
     """Create a button with an arrow that unfolds a part of a panel while it is checked.
 
@@ -336,18 +350,13 @@ def fold_button(name: str, text: str = "") -> QToolButton:
     -------
     QToolButton
     """
-    button = QToolButton()
+    button = FoldButton()
     button.setObjectName(name)
     button.setCheckable(True)
     button.setAutoRaise(True)
     button.setText(text)
     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     button.setArrowType(Qt.ArrowType.RightArrow)
-    # Without a style sheet an unfolded part would have a sunken button.
-    button.setStyleSheet(
-        "QToolButton { border: 1px solid transparent; }"
-        "QToolButton:focus { border-color: palette(highlight); }"
-    )
     button.toggled.connect(
         lambda on: button.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
     )
