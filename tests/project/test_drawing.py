@@ -11,13 +11,13 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 import pytest
 
+from tests.messages import figures, shown_values
 from tests.project.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane, slip_from_rake
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.catalogue import AREA
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import (
     Attribute,
@@ -36,7 +36,7 @@ from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.project.kinds.reading import Reading, comparison_text
+from vomstudio.project.kinds.reading import Reading, comparison_finding
 from vomstudio.project.measurement import Measurement, NearestPick
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import DEFAULT_TYPES, Feature, Group, Record
@@ -76,8 +76,9 @@ def test_a_field_is_put_in_by_what_suits_it(kind, attribute: Attribute):
     hint = get_type_hints(kind.record)[attribute.field]
     form = "type" if attribute.field == "type_id" else "flag" if hint is bool else None
     if form is None:
-        text = "lines" if attribute.field == "notes" else "text"
-        form = "choice" if get_args(hint) else "plane" if attribute.field == "plane_id" else text
+        form = "choice" if get_args(hint) else "plane" if attribute.field == "plane_id" else "text"
+    if attribute.field == "notes":
+        form = "lines"
     if attribute.form == "word":
         # Words that are proposed, where a file may bring others.
         assert hint is str
@@ -109,7 +110,11 @@ def test_fields_are_offered_where_they_mean_something():
         (ONE_OF_EACH["dimension"], {"plane_id": True}),
         (replace(ONE_OF_EACH["dimension"], kind="polyline"), {"plane_id": False}),
     ]
-    asked += [(f, {}) for name, f in ONE_OF_EACH.items() if name != "lineation"]
+    asked += [
+        (f, {"overturned": getattr(f, "type_id", "") == "bedding"})
+        for name, f in ONE_OF_EACH.items()
+        if name not in ("lineation", "dimension")
+    ]
     for feature, special in asked:
         for attribute in kind_of(feature).attributes:
             assert attribute.applies(feature) is special.get(attribute.field, True)
@@ -497,17 +502,18 @@ def test_lengths_are_those_of_the_right_triangle():
     ends = ((1.0, 1.0, 1.0), (4.0, 5.0, 13.0))
     for model, scale in ((MODEL, 1.0), (HALVED, 0.5)):
         found = seen(dimension("distance", *ends), model=model).measured
-        lengths = {k: v for k, v in found.dimension.items() if k.endswith("_m")}
-        assert lengths == {
+        assert found.dimension == {
             "distance_m": 13.0 * scale,
             "horizontal_m": 5.0 * scale,
             "vertical_m": 12.0 * scale,
+            "trend_deg": pytest.approx(180.0 + math.degrees(math.atan2(3.0, 4.0))),
+            "plunge_deg": pytest.approx(math.degrees(math.atan2(12.0, 5.0))),
         }
         back = seen(dimension("distance", *ends[::-1]), model=model).measured
         assert back.dimension == {**found.dimension, "vertical_m": -12.0 * scale}
     walk = dimension("polyline", ends[0], (1.0, 5.0, 1.0), (4.0, 5.0, 1.0), ends[1])
     straight = seen(dimension("distance", *ends)).measured.dimension
-    lengths = {name: value for name, value in straight.items() if name.endswith("_m")}
+    lengths = {name: straight[name] for name in ("distance_m", "horizontal_m", "vertical_m")}
     assert seen(walk).measured.dimension == {**lengths, "length_m": 19.0}
 
 
@@ -541,20 +547,12 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         (
             dimension("distance", *up),
             "5.00 m",
-            [
-                "Distance 5.00 m",
-                "Horizontal 3.00 m, upward 4.00 m",
-                "Trend/plunge 270/53",
-            ],
+            ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m", "Trend/plunge 270/53"],
         ),
         (
             dimension("distance", *up[::-1]),
             "5.00 m",
-            [
-                "Distance 5.00 m",
-                "Horizontal 3.00 m, downward 4.00 m",
-                "Trend/plunge 270/53",
-            ],
+            ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m", "Trend/plunge 270/53"],
         ),
         (
             dimension("distance", (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)),
@@ -587,7 +585,7 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         assert words(subject) == lines
         units = replace(subject.measured, metric=False)
         assert headline(units).endswith(" units²" if feature.kind == "area" else " units")
-        lengths = [line for line in kind_of(feature).words(units) if "/plunge" not in line]
+        lengths = [line for line in kind_of(feature).words(units) if "Trend" not in line]
         assert all("units" in line for line in lengths)
 
 
@@ -604,7 +602,7 @@ def test_a_thickness_is_told_with_its_error():
     )
     kind = kind_of(ONE_OF_EACH["dimension"])
     assert kind.headline(found) == "4.00 m ± 12 cm"
-    assert kind.words(found)[0] == "Thickness 4.00 m, 95 % error ± 12 cm"
+    assert figures(kind.words(found)[0]) == [4.0, 95.0, 12.0]
 
 
 def test_every_figure_of_a_dimension_is_in_its_own_column():
@@ -625,50 +623,42 @@ def test_every_figure_of_a_dimension_is_in_its_own_column():
 def test_planes_that_meet_tell_their_angle() -> None:
     flat = wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0))
     steep = wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0))
-    assert words(meeting(flat, steep)) == ["Angle between the planes 20°"]
+    (line,) = words(meeting(flat, steep))
+    assert figures(line) == [20.0]
 
 
 def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
     reading = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
     rake, slip = words(seen(striation(20.0, "normal"), reading))
-    assert (rake, slip) == ("Rake 20°, 0.00° off its plane", "Slip of the hanging wall: rake -20°")
+    assert figures(rake) == [20.0, 0.0]
+    assert slip.endswith(" -20°")
     assert words(seen(striation(20.0, ""), reading)) == [rake]
     assert words(seen(striation(20.0, ""))) == []
-
-
-def test_a_patch_has_its_area_as_a_figure():
-    unknown = replace(MODEL, placement=Frame("undeclared"))
-    assert AREA.text(seen(patch(area=6.0), model=HALVED)) == "1.50 m²"
-    assert AREA.text(seen(patch(area=None))) == "–"
-    assert AREA.text(seen(patch(area=6.0), model=unknown)) == "6.00 units²"
 
 
 def test_a_reading_tells_where_it_comes_from():
     reading = ONE_OF_EACH["reading"]
     kind = kind_of(reading)
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
-    assert [comparison_text(nearest) for nearest in (None, near, alike)] == [
-        "No pick of the same type to compare with",
-        "12° from B01, 3.46 m away",
-        "2.3° from B01, the most similar pick",
-    ]
+    assert comparison_finding(None) == Finding("reading.no-pick")
+    compared = {"angle": "12°", "angle_deg": 12.34, "pick": "B01"}
+    away = {"distance": "3.46 m", "distance_m": 3.456}
+    assert comparison_finding(near) == Finding("reading.nearest-pick", **compared, **away)
+    compared = {"angle": "2.3°", "angle_deg": 2.34, "pick": "B01"}
+    assert comparison_finding(alike) == Finding("reading.similar-pick", **compared)
     plain = seen(reading)
-    assert (kind.remarks(plain), kind.about(plain)) == (
-        [],
-        ["Compass reading; there is no pick of the same type to compare it with"],
-    )
+    assert (kind.remarks(plain), kind.about(plain)) == ([], [comparison_finding(None).message])
     turned = seen(replace(reading, turned_deg=-1.5, source="a.csv"), nearest=lambda: near)
-    assert (kind.remarks(turned), kind.about(turned)) == (
-        ["azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away"],
-        [
-            f"Compass reading, {comparison_text(near)}",
-            "Azimuth as read -1.50° (to grid north)",
-            "From a.csv",
-        ],
-    )
+    angle, nearest = kind.remarks(turned)
+    assert angle.endswith(" -1.50 deg")
+    assert figures(nearest) == [12.3, 3.46]
+    compared, angle, source = kind.about(turned)
+    assert compared == comparison_finding(near).message
+    assert shown_values(angle, "reading.turned") == {"turned_deg": "-1.50"}
+    assert source.endswith(" a.csv")
     similar = seen(reading, nearest=lambda: alike)
-    assert kind.remarks(similar) == ["2.3 deg from B01"]
-    assert kind.about(similar) == [f"Compass reading, {comparison_text(alike)}"]
+    assert figures(kind.remarks(similar)[0]) == [2.3]
+    assert kind.about(similar) == [comparison_finding(alike).message]
 
 
 def test_kinds_that_have_nothing_to_say_say_nothing():
