@@ -137,6 +137,7 @@ def test_a_lasso_makes_a_plane_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert patches(window) == [patch]
 
     # Enter came too soon: the plane is edited, as a trace is.
+    studio.selection.set([patch.id])
     window.actions_table.run("edit_feature")
     assert tool.count == more
     draw(window, circle(at, 20), ALT)
