@@ -19,7 +19,6 @@ from vomstudio.project import edits
 from vomstudio.project.records import Model
 from vomstudio.project.sample import read_picks, read_true_cameras
 from vomstudio.ui.panels.comparison.compare_panel import ComparePanel
-from vomstudio.ui.panels.coverage.coverage_panel import CoveragePanel
 from vomstudio.ui.panels.sections.elevation_panel import ElevationPanel
 from vomstudio.ui.panels.sections.section_panel import SectionPanel
 
@@ -89,8 +88,8 @@ def test_a_line_is_drawn_while_the_photos_of_another_model_appear(window, tmp_pa
     wait(lambda: panel.photo is None and not panel.names, "an empty panel")
 
 
-def computed(window, tmp_path: Path) -> tuple[ElevationPanel, ComparePanel, SectionPanel]:
-    """Panels with results of the second model of the project."""
+def computed(window, tmp_path: Path) -> None:
+    """Compute results of the second model of the project in several panels."""
     window.actions_table.run("elevation_model")
     elevation = window.findChild(ElevationPanel)
     wait(elevation.start.isEnabled, "the model")
@@ -107,20 +106,22 @@ def computed(window, tmp_path: Path) -> tuple[ElevationPanel, ComparePanel, Sect
     section = window.findChild(SectionPanel)
     section.plane.line.setText("090/90")
     wait(lambda: section.result is not None, "the section", 30.0)
-    return elevation, compare, section
 
 
-def holds_nothing(window, elevation, compare, section) -> None:
-    """No panel shows anything of a model."""
+def holds_nothing(window) -> None:
+    """No panel shows anything of a model; another project has new panels."""
+    panels = []
+    for name in ("elevation", "compare", "looked_at", "section"):
+        window.docks.bring_forward(name)
+        panels.append(window.docks[name].widget().widget())
+    elevation, compare, coverage, section = panels
     wait(lambda: section.result is None and section.picture.drawing is None, "no section")
     assert elevation.result is None
     assert elevation.picture.picture is None
     assert elevation.figures.text() == ""
     assert compare.comparison is None
     assert not compare.histogram.isVisibleTo(compare)
-    window.actions_table.run("looked_at")
-    coverage = window.findChild(CoveragePanel)
-    wait(lambda: coverage.result is None, "no coverage")
+    assert coverage.result is None
     assert not window.viewport.scene.models
     assert not window.viewport.features.drawings
 
@@ -136,12 +137,12 @@ def test_every_panel_empties_itself_with_its_model(window, outcrop, tmp_path, wa
     window.studio.open_model(twin, like=driver.model(window).id)
     wait(lambda: len(studio.models) == 2, "the twin")
     assert studio.session.of(Model)[1].frame == frame
-    panels = computed(window, tmp_path)
+    computed(window, tmp_path)
     if way == "undone":
         while studio.session.of(Model):
             studio.undo()
     else:
         studio.new_project()
     wait(lambda: not window.viewport.scene.models, "an empty outcrop")
-    holds_nothing(window, *panels)
+    holds_nothing(window)
     assert np.isfinite(window.viewport.camera.position).all()
