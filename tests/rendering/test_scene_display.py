@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -352,3 +353,26 @@ def test_painted_areas_are_cut_too(scene: Scene) -> None:
         for (x, y), inside in zip(pixels, (True, clipped is None), strict=True):
             tint = picture[round(y), round(x)] - before[round(y), round(x)]
             assert (tint[0] > tint[1] + 20) == inside
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("ahead", [0.0, 0.04])
+def test_colours_of_a_comparison_are_drawn_over_the_benchmark(
+    scene: Scene, orthographic: bool, ahead: float
+) -> None:
+    """The benchmark is at the same place, or in front by less than the largest distance shown."""
+    mesh = wall(relief=0.02)
+    distances = np.linspace(-0.05, 0.05, len(mesh.vertices)).astype(np.float32)
+    show(scene, "compared", replace(mesh, fields={"distance_m": distances}))
+    face(scene, mesh.vertices, orthographic=orthographic)
+    scene.set_mode("field")
+    give_field(scene, "compared", FieldStyle("distance_m", -0.05, 0.05))
+    alone = rest(scene)
+    show(scene, "benchmark", replace(mesh, vertices=mesh.vertices - [0.0, ahead, 0.0]))
+    differs = np.abs(rest(scene) - alone).max(axis=2) > 8
+    # At the edges of folds the benchmark may stand out.
+    assert differs.mean() < 0.02
+    scene.set_mode("textured")
+    scene.set_visible("compared", False)
+    benchmark = rest(scene)
+    assert (np.abs(benchmark - alone).max(axis=2) > 8).mean() > 0.2

@@ -34,6 +34,9 @@ from vomstudio.core.arrays import (
     IntArray,
 )
 
+_DEPTH_STEP = 0.000016
+"""Unit of VTK's offsets of coincident surfaces, as a share of the depth buffer."""
+
 # VTK's helpers are untyped, because the type of the result depends on the argument.
 numpy_to_vtk: Callable[..., Any] = numpy_support.numpy_to_vtk
 _vtk_to_numpy: Callable[..., Any] = numpy_support.vtk_to_numpy
@@ -136,6 +139,22 @@ def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
         actor.GetMapper().RemoveAllClippingPlanes()
     else:
         actor.GetMapper().SetClippingPlanes(planes)
+
+
+def push_back(actor: vtkActor, offset: float) -> None:
+    """Draw an actor as if it were farther from the viewer.
+
+    Parameters
+    ----------
+    actor : vtkActor
+    offset : float
+        Increase of its depth-buffer values, which are between 0 and 1.
+    """
+    steps = offset / _DEPTH_STEP
+    mapper = actor.GetMapper()
+    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, steps)
+    mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, steps)
+    mapper.SetRelativeCoincidentTopologyPointOffsetParameter(steps)
 
 
 def image(pixels: ByteArray) -> vtkImageData:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.rendering.scene import visible_parts
+from vomstudio.rendering.scene import field_order, visible_parts
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
@@ -27,6 +27,7 @@ class SceneVisibility:
         corners = np.concatenate([self._contents.corners(), self._contents.corners_over()])
         self.eye = eye = camera.eye(corners)
         self._canvas.look(eye, camera.distance, camera.view_angle_deg)
+        field_order.push_back_others(self._contents.visible(), self._contents.look, eye)
         return eye
 
     def parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:

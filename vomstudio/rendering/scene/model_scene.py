@@ -48,6 +48,8 @@ class Part:
     """Row of the node if the part is a node of a cloud."""
     piece: NodePoints | None = None
     """Points of the node if the part is a node of a cloud."""
+    offset: float = 0.0
+    """Increase of the depth-buffer values by which the part is pushed back."""
     source: Part | None = None
     """Part of another scene whose data this part shares."""
 

@@ -68,6 +68,12 @@ class Eye:
         """Return the depth (n,) along the view direction, metres."""
         return (points - self.position) @ self.direction
 
+    def buffer_from_depth(self, depth: float) -> float:
+        """Convert a depth along the view direction, metres, to a depth-buffer value (0 to 1)."""
+        if self.orthographic:
+            return (depth - self.near) / (self.far - self.near)
+        return self.far * (depth - self.near) / (depth * (self.far - self.near))
+
     def depth_from_buffer(self, z: FloatArray) -> FloatArray:
         """Convert depth-buffer values (0 to 1) to depths along the view direction, metres."""
         if self.orthographic:
