@@ -127,7 +127,7 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
 
     from vomstudio.geology.orientation import planes_to_poles
     from vomstudio.geology.slope_options import SlopeOptions
-    from vomstudio.geology.stereonet import to_longitude_latitude
+    from vomstudio.geology.stereonet import vectors_to_longitude_latitude
     from vomstudio.geology.table_slopes import slope_face, table_slope
     from vomstudio.io.text.orientation_reading import extract_orientations
     from vomstudio.io.text.tables import table_from_cells
@@ -140,7 +140,7 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
     face = slope_face("120/75", SlopeOptions(30.0))
     found = table_slope(table, face)
     planar, _, flexural, _ = draw_slope(Figure((6, 7)), table, face, found)
-    places = to_longitude_latitude(planes_to_poles(azimuth, dip))
+    places = vectors_to_longitude_latitude(planes_to_poles(azimuth, dip))
     for ax, mode in ((planar, found.planar), (flexural, found.flexural_toppling)):
         (zone,) = (c for c in ax.collections if type(c).__name__.endswith("ContourSet"))
         (path,) = zone.get_paths()

@@ -70,7 +70,7 @@ def test_the_grid_holds_the_density_of_the_line_at_each_place_of_the_net(method:
     assert steps == pytest.approx(np.radians(np.arange(-90, 91, 9)))
     assert found.shape == (21, 21)
     for row, column in np.random.default_rng(4).integers(0, 21, (80, 2)):
-        line = nets.from_longitude_latitude([steps[column], steps[row]])
+        line = nets.longitude_latitude_to_vectors([steps[column], steps[row]])
         wanted = densities.density(poles, line, method, 2.0)[0]
         assert found[row, column] == pytest.approx(wanted, abs=1e-9)
     assert found.max() > 0.0
@@ -142,7 +142,7 @@ def test_what_is_too_far_to_count_may_be_left_out(method: str, n: int) -> None:
     v = scatter(n, 7, (0.0, 1.0, -1.0))
     steps, grid = densities.density_grid(v, method, size=31)
     for row, column in np.random.default_rng(8).integers(0, 31, (25, 2)):
-        line = nets.from_longitude_latitude([steps[column], steps[row]])
+        line = nets.longitude_latitude_to_vectors([steps[column], steps[row]])
         one = densities.density(v, line, method)
         assert grid[row, column] == pytest.approx(one[0], abs=1e-8)
 

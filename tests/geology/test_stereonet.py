@@ -81,7 +81,7 @@ def test_projection_agrees_with_mplstereonet(mplstereonet: Any, projection: str)
     trend, plunge = rng.uniform(0, 360, 100), rng.uniform(0, 90, 100)
     positions = np.transpose(mplstereonet.line(plunge.copy(), trend.copy()))
     vectors = lines_to_vectors(trend, plunge)
-    np.testing.assert_allclose(nets.to_longitude_latitude(vectors), positions, atol=1e-12)
+    np.testing.assert_allclose(nets.vectors_to_longitude_latitude(vectors), positions, atol=1e-12)
     transforms = mplstereonet.stereonet_transforms
     kind, radius = {
         "area": (transforms.LambertTransform, math.sqrt(2.0)),
@@ -96,7 +96,7 @@ def test_longitude_and_latitude_give_the_line_again(trend: float, plunge: float)
     vector = Line(trend, plunge).vector()
     before = vector.copy()
     for sign in (1.0, -1.0):
-        back = nets.from_longitude_latitude(nets.to_longitude_latitude(sign * vector))
+        back = nets.longitude_latitude_to_vectors(nets.vectors_to_longitude_latitude(sign * vector))
         assert back[2] <= 1e-15
         assert np.abs(np.cross(back, vector)).max() < 1e-12
     assert (vector == before).all()

@@ -20,7 +20,7 @@ from tests.products.net_places import parts, places
 from vomstudio.geology.density import DENSITY_METHODS, choose_round_levels, density_grid, grid_size
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, lines_to_vectors
-from vomstudio.geology.stereonet import to_longitude_latitude
+from vomstudio.geology.stereonet import vectors_to_longitude_latitude
 from vomstudio.products.net.contents import (
     AUTO_CIRCLES,
     NetCircle,
@@ -234,7 +234,7 @@ def test_the_rim_is_a_circle_in_the_area_that_it_was_given(projection: str) -> N
     assert (box.x0 + box.x1) / 2 == pytest.approx(450.0)
     assert (box.y0 + box.y1) / 2 == pytest.approx(40.0 + 160.0 - 0.3 * 100.0)
     ends = lines_to_vectors([0.0, 90, 180, 270], [0.0] * 4)
-    at = ax.transData.transform(to_longitude_latitude(ends))
+    at = ax.transData.transform(vectors_to_longitude_latitude(ends))
     assert np.hypot(*(at - [450.0, 170.0]).T) == pytest.approx(np.full(4, 100.0))
 
 

@@ -17,7 +17,7 @@ from tests.messages import refused
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS, density
-from vomstudio.geology.stereonet import from_longitude_latitude
+from vomstudio.geology.stereonet import longitude_latitude_to_vectors
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets
 from vomstudio.products.net.contours import DENSITY_NAMES, check_contour_sizes, describe_density
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
@@ -62,7 +62,7 @@ def test_the_density_on_a_contour_is_its_level(projection: str, each: bool) -> N
     assert len(drawn) == len(data)
     for lines, vectors in zip(drawn, data, strict=True):
         for level, path in zip((3.0, 9.0), lines.get_paths(), strict=True):
-            result = density(vectors, from_longitude_latitude(path.vertices))
+            result = density(vectors, longitude_latitude_to_vectors(path.vertices))
             # Straight pieces between the places of a grid, on a flank of 20 within its step.
             assert np.abs(result - level).max() < 0.12 * level + 0.1
 
@@ -134,7 +134,7 @@ def test_only_the_named_group_of_sets_is_counted() -> None:
     assert (part["set"], part["n"]) == ("Joint", 70)
     (filled,) = contours(draw(net), True)
     at = np.vstack([path.vertices for path in filled.get_paths()])
-    from_beds = from_longitude_latitude(at) @ SETS[0].vectors().mean(axis=0)
+    from_beds = longitude_latitude_to_vectors(at) @ SETS[0].vectors().mean(axis=0)
     assert from_beds.max() < 0.9
     assert describe_density(replace(net, contouring=Contouring(only="Fault"))) is None
 

@@ -20,7 +20,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
-from vomstudio.geology.stereonet import to_longitude_latitude
+from vomstudio.geology.stereonet import vectors_to_longitude_latitude
 from vomstudio.products.net.contents import NetContents, NetEllipse, compute_means, make_sets
 from vomstudio.products.net.figure import NetArtists, draw_stereonet, write_stereonet
 from vomstudio.products.net.figure_options import SIZE_MM
@@ -68,7 +68,7 @@ def texts(artists: NetArtists) -> list[str]:
 
 
 def pixel(artists: NetArtists, line: Line) -> tuple[float, float]:
-    x, y = artists.axes.transData.transform(to_longitude_latitude(line.vector()))
+    x, y = artists.axes.transData.transform(vectors_to_longitude_latitude(line.vector()))
     return float(x), float(y)
 
 

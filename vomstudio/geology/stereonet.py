@@ -84,7 +84,7 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
     return np.stack([p[..., 0] * scale, p[..., 1] * scale, 0.0 - down], axis=-1)
 
 
-def to_longitude_latitude(vectors: npt.ArrayLike, *, flip: bool = True) -> FloatArray:
+def vectors_to_longitude_latitude(vectors: npt.ArrayLike, *, flip: bool = True) -> FloatArray:
     """Return the positions of vectors on the axes of mplstereonet.
 
     Parameters
@@ -106,7 +106,7 @@ def to_longitude_latitude(vectors: npt.ArrayLike, *, flip: bool = True) -> Float
     return np.stack([np.arctan2(east, down), np.arctan2(north, np.hypot(east, down))], axis=-1)
 
 
-def from_longitude_latitude(positions: npt.ArrayLike) -> FloatArray:
+def longitude_latitude_to_vectors(positions: npt.ArrayLike) -> FloatArray:
     """Return the unit vectors (..., 3) at positions on the axes of mplstereonet.
 
     Parameters
@@ -131,7 +131,7 @@ def hemisphere_grid(size: int) -> tuple[FloatArray, FloatArray]:
     vectors : (size, size, 3) ndarray
     """
     steps = np.linspace(-np.pi / 2, np.pi / 2, size)
-    return steps, from_longitude_latitude(np.stack(np.meshgrid(steps, steps), axis=-1))
+    return steps, longitude_latitude_to_vectors(np.stack(np.meshgrid(steps, steps), axis=-1))
 
 
 def line_at(x: float, y: float, projection: str = "area") -> Line | None:

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 UNIT = (-1.0, 1.0)
 NORTH_LETTERS, NORTH_SIZE = 1.5, 1.15
 """Height of the middle of the N over the circle, and its size, in sizes of the font."""
-Box = tuple[float, float, float, float]
-"""Left, lower edge, width and height as shares of the figure."""
 
 
 @cache
@@ -57,7 +55,7 @@ def is_stereonet_axes(ax: Any) -> bool:
 
 def add_net(
     figure: Figure,
-    box: Box,
+    box: tuple[float, float, float, float],
     style: NetStyle,
     projection: str = "area",
     *,
@@ -70,8 +68,8 @@ def add_net(
     Parameters
     ----------
     figure : Figure
-    box : Box
-        Area of the figure that the net fills.
+    box : (float, float, float, float)
+        Area that the net fills: left and lower edge, width and height, as shares of the figure.
     style : NetStyle
     projection : {"area", "angle"}, optional
     x_radii, y_radii : (float, float), optional
@@ -171,7 +169,7 @@ def unit_positions(ax: Any, vectors: FloatArray) -> FloatArray:
     ndarray of float
     """
     to_axes = ax.transProjection + ax.transAffine
-    return np.asarray(2.0 * to_axes.transform(nets.to_longitude_latitude(vectors)) - 1.0)
+    return np.asarray(2.0 * to_axes.transform(nets.vectors_to_longitude_latitude(vectors)) - 1.0)
 
 
 def plot_vectors(ax: Any, vectors: FloatArray, *, flip: bool = True, **look: Any) -> Line2D:
@@ -191,7 +189,7 @@ def plot_vectors(ax: Any, vectors: FloatArray, *, flip: bool = True, **look: Any
     -------
     Line2D
     """
-    positions = nets.to_longitude_latitude(vectors, flip=flip)
+    positions = nets.vectors_to_longitude_latitude(vectors, flip=flip)
     (line,) = ax.plot(*positions.T, **({"clip_on": False} | look))
     return line  # type: ignore[no-any-return]
 
@@ -237,7 +235,7 @@ def plot_curves(ax: Any, curves: Sequence[FloatArray] | FloatArray, **look: Any)
 
     ends = np.cumsum([len(curve) for curve in curves], dtype=np.intp)[:-1]
     vectors = np.concatenate([np.zeros((0, 3)), *curves])
-    positions = nets.to_longitude_latitude(vectors, flip=False)
+    positions = nets.vectors_to_longitude_latitude(vectors, flip=False)
     lines = LineCollection(
         np.split(ax.transProjection.transform(positions), ends),
         transform=ax.transAffine + ax.transAxes,
