@@ -511,8 +511,10 @@ def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Pat
     size = 0.005 * np.array(rgba.shape[:2])
     tall = 1000.0 * size[0] / paper_scale(np.array([[0.0, 0.0], size])) / 25.4 * 300.0
     bar = slice(round(tall + 189) + 150, round(tall + 189) + 200)
-    assert (sheets[0][bar] != 255).any()
-    assert (sheets[0][bar] == sheets[1][bar]).all()
+    first, second = (sheet[bar].astype(float) for sheet in sheets)
+    assert (first != 255).any()
+    # Letters may start within another fraction of a pixel, as the heights of the sheets differ.
+    assert np.abs(first - second).mean() < 0.1 * np.abs(first - second[:, ::-1]).mean()
     assert not (sheets[0][:190] == sheets[1][:190]).all()  # East and West have changed sides
 
 
