@@ -17,6 +17,7 @@ import tempfile
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -224,6 +225,11 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
             "cameras.xml",
             "reconstruction.json",
             "shots.geojson",
+            "sfm_data.json",
+            "cameras.sfm",
+            "transforms.json",
+            "bundle.out",
+            "Orientation-IMG_00.jpg.xml",
             "centres.csv",
             "images.txt",
         )
@@ -604,6 +610,7 @@ def _registration(folder: Path) -> Files:
 
 def _other_cameras(folder: Path) -> dict[str, Files]:
     from tests.io.photos import camera_files
+    from vomstudio.geometry.cameras import Intrinsics
 
     folder.mkdir()
     views = camera_files.ring(4)
@@ -612,6 +619,13 @@ def _other_cameras(folder: Path) -> dict[str, Files]:
         folder / "cameras.xml", views, 2.0, np.eye(3), np.zeros(3), "LOCAL_CS[]"
     )
     camera_files.opensfm_json(folder / "reconstruction.json", views)
+    camera_files.openmvg_json(folder / "sfm_data.json", views)
+    camera_files.alicevision_json(folder / "cameras.sfm", views, (1, 2, 6))
+    camera_files.nerfstudio_json(folder / "transforms.json", views, np.eye(3, 4))
+    small = Intrinsics("RADIAL", 40, 30, (32.0, 20.0, 15.0, -0.05, 0.01))
+    radial = [replace(view, intrinsics=small) for view in views]
+    camera_files.bundler_out(folder / "bundle.out", radial)
+    orientations = camera_files.micmac_folder(folder / "Ori-All", views, np.eye(3))
     shots = {
         "type": "FeatureCollection",
         "features": [
@@ -635,7 +649,17 @@ def _other_cameras(folder: Path) -> dict[str, Files]:
         "images.txt": {p.name: p.read_bytes() for p in (folder / "colmap").iterdir()},
         **{
             name: {name: (folder / name).read_bytes()}
-            for name in ("cameras.xml", "reconstruction.json")
+            for name in (
+                "cameras.xml",
+                "reconstruction.json",
+                "sfm_data.json",
+                "cameras.sfm",
+                "transforms.json",
+            )
+        },
+        "bundle.out": {n: (folder / n).read_bytes() for n in ("bundle.out", "list.txt")},
+        f"Orientation-{views[0].name}.xml": {
+            path.name: path.read_bytes() for path in orientations.iterdir()
         },
         "shots.geojson": {"shots.geojson": json.dumps(shots).encode()},
     }

@@ -13,8 +13,10 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
+from tests.io.photos.camera_files import colmap_itself
 from tests.messages import shown_codes
 from vomstudio.core.paths import resource
+from vomstudio.geometry.frusta import frusta
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.io.photos.cameras_file import write_cameras
 from vomstudio.project import edits
@@ -255,11 +257,38 @@ def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, 
 
 
 @pytest.mark.full
+def test_cameras_of_other_programs_show_a_model_in_its_photos(window, sample):
+    """By themselves if they lie beside the model, or chosen in the menu."""
+    photos = resource("sample", "photos")
+    shutil.copytree(photos, sample.parent / "photos")
+    (sample.parent / "cameras.json").unlink()
+    origin = np.array(TRUE.origin, np.float64)
+    views = [view.moved(1.0, np.eye(3), origin) for view in TRUE.views]
+    cameras = colmap_itself(sample.parent / "sparse", views)
+    window.open_path(sample)
+    driver.settled(window)
+    window.actions_table.run("show_in_photos")
+    panel = window.in_photos
+    wait(lambda: panel.canvas._picture is not None, "the photo", 60.0)
+    assert len(panel.names) == len(views)
+    window.studio.display.set_cameras(True)
+    wait(window.cameras.visible_frusta, "the cameras")
+    drawn = window.cameras.visible_frusta()
+    assert len(drawn) == len(views)
+    own = frusta(TRUE.views, np.zeros(3))[0].transform(np.eye(4), TRUE.origin)
+    assert np.abs(drawn[0].tip - own.tip).max() < 1e-3
+    other = cameras.rename(sample.parent / "elsewhere")
+    window.photo_links.open_cameras(panel.feature_photo.photos.model_id, other / "images.bin")
+    wait(lambda: not window.photo_links.busy(), "the cameras", 60.0)
+    assert len(panel.names) == len(views)
+
+
+@pytest.mark.full
 def test_a_model_without_cameras_says_what_to_do(window, outcrop):
     driver.open_outcrop(window, outcrop)
     window.actions_table.run("show_in_photos")
     panel = window.in_photos
-    wait(lambda: "cameras.json" in panel.canvas.message, "what is missing")
+    wait(lambda: panel.canvas.message and not window.photo_links.busy(), "what is missing")
     assert panel._help_buttons["open_cameras"].isVisible()
     assert not panel.names
     driver.keep_picture(window, "in-photos-7-none")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -30,11 +31,16 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> tuple[Wall, Path]:
     return made, written(made, tmp_path_factory.mktemp("wall"))
 
 
+def photos_in(folder: Path, names: Iterable[str]) -> dict[str, Path]:
+    return {name: folder / name for name in names}
+
+
 def photos_of(scene: tuple[Wall, Path]) -> ModelPhotos:
     made, folder = scene
     cameras = read_cameras(folder / "cameras.json")
     views = PhotoViews(cameras, RayTree(made.mesh()), TO_WORLD, 0.05)
-    return ModelPhotos("m", "wall", views, folder)
+    files = photos_in(folder, [view.name for view in cameras.views])
+    return ModelPhotos("m", "wall", views, files)
 
 
 @pytest.mark.full
@@ -66,7 +72,7 @@ def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(scene, tmp_pa
         with Image.open(folder / name) as image:
             image.resize((320, 240), Image.Resampling.BOX).save(tmp_path / name)
     photos = photos_of(scene)
-    small = ModelPhotos("m", "wall", photos.views, tmp_path)
+    small = ModelPhotos("m", "wall", photos.views, photos_in(tmp_path, photos.files))
     way = PhotoPaths().find_path(small, "p0.png", "dark", clicks(made)[[0, 2]], live=False)
     assert np.median(np.abs(way.points @ made.normal - made.level)) < 0.02
 
@@ -79,10 +85,10 @@ def test_what_the_photo_cannot_say_is_refused_in_a_sentence(scene, tmp_path) -> 
         paths.find_path(photos, "p0.png", "dark", beside, live=False)
     with refused("option.not-a-choice", UsageError, value="curvature", field="--cost"):
         paths.find_path(photos, "p0.png", "curvature", ends, live=False)
-    gone = ModelPhotos("m", "wall", photos.views, tmp_path)
+    gone = ModelPhotos("m", "wall", photos.views, photos_in(tmp_path, photos.files))
     with refused("photo.file-missing", GeometryError):
         paths.find_path(gone, "p0.png", "dark", ends, live=False)
-    nowhere = ModelPhotos("m", "wall", photos.views, None)
+    nowhere = ModelPhotos("m", "wall", photos.views, {})
     with refused("photo.file-missing", GeometryError):
         paths.find_path(nowhere, "p0.png", "dark", ends, live=False)
 
@@ -95,6 +101,6 @@ def test_a_world_that_is_turned_turns_the_way(scene) -> None:
     assert photos.views.shows(0, transform.apply(TO_WORLD, way.points), 0.2).mean() > 0.95
     plain = PhotoViews(photos.views.cameras, photos.views.tree, None, 0.05)
     same = PhotoPaths().find_path(
-        ModelPhotos("m", "w", plain, photos.folder), "p0.png", "dark", ends, live=False
+        ModelPhotos("m", "w", plain, photos.files), "p0.png", "dark", ends, live=False
     )
     assert np.allclose(same.points, way.points, atol=1e-6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,13 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.files.regular import is_regular
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.signals import Signal
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
+from vomstudio.io.photos.own_cameras.photos import find_photos
+from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
+from vomstudio.io.photos.own_cameras.result import local_cameras
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import Model
 from vomstudio.studio.background import Background
@@ -35,16 +37,22 @@ _REACH_SPACINGS = 1.0
 
 @dataclass(frozen=True, eq=False)
 class ModelPhotos:
-    """Photos of a model, and their folder, or None if they were not found."""
+    """Photos of a model.
+
+    Attributes
+    ----------
+    files : mapping of str to Path
+        Files of the photos that were found, by name of the view.
+    """
 
     model_id: str
     name: str
     views: PhotoViews
-    folder: Path | None
+    files: Mapping[str, Path]
 
     def path(self, view: int) -> Path | None:
-        """Return the file of a view's photo, or None if the photos were not found."""
-        return None if self.folder is None else self.folder / self.views.views[view].name
+        """Return the file of a view's photo, or None if it was not found."""
+        return self.files.get(self.views.views[view].name)
 
 
 class PhotoLinks:
@@ -125,8 +133,7 @@ class PhotoLinks:
         if (selected := self._selected_path(model_id, "cameras")) is not None:
             return selected
         file = self._projects.project.find_model(record)
-        default = None if file is None else file.with_name(FILE_NAME)
-        return default if default is not None and is_regular(default) else None
+        return None if file is None else find_own_cameras(file)
 
     def _selected_path(self, model_id: str, what: str) -> Path | None:
         """Resolve a stored path; paths within the project are relative, as it can be moved."""
@@ -208,13 +215,13 @@ def _read_photos(
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
-    cameras = read_cameras(path)
+    cameras_of_model = read_own_cameras(path, data.bounds)
+    cameras = local_cameras(cameras_of_model)
     if tree is None:
         tree = RayTree(data, _REACH_SPACINGS * resolution)
     # Runs in a thread, because the first ray loads the kernels.
     tree.cast(np.zeros(3), np.ones((1, 3)))
     views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
-    first_folders = () if selected is None else (selected,)
-    folder = find_photos(cameras, path, first_folders)
-    folder = folder or find_photos(cameras, around / FILE_NAME)
-    return ModelPhotos(record.id, record.name, views, folder)
+    folders = [folder for folder in (selected, cameras_of_model.photos) if folder is not None]
+    files = find_photos(path, list(cameras_of_model.views), (*folders, around))
+    return ModelPhotos(record.id, record.name, views, files)

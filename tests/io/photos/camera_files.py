@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry.cameras import Intrinsics, View
@@ -174,3 +175,190 @@ def metashape_angles(path: Path, views: Sequence[View]) -> Path:
         + "\n"
     )
     return path
+
+
+def openmvg_json(path: Path, views: Sequence[View]) -> Path:
+    """Write a scene of OpenMVG; the last photo is not aligned."""
+    fx, _, cx, cy, k1, k2, p1, p2 = LENS.params
+    photo = {"local_path": "", "width": LENS.width, "height": LENS.height, "id_intrinsic": 7}
+    rows = []
+    for number, name in enumerate([*(view.name for view in views), "not_aligned.jpg"]):
+        row = {**photo, "filename": name, "id_view": number, "id_pose": number}
+        rows.append({"key": number, "value": {"ptr_wrapper": {"id": number, "data": row}}})
+    lens = {
+        "width": LENS.width,
+        "height": LENS.height,
+        "focal_length": fx,
+        "principal_point": [cx, cy],
+        "disto_t2": [k1, k2, 0.0, p1, p2],
+    }
+    lens_row = {"polymorphic_name": "pinhole_brown_t2", "ptr_wrapper": {"id": 1, "data": lens}}
+    poses = [
+        {"key": n, "value": {"rotation": v.rotation.tolist(), "center": v.centre.tolist()}}
+        for n, v in enumerate(views)
+    ]
+    content = {
+        "sfm_data_version": "0.3",
+        "root_path": "photos",
+        "views": rows,
+        "intrinsics": [{"key": 7, "value": lens_row}],
+        "extrinsics": poses,
+    }
+    path.write_text(json.dumps(content))
+    return path
+
+
+def alicevision_json(path: Path, views: Sequence[View], version: tuple[int, int, int]) -> Path:
+    """Write a scene of AliceVision, as its versions before 1.2, 1.2.2 and after it do."""
+    fx, fy, cx, cy, k1, k2, p1, p2 = LENS.params
+    centre = [cx, cy]
+    if version >= (1, 2, 1):
+        centre = [cx - LENS.width / 2, cy - LENS.height / 2]
+    lens: dict[str, object] = {
+        "intrinsicId": "77",
+        "width": str(LENS.width),
+        "height": str(LENS.height),
+        "type": "brown",
+        "principalPoint": [repr(value) for value in centre],
+        "distortionParams": [repr(value) for value in (k1, k2, 0.0, p1, p2)],
+    }
+    if version < (1, 2, 0):
+        lens["pxFocalLength"] = repr(fx)
+    elif version < (1, 2, 2):
+        lens["pxFocalLength"] = [repr(fx), repr(fy)]
+    else:
+        lens |= {"sensorWidth": "8.0", "focalLength": repr(fx * 8.0 / LENS.width)}
+    rows = [
+        {"viewId": str(n), "poseId": str(n), "intrinsicId": "77", "path": rf"D:\photos\{v.name}"}
+        for n, v in enumerate(views)
+    ]
+    rows.append({"viewId": "99", "poseId": "99", "intrinsicId": "77", "path": "D:/a.jpg"})
+    poses = []
+    for number, view in enumerate(views):
+        # Matrices are written column by column.
+        rotation = [repr(float(value)) for value in view.rotation.T.ravel()]
+        transform = {"rotation": rotation, "center": [repr(float(c)) for c in view.centre]}
+        poses.append({"poseId": str(number), "pose": {"transform": transform, "locked": "0"}})
+    content = {
+        "version": [str(number) for number in version],
+        "views": rows,
+        "intrinsics": [lens],
+        "poses": poses,
+    }
+    path.write_text(json.dumps(content))
+    return path
+
+
+def nerfstudio_json(path: Path, views: Sequence[View], applied: Array | None = None) -> Path:
+    """Write the frames of nerfstudio; `applied` (3, 4) leads from the frame of the views."""
+    fx, fy, cx, cy, k1, k2, p1, p2 = LENS.params
+    turn = np.eye(3, 4) if applied is None else applied
+    frames = []
+    for view in views:
+        matrix = np.eye(4)
+        matrix[:3, :3] = turn[:, :3] @ view.rotation.T @ np.diag([1.0, -1.0, -1.0])
+        matrix[:3, 3] = turn[:, :3] @ view.centre + turn[:, 3]
+        frames.append({"file_path": f"./{view.name}", "transform_matrix": matrix.tolist()})
+    content: dict[str, object] = {"w": LENS.width, "h": LENS.height, "fl_x": fx, "fl_y": fy}
+    content |= {"cx": cx, "cy": cy, "k1": k1, "k2": k2, "p1": p1, "p2": p2, "frames": frames}
+    if applied is not None:
+        content["applied_transform"] = applied.tolist()
+    path.write_text(json.dumps(content))
+    return path
+
+
+def photos_of(folder: Path, views: Sequence[View]) -> None:
+    """Write grey photos of the sizes of the views."""
+    for view in views:
+        size = (view.intrinsics.width, view.intrinsics.height)
+        Image.new("L", size).save(folder / view.name)
+
+
+def bundler_out(path: Path, views: Sequence[View]) -> Path:
+    """Write cameras of Bundler with the model RADIAL and its list; the second is not aligned."""
+    flip = np.diag([1.0, -1.0, -1.0])
+    blocks = []
+    for view in views:
+        focal, _, _, k1, k2 = view.intrinsics.params
+        rows = [[focal, k1, k2], *(flip @ view.rotation).tolist(), flip @ view.translation]
+        blocks.append("\n".join(" ".join(f"{value!r}" for value in map(float, r)) for r in rows))
+    blocks.insert(1, "\n".join(["0 0 0"] * 5))
+    names = [view.name for view in views]
+    names.insert(1, "not_aligned.jpg")
+    point = "1.0 2.0 3.0\n255 0 0\n1 0 7 10.5 -20.5\n"
+    path.write_text(f"# Bundle file v0.3\n{len(blocks)} 1\n" + "\n".join(blocks) + f"\n{point}")
+    path.with_name("list.txt").write_text("\n".join(f"./{name} 0 320.0" for name in names))
+    return path
+
+
+def reality_capture_csv(path: Path, views: Sequence[View], k4: float = 0.0) -> Path:
+    """Write the table of RealityCapture with the lens of FULL_OPENCV and a further term."""
+    rows = ["#name,x,y,alt,heading,pitch,roll,f,px,py,k1,k2,k3,k4,t1,t2"]
+    for view in views:
+        lens = view.intrinsics
+        side = max(lens.width, lens.height)
+        fx, _, cx, cy, k1, k2, p1, p2, k3 = lens.params[:9]
+        to_world = Rotation.from_matrix(view.rotation.T @ np.diag([1.0, -1.0, -1.0]))
+        yaw, pitch, roll = to_world.as_euler("ZXY", degrees=True)
+        centre = [(cx - lens.width / 2) / side, (cy - lens.height / 2) / side]
+        values = [*view.centre, -yaw, pitch, roll, fx / side * 36.0, *centre]
+        values += [k1, k2, k3, k4, p1, p2]
+        rows.append(",".join([view.name, *(f"{value!r}" for value in map(float, values))]))
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def micmac_folder(folder: Path, views: Sequence[View], places: Array) -> Path:
+    """Write orientations with a lens of Fraser and points for checking."""
+    folder.mkdir(parents=True)
+    f, _, cx, cy, k1, k2, p1, p2 = LENS.params
+    lens = (
+        f"<ExportAPERO><CalibrationInternConique><KnownConv>eConvApero_DistM2C</KnownConv>"
+        f"<PP>{cx!r} {cy!r}</PP><F>{f!r}</F><SzIm>{LENS.width} {LENS.height}</SzIm>"
+        f"<CalibDistortion><ModPhgrStd><RadialePart><CDist>{cx!r} {cy!r}</CDist>"
+        f"<CoeffDist>{k1 / f**2!r}</CoeffDist><CoeffDist>{k2 / f**4!r}</CoeffDist></RadialePart>"
+        f"<P1>{p2 / f!r}</P1><P2>{p1 / f!r}</P2></ModPhgrStd></CalibDistortion>"
+        f"</CalibrationInternConique></ExportAPERO>"
+    )
+    (folder / "AutoCal_Foc-28000.xml").write_text(lens)
+    for view in views:
+        rows = "".join(
+            f"<L{n}>{' '.join(map(repr, row.tolist()))}</L{n}>"
+            for n, row in enumerate(view.rotation.T, 1)
+        )
+        checks = "".join(
+            f"<Appuis><Num>{n}</Num><Im>{' '.join(map(repr, pixel.tolist()))}</Im>"
+            f"<Ter>{' '.join(map(repr, place.tolist()))}</Ter></Appuis>"
+            for n, (pixel, place) in enumerate(zip(view.project(places), places, strict=True))
+        )
+        (folder / f"Orientation-{view.name}.xml").write_text(
+            "<ExportAPERO><OrientationConique><TypeProj>eProjStenope</TypeProj>"
+            "<FileInterne>Ori-All/AutoCal_Foc-28000.xml</FileInterne><Externe>"
+            f"<Centre>{' '.join(map(repr, view.centre.tolist()))}</Centre>"
+            f"<ParamRotation><CodageMatr>{rows}</CodageMatr></ParamRotation></Externe>"
+            f"<Verif><Tol>0.001</Tol>{checks}</Verif>"
+            "<ConvOri><KnownConv>eConvApero_DistM2C</KnownConv></ConvOri>"
+            "</OrientationConique></ExportAPERO>"
+        )
+    return folder
+
+
+def colmap_itself(folder: Path, views: Sequence[View], binary: bool = True) -> Path:
+    """Let COLMAP write its model of the views."""
+    # pycolmap brings a zlib of its own, so Pillow has to be imported before it.
+    import pycolmap
+
+    made = pycolmap.Reconstruction()
+    lens = views[0].intrinsics
+    camera = pycolmap.Camera(
+        camera_id=1, model=lens.model, width=lens.width, height=lens.height, params=lens.params
+    )
+    made.add_camera_with_trivial_rig(camera)
+    for number, view in enumerate(views, 1):
+        image = pycolmap.Image(name=view.name, camera_id=1, image_id=number)
+        image.points2D = pycolmap.Point2DList([pycolmap.Point2D([1.5, 2.5])] * number)
+        pose = pycolmap.Rigid3d(pycolmap.Rotation3d(view.rotation), view.translation)
+        made.add_image_with_trivial_frame(image, pose)
+    folder.mkdir()
+    (made.write_binary if binary else made.write_text)(str(folder))
+    return folder

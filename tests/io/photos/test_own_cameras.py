@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.io.photos import camera_files as files
 from tests.messages import by_code, refused
-from vomstudio.geometry.cameras import View
+from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
 
@@ -37,26 +38,6 @@ def same(
             np.testing.assert_allclose(there.project(PLACES), view.project(PLACES), atol=1e-3)
 
 
-def written_by_colmap(folder: Path, binary: bool) -> Path:
-    """By COLMAP itself."""
-    import PIL.Image  # noqa: F401 - before pycolmap, which brings a zlib of its own
-    import pycolmap
-
-    made = pycolmap.Reconstruction()
-    camera = pycolmap.Camera(
-        camera_id=1, model="OPENCV", width=4000, height=3000, params=files.LENS.params
-    )
-    made.add_camera_with_trivial_rig(camera)
-    for number, view in enumerate(VIEWS, 1):
-        image = pycolmap.Image(name=view.name, camera_id=1, image_id=number)
-        image.points2D = pycolmap.Point2DList([pycolmap.Point2D([1.5, 2.5])] * number)
-        pose = pycolmap.Rigid3d(pycolmap.Rotation3d(view.rotation), view.translation)
-        made.add_image_with_trivial_frame(image, pose)
-    folder.mkdir()
-    (made.write_binary if binary else made.write_text)(str(folder))
-    return folder
-
-
 def test_colmap_text(tmp_path: Path) -> None:
     folder = files.colmap_text(tmp_path / "sparse" / "0", VIEWS)
     same(read_own_cameras(folder).views, VIEWS)
@@ -65,7 +46,7 @@ def test_colmap_text(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("binary", [True, False])
 def test_colmap_as_it_writes_itself(tmp_path: Path, binary: bool) -> None:
-    folder = written_by_colmap(tmp_path / "0", binary)
+    folder = files.colmap_itself(tmp_path / "0", VIEWS, binary)
     same(read_own_cameras(folder).views, VIEWS)
     if binary:
         data = (folder / "images.bin").read_bytes()
@@ -139,6 +120,100 @@ def test_opensfm_and_opendronemap(tmp_path: Path) -> None:
     assert "cameras.frame" in by_code(found.warnings)
 
 
+def test_openmvg(tmp_path: Path) -> None:
+    path = files.openmvg_json(tmp_path / "sfm_data.json", VIEWS)
+    found = read_own_cameras(path, BOX)
+    same(found.views, VIEWS)
+    assert not found.warnings
+    assert find_own_cameras(tmp_path / "model.ply") == path
+
+
+@pytest.mark.parametrize("version", [(1, 0, 0), (1, 2, 0), (1, 2, 6)])
+def test_alicevision(tmp_path: Path, version: tuple[int, int, int]) -> None:
+    path = files.alicevision_json(tmp_path / "cameras.sfm", VIEWS, version)
+    found = read_own_cameras(path, BOX)
+    same(found.views, VIEWS)
+    assert find_own_cameras(tmp_path / "model.obj") == path
+
+
+def test_models_of_meshroom_are_turned_against_their_cameras(tmp_path: Path) -> None:
+    path = files.alicevision_json(tmp_path / "cameras.sfm", VIEWS, (1, 2, 6))
+    flip = np.diag([1.0, -1.0, -1.0])
+    shift = np.array([0.0, 30.0, 60.0])
+    away = [view.moved(1.0, np.eye(3), shift) for view in VIEWS]
+    files.alicevision_json(path, away, (1, 2, 6))
+    corners = np.sort((BOX + shift) @ flip, axis=0)
+    found = read_own_cameras(path, corners)
+    same(found.views, [view.moved(1.0, flip, np.zeros(3)) for view in away])
+    assert "cameras.frame" in by_code(found.warnings)
+
+
+def test_nerfstudio(tmp_path: Path) -> None:
+    path = files.nerfstudio_json(tmp_path / "transforms.json", VIEWS)
+    same(read_own_cameras(path, BOX).views, VIEWS)
+    # The axes that nerfstudio exchanges when it takes cameras from COLMAP.
+    applied = np.array([[1.0, 0, 0, 40.0], [0, 0, 1, 0], [0, -1, 0, 0]])
+    files.nerfstudio_json(path, VIEWS, applied)
+    found = read_own_cameras(path, BOX)
+    same(found.views, VIEWS)
+    assert "cameras.frame" in by_code(found.warnings)
+
+
+def with_lens(lens: Intrinsics) -> list[View]:
+    return [replace(view, intrinsics=lens) for view in VIEWS]
+
+
+def test_bundler_takes_sizes_from_the_photos(tmp_path: Path) -> None:
+    views = with_lens(Intrinsics("RADIAL", 400, 300, (320.0, 200.0, 150.0, -0.05, 0.01)))
+    path = files.bundler_out(tmp_path / "bundle.out", views)
+    found = read_own_cameras(path, BOX)
+    same(found.views, views, lens=False)
+    assert by_code(found.warnings)["cameras.sizes-unknown"]["count"] == len(views)
+    files.photos_of(tmp_path, views)
+    found = read_own_cameras(path, BOX)
+    same(found.views, views)
+    assert not found.warnings
+    (tmp_path / "list.txt").unlink()
+    with refused("cameras.no-photo-list", photos=len(views) + 1):
+        read_own_cameras(path)
+
+
+@pytest.mark.parametrize("k4", [0.0, 0.02])
+def test_reality_capture(tmp_path: Path, k4: float) -> None:
+    params = (320.0, 320.0, 201.0, 149.0, -0.05, 0.01, 1e-4, 2e-4, 0.002, 0.0, 0.0, 0.0)
+    views = with_lens(Intrinsics("FULL_OPENCV", 400, 300, params))
+    path = files.reality_capture_csv(tmp_path / "registration.csv", views, k4)
+    files.photos_of(tmp_path, views)
+    found = read_own_cameras(path, BOX)
+    assert not found.warnings
+    same(found.views, views, lens=k4 == 0.0)
+    if k4:
+        # x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6 + k4 r^8), here on the axis y = 0 of the lens.
+        view = found.views[views[0].name]
+        x = np.linspace(0.0, 0.6, 7)
+        r2 = x * x
+        radial = x * (1 + r2 * (-0.05 + r2 * (0.01 + r2 * (0.002 + r2 * k4))))
+        wanted = 320.0 * (radial + 2e-4 * 3 * r2) + 201.0
+        pixels = view.intrinsics.project(np.column_stack([x, 0 * x, 0 * x + 1.0]))
+        np.testing.assert_allclose(pixels[:, 0], wanted, atol=0.05)
+
+
+def test_micmac(tmp_path: Path) -> None:
+    folder = files.micmac_folder(tmp_path / "Ori-All", VIEWS, PLACES)
+    for path in (folder, folder / f"Orientation-{VIEWS[0].name}.xml"):
+        found = read_own_cameras(path, BOX)
+        same(found.views, VIEWS)
+        assert not found.warnings
+    assert find_own_cameras(tmp_path / "model.ply") == folder
+    # Points that are seen elsewhere show that lens or pose were not understood.
+    files.micmac_folder(tmp_path / "Ori-Other", VIEWS, PLACES)
+    lens = tmp_path / "Ori-Other" / "AutoCal_Foc-28000.xml"
+    lens.write_text(lens.read_text().replace("<F>3200.0", "<F>3300.0"))
+    found = read_own_cameras(lens.parent, BOX)
+    assert by_code(found.warnings)["cameras.unknown-lens"]["photos"] == len(VIEWS)
+    assert find_own_cameras(tmp_path / "model.ply") is None
+
+
 def test_tables_of_centres(tmp_path: Path) -> None:
     for write in (files.metashape_reference, files.metashape_angles):
         found = read_own_cameras(write(tmp_path / "a.txt", VIEWS))
@@ -174,6 +249,7 @@ def test_cameras_that_look_elsewhere_are_doubted(tmp_path: Path) -> None:
     assert "cameras.not-looking" in by_code(far.warnings)
 
 
+DAMAGED = ("file.damaged",)
 XML = (
     '<document><chunk><sensors><sensor id="0"><resolution width="{0}" height="3"/>{1}</sensor>'
     '</sensors>\n<cameras><camera id="0" sensor_id="0" label="A">\n<transform>{2}</transform>'
@@ -201,6 +277,30 @@ FLAT = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
             "file.damaged",
         ),
         ("r.json", "[1, 2", None, None, "file.damaged"),
+        ("t.json", '{"frames": [{"transform_matrix": 1}]}', None, "frames/0/file_path", *DAMAGED),
+        (
+            "t.json",
+            '{"frames": [{"file_path": "a", "transform_matrix": [[1, 0]]}], "w": 4, "h": 3}',
+            None,
+            "frames/0/transform_matrix",
+            *DAMAGED,
+        ),
+        (
+            "s.json",
+            '{"sfm_data_version": "0.3", "views": [], "intrinsics": [{"key": 0}]}',
+            None,
+            "intrinsics/0/value",
+            *DAMAGED,
+        ),
+        (
+            "c.sfm",
+            '{"version": ["1", "2"], "views": [{"viewId": "1"}], "intrinsics": []}',
+            None,
+            "/version",
+            *DAMAGED,
+        ),
+        ("b.out", "# Bundle file v0.3\n1 0\n1 0 0\n1 0 0\n0 1 x\n", 5, None, *DAMAGED),
+        ("b.out", "# Bundle file v0.3\n9 0\n1 0 0\n", 3, None, *DAMAGED),
         ("t.csv", "photo,x,y,z\nA,1,2,\n", 2, "z", "table.value-missing"),
         (
             "t.csv",

@@ -196,8 +196,8 @@ def test_points_of_a_model_and_cameras_name_the_kind_too(tmp_path: Path) -> None
         read_model(path)
     assert caught.value.values["kind"] == "geojson"
     for name, content, kind in (
-        ("sfm_data.json", _json({"sfm_data_version": "0.3", "views": []}), "openmvg"),
-        ("bundle.out", b"# Bundle file v0.3\n2 0\n", "bundler"),
+        ("city.json", _json({"type": "CityJSON", "vertices": []}), "cityjson"),
+        ("photos.nvm", b"NVM_V3\n2\n", "nvm"),
         (
             "blocks.xml",
             b'<?xml version="1.0"?>\n<BlocksExchange version="3.2"/>',

@@ -49,7 +49,8 @@ _EXPORT_AS_CSV = to_translate(
 _LINES_AS_CSV = to_translate("Save its points as CSV with columns x, y and z.")
 _SPREADSHEET_REMEDY = to_translate("Save the sheet as CSV.")
 _MODEL = to_translate("It is a model: open it as one, or convert it to points with 'convert'.")
-_CAMERAS = to_translate(
+_CAMERAS = to_translate("Give it with --model-cameras.")
+_OTHER_CAMERAS = to_translate(
     "Export the cameras as COLMAP text, Agisoft XML or a table of photo, x, y and z."
 )
 _CONTROL = to_translate(
@@ -73,7 +74,7 @@ _KINDS = (
     FileKind("gltf-json", "glTF", _MODEL),
     FileKind("json", "JSON", _TABLE),
     FileKind("bundler", to_translate("cameras of Bundler (bundle.out)"), _CAMERAS),
-    FileKind("nvm", to_translate("cameras of VisualSFM (NVM)"), _CAMERAS),
+    FileKind("nvm", to_translate("cameras of VisualSFM (NVM)"), _OTHER_CAMERAS),
     FileKind(
         "colmap",
         to_translate("cameras or points of COLMAP (text)"),
@@ -84,7 +85,7 @@ _KINDS = (
         to_translate("cameras or markers of Metashape (XML)"),
         to_translate("Give it with --model-cameras or --gcp."),
     ),
-    FileKind("blocks-exchange", to_translate("cameras of iTwin Capture (XML)"), _CAMERAS),
+    FileKind("blocks-exchange", to_translate("cameras of iTwin Capture (XML)"), _OTHER_CAMERAS),
     FileKind("kml", "KML", _EXPORT_AS_CSV),
     FileKind("gpx", "GPX", _EXPORT_AS_CSV),
     FileKind("gml", "GML", _EXPORT_AS_CSV),

@@ -236,6 +236,20 @@ TEXTS: dict[str, Entry] = {
             "The photos fell into {count} parts; the cameras of the largest one are used."
         ),
     ),
+    "cameras.sizes-unknown": (
+        "warning",
+        to_translate(
+            "The file states no sizes of photos, and {count} photos were not found beside it. Only"
+            " their positions and attitudes are used."
+        ),
+    ),
+    "cameras.no-photo-list": (
+        "error",
+        to_translate(
+            "The file names no photos. Put list.txt beside it, with the names of its {photos}"
+            " photos, one per line."
+        ),
+    ),
     "cameras.own-frame": (
         "warning",
         to_translate(

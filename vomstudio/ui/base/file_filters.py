@@ -60,6 +60,13 @@ def sidecars() -> str:
     return _and_all(tr("Sidecars of orthophotos ({patterns})", patterns=_patterns([".json"])))
 
 
+def cameras() -> str:
+    """Return the filter for files with the cameras of photos."""
+    from vomstudio.io.photos.own_cameras.reading import EXTENSIONS
+
+    return _and_all(tr("Cameras ({patterns})", patterns=_patterns(EXTENSIONS)))
+
+
 def ground_control() -> str:
     """Return the filter for ground control points and image marks."""
     from vomstudio.io.control.registry import extensions

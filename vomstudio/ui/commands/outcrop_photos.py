@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.photos import PhotoLinks
+from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.base.studio import Studio
@@ -48,7 +49,7 @@ def commands(
             parent,
             tr("Choose the cameras of the model"),
             start_folder(studio),
-            tr("Cameras (*.json)"),
+            file_filters.cameras(),
         )
         if name and model is not None:
             show_panel()
@@ -77,7 +78,7 @@ def commands(
             tr("Open &cameras…"),
             open_cameras,
             icon="camera-outline",
-            tip=tr("Open the cameras.json of the reconstruction of the model."),
+            tip=tr("Open the cameras of the model's photos, as its program exported them."),
             why_not=no_model,
         ),
         Command(

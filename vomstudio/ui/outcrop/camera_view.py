@@ -12,7 +12,8 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
 from vomstudio.geometry.frusta import Frustum, frusta
-from vomstudio.io.photos.cameras_file import Cameras, read_cameras
+from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+from vomstudio.io.photos.own_cameras.result import local_cameras
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
@@ -93,7 +94,7 @@ class CameraView(QObject):
         if path is None:
             return
         self._files[model_id] = path
-        middle = opened.data.bounds.mean(axis=0)
+        bounds = opened.data.bounds
 
         def store(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
             self._frusta[path] = cameras
@@ -108,7 +109,7 @@ class CameraView(QObject):
             )
             self._studio.warn(finding)
 
-        self._background.run(lambda: _read(path, middle), store, warn)
+        self._background.run(lambda: _read(path, bounds), store, warn)
 
     def _visible_files(self) -> list[tuple[Path, Rows]]:
         """Return the camera files of the visible models, with the matrices to World.
@@ -171,6 +172,6 @@ class CameraView(QObject):
             self.camera_selected.emit(name)
 
 
-def _read(path: Path, middle: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
-    cameras: Cameras = read_cameras(path)
-    return frusta(cameras.views, middle - cameras.origin), cameras.origin
+def _read(path: Path, bounds: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
+    cameras = local_cameras(read_own_cameras(path, bounds))
+    return frusta(cameras.views, bounds.mean(axis=0) - cameras.origin), cameras.origin

@@ -27,9 +27,13 @@ _ESTIMATED_COLUMNS = (
 _ROTATION_COLUMNS = tuple((f"r{row}{column}",) for row in "123" for column in "123")
 
 
-def read_centres(path: Path) -> OwnCameras:
-    """Read a table of centres. Raises InputError with line and column."""
-    table = NamedTable(path, ("photo", "x", "y", "z"))
+def open_table(path: Path) -> NamedTable:
+    """Read a table of cameras. Raises InputError with the line."""
+    return NamedTable(path, ("photo", "x", "y", "z"))
+
+
+def read_centres(path: Path, table: NamedTable) -> OwnCameras:
+    """Return the centres of a table. Raises InputError with line and column."""
     names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
     table.require_unique(names)
     estimated = all(table.has(column) for column in _ESTIMATED_COLUMNS)

@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.errors import GeometryError, InputError
-from vomstudio.core.files.regular import read_json, read_small_text
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
+from vomstudio.io.photos.own_cameras.json_fields import JsonFields
 from vomstudio.io.photos.own_cameras.result import (
     from_centre,
     pinhole_lens,
@@ -30,7 +31,7 @@ from vomstudio.io.photos.own_cameras.result import (
 )
 
 NAMES = ("shots.geojson", "reconstruction.json")
-_NUMBER_TYPES = (int, float)
+_FORMAT = "OpenSfM"
 
 
 def is_opensfm(data: Any) -> bool:
@@ -65,23 +66,22 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         warnings.append(Finding("cameras.several-parts", count=len(data)))
     if find_offset(path) is not None:
         warnings.append(Finding("cameras.own-frame"))
+    fields = JsonFields(path, _FORMAT)
     lenses = {
-        name: _call_checked(path, f"cameras/{name}", _lens, name, camera)
+        name: fields.call(f"cameras/{name}", _lens, camera)
         for name, camera in reconstruction["cameras"].items()
     }
     views, unknown_models = [], []
     for name, shot in reconstruction["shots"].items():
         field = f"shots/{name}"
-        lens, unknown = lenses.get(_get(path, field, shot, "camera"), (None, None))
+        lens, unknown = lenses.get(fields.get(field, shot, "camera"), (None, None))
         if lens is None:
-            raise _damaged(path, field, tr("its camera is not among the cameras"))
+            raise fields.damaged(field, tr("its camera is not among the cameras"))
         if unknown is not None:
             unknown_models.append(unknown)
-        rotation = _vector(path, field, shot, "rotation")
-        translation = _vector(path, field, shot, "translation")
-        views.append(
-            _call_checked(path, field, view_of_pose, name, lens, _matrix(rotation), translation)
-        )
+        rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
+        translation = fields.numbers(field, shot, "translation", 3)
+        views.append(fields.call(field, view_of_pose, name, lens, rotation, translation))
     warnings += [unknown_lens(name, count) for name, count in Counter(unknown_models).items()]
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
@@ -91,17 +91,18 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
 
     Raises InputError with the field.
     """
+    fields = JsonFields(path, _FORMAT)
     views: list[View] = []
     for number, feature in enumerate(data["features"]):
         field = f"features/{number}/properties"
         shot = feature.get("properties") if isinstance(feature, dict) else None
         if not isinstance(shot, dict):
-            raise _damaged(path, field, tr("there are none"))
-        name = str(_get(path, field, shot, "filename"))
-        lens = _call_checked(path, field, _shot_lens, shot)
-        rotation = _matrix(_vector(path, field, shot, "rotation"))
-        centre = _vector(path, field, shot, "translation")
-        views.append(_call_checked(path, field, from_centre, name, lens, rotation, centre))
+            raise fields.damaged(field, tr("there are none"))
+        name = str(fields.get(field, shot, "filename"))
+        lens = fields.call(field, _shot_lens, shot)
+        rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
+        centre = fields.numbers(field, shot, "translation", 3)
+        views.append(fields.call(field, from_centre, name, lens, rotation, centre))
     candidates = [Candidate(tr("map coordinates"), views)]
     offset = find_offset(path)
     if offset is not None:
@@ -123,7 +124,7 @@ def find_offset(path: Path) -> tuple[float, float] | None:
 
 
 # --- lenses -----------------------------------------------------------------------------------
-def _lens(name: str, camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]:
+def _lens(camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]:
     kind = str(camera.get("projection_type", "perspective"))
     width, height = int(camera["width"]), int(camera["height"])
     side = float(max(width, height))
@@ -157,47 +158,7 @@ def _shot_lens(shot: Mapping[str, Any]) -> Intrinsics:
     return pinhole_lens(width, height, focal * max(width, height))
 
 
-# --- fields -----------------------------------------------------------------------------------
-def load_json(path: Path) -> Any:
-    """Read a JSON file. Raises InputError."""
-    try:
-        return read_json(path)
-    except OSError as error:
-        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
-    except ValueError as error:
-        raise InputError(Finding("file.damaged", reason=error, format="JSON"), file=path) from error
-
-
 def _matrix(rotation_vector: FloatArray) -> FloatArray:
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_rotvec(rotation_vector).as_matrix(), np.float64)
-
-
-def _get(path: Path, field: str, row: Any, key: str) -> Any:
-    if not isinstance(row, dict) or key not in row:
-        raise _damaged(path, f"{field}/{key}", tr("it is missing"))
-    return row[key]
-
-
-def _vector(path: Path, field: str, row: Any, key: str) -> FloatArray:
-    value = _get(path, field, row, key)
-    is_vector = isinstance(value, list) and len(value) == 3
-    if not is_vector or not all(isinstance(v, _NUMBER_TYPES) and np.isfinite(v) for v in value):
-        raise _damaged(path, f"{field}/{key}", tr("three numbers are wanted"))
-    return np.array(value, np.float64)
-
-
-def _call_checked(path: Path, field: str, make: Any, *arguments: Any) -> Any:
-    try:
-        return make(*arguments)
-    except (KeyError, TypeError, ValueError, AttributeError, GeometryError) as error:
-        reason = str(error)
-        if isinstance(error, KeyError):
-            reason = tr("{name} is missing", name=error.args[0])
-        raise _damaged(path, field, reason) from error
-
-
-def _damaged(path: Path, field: str, error: str) -> InputError:
-    finding = Finding("file.damaged", reason=error.rstrip("."), format="OpenSfM")
-    return InputError(finding, file=path, field=field)

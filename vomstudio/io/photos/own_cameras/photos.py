@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import is_regular
 from vomstudio.io.photos.own_cameras.result import OwnCameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.io.photos.reading import photo_names
 
+_TRIED = 3
 _FOLDERS = ("photos", "images", ".", "../photos", "../images", "../../photos", "../../images")
 
 
@@ -19,13 +21,32 @@ def find_camera_photos(cameras: OwnCameras, folder: Path | None = None) -> dict[
     `folder` is the folder of the photos. If None, the folder stated in the camera file and
     neighbouring folders are searched. Raises InputError if it is not a folder.
     """
+    names = list(cameras.centres)
     if folder is not None:
-        return _photos_in_folder(folder, list(cameras.centres))
-    folders = [cameras.photos] if cameras.photos is not None else []
-    folders += [cameras.path.parent / name for name in _FOLDERS]
-    for candidate in folders:
+        return _photos_in_folder(folder, names)
+    return find_photos(cameras.path, names, () if cameras.photos is None else (cameras.photos,))
+
+
+def find_photos(path: Path, names: Sequence[str], folders: Sequence[Path] = ()) -> dict[str, Path]:
+    """Return the existing photos by camera name, from one of the folders near a camera file.
+
+    Parameters
+    ----------
+    path : Path
+        Camera file.
+    names : sequence of str
+        Names of the photos as in the file, perhaps without suffix.
+    folders : sequence of Path
+        Folders that are searched first.
+    """
+    candidates = [*folders, *(path.parent / name for name in _FOLDERS)]
+    # Listing a folder with its subfolders takes long, so files of these names are tried first.
+    for folder in candidates:
+        if any(is_regular(folder / name) for name in names[:_TRIED]):
+            return {name: file for name in names if is_regular(file := folder / name)}
+    for folder in candidates:
         try:
-            photos = _photos_in_folder(candidate, list(cameras.centres))
+            photos = _photos_in_folder(folder, names)
         except InputError:
             continue
         if photos:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,18 +14,44 @@ from vomstudio.core.files.file_kinds import refuse_other_kind
 from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
-from vomstudio.io.photos.own_cameras import centres, colmap, metashape, opensfm
+from vomstudio.io.photos.own_cameras import (
+    alicevision,
+    bundler,
+    centres,
+    colmap,
+    metashape,
+    micmac,
+    nerfstudio,
+    openmvg,
+    opensfm,
+    reality_capture,
+)
 from vomstudio.io.photos.own_cameras.frames import Candidate, select_frame
+from vomstudio.io.photos.own_cameras.json_fields import load_json
 from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views
 from vomstudio.io.text.file_text import require_file
 from vomstudio.io.text.xml_tree import is_xml, read_xml
 
+JSON_FORMATS: tuple[tuple[Callable[[Any], bool], Callable[[Path, Any], list[Candidate]]], ...] = (
+    (opensfm.is_opensfm, opensfm.read_reconstruction),
+    (opensfm.is_shots, opensfm.read_shots),
+    (openmvg.is_openmvg, openmvg.read_openmvg),
+    (alicevision.is_alicevision, alicevision.read_alicevision),
+    (nerfstudio.is_nerfstudio, nerfstudio.read_nerfstudio),
+)
+"""Formats in JSON: whether the content has the format, and its reader."""
+EXTENSIONS = (".json", ".sfm", ".geojson", ".xml", ".csv", ".txt", ".bin", ".out")
 _CAMERA_FILES = (
     FILE_NAME,
     "cameras.xml",
     *opensfm.NAMES,
     "odm_report/shots.geojson",
     "../odm_report/shots.geojson",
+    *alicevision.NAMES,
+    *openmvg.NAMES,
+    *nerfstudio.NAMES,
+    "../transforms.json",
+    *bundler.NAMES,
     "sparse/0",
     "sparse",
     "../sparse/0",
@@ -37,7 +65,9 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
 
     Supported formats are `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or
     binary data), Metashape XML, `reconstruction.json` and `shots.geojson` of OpenSfM and
-    OpenDroneMap, and tables of centres.
+    OpenDroneMap, `sfm_data.json` of OpenMVG, `cameras.sfm` of AliceVision and Meshroom,
+    `transforms.json` of nerfstudio, `bundle.out` of Bundler, a folder of orientations of MicMac,
+    the tables of RealityCapture, and tables of centres.
 
     Parameters
     ----------
@@ -55,6 +85,9 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     folder = colmap.folder_of(path)
     if folder is not None:
         return colmap.read_colmap(folder)
+    folder = micmac.folder_of(path)
+    if folder is not None:
+        return select_frame(path, micmac.read_micmac(folder), bounds)
     if path.is_dir():
         camera_file = find_own_cameras(path / "model", search_parents=False)
         if camera_file is None:
@@ -72,9 +105,15 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
             line=root.sourceline,
             field=root.tag,
         )
-    if _is_json(path):
+    head = _head(path)
+    if head.lstrip()[:1] in (b"{", b"["):
         return _read_json_cameras(path, bounds)
-    return centres.read_centres(path)
+    if bundler.is_bundler(head):
+        return select_frame(path, bundler.read_bundler(path), bounds)
+    table = centres.open_table(path)
+    if reality_capture.is_reality_capture(table):
+        return select_frame(path, reality_capture.read_reality_capture(path, table), bounds)
+    return centres.read_centres(path, table)
 
 
 def find_own_cameras(model: str | Path, *, search_parents: bool = True) -> Path | None:
@@ -91,7 +130,8 @@ def find_own_cameras(model: str | Path, *, search_parents: bool = True) -> Path 
             return path
         if colmap.folder_of(path) is not None:
             return path
-    return None
+    orientations = [path for path in folder.glob("Ori-*") if micmac.folder_of(path) is not None]
+    return orientations[0] if len(orientations) == 1 else None
 
 
 def _has_lenses_only(path: Path) -> bool:
@@ -104,27 +144,23 @@ def _has_lenses_only(path: Path) -> bool:
 
 
 def _read_json_cameras(path: Path, bounds: FloatArray | None) -> OwnCameras:
-    data = opensfm.load_json(path)
-    candidates: list[Candidate]
-    if opensfm.is_opensfm(data):
-        candidates = opensfm.read_reconstruction(path, data)
-    elif opensfm.is_shots(data):
-        candidates = opensfm.read_shots(path, data)
-    else:
-        refuse_other_kind(path, ("json",))
-        cameras = read_cameras(path)
-        origin = np.array(cameras.origin, np.float64)
-        views = [view.moved(1.0, np.eye(3), origin) for view in cameras.views]
-        return cameras_of_views(path, views, find_photos(cameras, path))
-    return select_frame(path, candidates, bounds)
+    data = load_json(path)
+    for has_format, read in JSON_FORMATS:
+        if has_format(data):
+            return select_frame(path, read(path, data), bounds)
+    refuse_other_kind(path, ("json",))
+    cameras = read_cameras(path)
+    origin = np.array(cameras.origin, np.float64)
+    views = [view.moved(1.0, np.eye(3), origin) for view in cameras.views]
+    return cameras_of_views(path, views, find_photos(cameras, path))
 
 
-def _is_json(path: Path) -> bool:
+def _head(path: Path) -> bytes:
+    """Return the first bytes of a file without a byte order mark; empty for a pipe."""
     if not is_regular(path):
-        return False
+        return b""
     try:
         with open_regular(path) as stream:
-            head = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
+            return stream.read(64).removeprefix(b"\xef\xbb\xbf")
     except (InputError, OSError):
-        return False
-    return head[:1] in (b"{", b"[")
+        return b""

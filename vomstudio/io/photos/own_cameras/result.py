@@ -14,6 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.coordinate_limits import find_invalid_points
+from vomstudio.io.photos.cameras_file import Cameras
 
 # Maximum deviation of a matrix from a rotation; files have at least six digits.
 MAX_ROTATION_DEVIATION = 1e-3
@@ -59,6 +60,23 @@ def cameras_of_views(
         raise InputError(Finding("cameras.none-aligned"), file=path)
     centres = {name: view.centre for name, view in views_by_name.items()}
     return OwnCameras(path, views_by_name, centres, photos, tuple(warnings))
+
+
+def local_cameras(cameras: OwnCameras) -> Cameras:
+    """Return the views relative to an origin near the cameras, so that they keep their precision.
+
+    Raises
+    ------
+    InputError
+        If the file contains no poses.
+    """
+    if not cameras.views:
+        raise InputError(Finding("cameras.no-poses"), file=cameras.path)
+    views = cameras.views.values()
+    origin = np.floor(np.median([view.centre for view in views], axis=0))
+    x, y, z = (int(value) for value in origin)
+    moved = tuple(view.moved(1.0, np.eye(3), -origin) for view in views)
+    return Cameras(moved, cameras.photos or Path("."), (x, y, z))
 
 
 def view_of_pose(

@@ -122,7 +122,9 @@ class FeaturePhoto(QObject):
         self.canvas.message = ""
         path = photos.path(view)
         if path is None:
-            self.canvas.message = Finding("photo.none-found").message
+            name = photos.views.views[view].name
+            missing = tr("{photo} was not found. Locate the photos.", photo=name)
+            self.canvas.message = missing if photos.files else Finding("photo.none-found").message
         else:
             picture = self.images.picture(path)
             if picture is not None:

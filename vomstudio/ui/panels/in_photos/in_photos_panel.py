@@ -373,7 +373,7 @@ class InPhotosPanel(QWidget):
         models = [m for m in self._studio.session.of(Model) if m.id in self._studio.models]
         photos = self.feature_photo.photos
         if photos is not None:
-            if photos.folder is None:
+            if not photos.files:
                 button_names = {"find_photos"}
         elif not models:
             message = tr("Open a model to see it in its photos.")
@@ -389,8 +389,8 @@ class InPhotosPanel(QWidget):
                 str(problems[0])
                 if problems
                 else tr(
-                    "There is no cameras.json beside {model}. A model that was reconstructed here "
-                    "has one. For another model, open the cameras.json of its reconstruction.",
+                    "There are no cameras beside {model}. Open the cameras of its photos, which "
+                    "the program that made it can export.",
                     model=models[0].name,
                 )
             )

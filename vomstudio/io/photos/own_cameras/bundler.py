@@ -1,0 +1,124 @@
+"""Cameras of Bundler: `bundle.out`, which many programs write.
+
+The rotation and translation of a camera are from the World frame to the camera, with x right, y up,
+z backward. The origin of pixels is the centre of the photo. The photos are named in another file
+(Bundler User's Manual, version 0.4, "Output format and scene representation").
+"""
+
+from __future__ import annotations
+
+import io
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import GeometryError, InputError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.io.photos.own_cameras.frames import Candidate
+from vomstudio.io.photos.own_cameras.photo_sizes import (
+    Size,
+    lens_without_size,
+    read_sizes,
+    unknown_sizes,
+)
+from vomstudio.io.photos.own_cameras.result import view_of_pose
+from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
+
+NAMES = ("bundle.out",)
+_HEAD = "# bundle file"
+_MAX_LINES = 100_000_000
+_AXES = np.diag([1.0, -1.0, -1.0])
+"""From a camera with y up and z backward to one with y down and z forward."""
+
+
+def is_bundler(head: bytes) -> bool:
+    """Return whether the beginning of a file is that of a file of Bundler."""
+    return head.decode("utf-8", "replace").lower().startswith(_HEAD)
+
+
+def read_bundler(path: Path) -> list[Candidate]:
+    """Read the cameras; those with a focal length of zero are not aligned.
+
+    Raises
+    ------
+    InputError
+        If a line is not valid, or the list of photos is missing.
+    """
+    text, _ = read_text(path, _MAX_LINES, accepted=("bundler",))
+    head = _rows(text, 2)
+    count = int(_numbers(path, head, 0, 2)[0])
+    # The points follow the cameras.
+    lines = _rows(text, 5 * min(count, MAX_OBJECTS) + 2)
+    poses = {}
+    for index in range(count):
+        first = 1 + 5 * index
+        pose = np.array([_numbers(path, lines, first + row, 3) for row in range(5)])
+        if pose[0, 0] != 0.0:
+            poses[index] = (first, pose)
+    names = _photo_names(path, count)
+    used = [names[index] for index in poses]
+    sizes = read_sizes(path, used)
+    views = list[View]()
+    for index, (first, pose) in poses.items():
+        name = names[index]
+        rotation, translation = _AXES @ pose[1:4], _AXES @ pose[4]
+        try:
+            lens = _lens(pose[0], sizes.get(name))
+            views.append(view_of_pose(name, lens, rotation, translation))
+        except (ValueError, GeometryError) as error:
+            raise _damaged(path, str(error), lines[first][0]) from error
+    return [Candidate(tr("the file"), views, tuple(unknown_sizes(sizes, used)))]
+
+
+def _lens(row: FloatArray, size: Size | None) -> Intrinsics:
+    if size is None:
+        return lens_without_size()
+    focal, k1, k2 = (float(value) for value in row)
+    if not focal > 0:
+        raise ValueError(tr("the focal length is missing or not positive"))
+    width, height = size
+    return Intrinsics("RADIAL", width, height, (focal, width / 2.0, height / 2.0, k1, k2))
+
+
+def _rows(text: str, count: int) -> list[tuple[int, list[str]]]:
+    """Return the numbers and cells of the first lines that are no comments."""
+    numbered = ((n, line) for n, line in enumerate(io.StringIO(text), 1))
+    lines = (row for row in numbered if row[1].strip() and not row[1].lstrip().startswith("#"))
+    return [(number, line.split()) for number, line in islice(lines, count)]
+
+
+def _photo_names(path: Path, count: int) -> list[str]:
+    """Return the names of the photos, one per line of the list beside the file."""
+    candidates = [path.with_name(path.name + ".list.txt"), path.with_suffix(".list.txt")]
+    candidates += [path.with_name(name) for name in ("list.txt", "list_images.txt")]
+    candidates += [path.parent.parent / "list.txt"]
+    for candidate in candidates:
+        if not candidate.is_file():
+            continue
+        text, _ = read_text(candidate)
+        names = [line.split()[0].replace("\\", "/") for line in text.split("\n") if line.strip()]
+        if len(names) == count:
+            return [name.removeprefix("./") for name in names]
+    raise InputError(Finding("cameras.no-photo-list", photos=count), file=path)
+
+
+def _numbers(path: Path, lines: list[tuple[int, list[str]]], row: int, count: int) -> FloatArray:
+    if row >= len(lines):
+        raise _damaged(path, tr("the file ends too early"), lines[-1][0] if lines else 1)
+    number, cells = lines[row]
+    try:
+        values = np.array([float(cell) for cell in cells])
+    except ValueError:
+        values = np.array([])
+    if len(values) != count or not np.isfinite(values).all():
+        raise _damaged(path, tr("{count} numbers are needed", count=count), number)
+    return values
+
+
+def _damaged(path: Path, reason: str, line: int) -> InputError:
+    finding = Finding("file.damaged", reason=reason.rstrip("."), format="Bundler")
+    return InputError(finding, file=path, line=line)

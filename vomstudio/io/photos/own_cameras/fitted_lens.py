@@ -1,0 +1,61 @@
+"""Lenses of other programs whose formula this program lacks, fitted by the nearest lens it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.geometry.cameras import Intrinsics
+
+MAX_ERROR_PX = 0.5
+"""Largest error of a fitted lens, pixels; features are located to about this accuracy."""
+_GRID = 25
+
+
+def fit_lens(
+    width: int, height: int, focal: float, project: Callable[[FloatArray], FloatArray]
+) -> tuple[Intrinsics, float]:
+    """Fit a lens of the model FULL_OPENCV to a projection.
+
+    Parameters
+    ----------
+    width, height : int
+        Size of the photos, pixels.
+    focal : float
+        Approximate focal length, pixels.
+    project : callable
+        Converts ideal image coordinates (n, 2), x to the right and y down in units of the focal
+        length, to pixels (n, 2).
+
+    Returns
+    -------
+    lens : Intrinsics
+    error_px : float
+        Largest difference within the photo, pixels.
+    """
+    from scipy.optimize import least_squares
+
+    half = np.array([width, height]) / focal / 2.0
+    x, y = np.meshgrid(np.linspace(-1.0, 1.0, _GRID), np.linspace(-1.0, 1.0, _GRID))
+    # Distortion may move points beyond the ideal edge into the photo.
+    ideal = 1.2 * half * np.column_stack([x.ravel(), y.ravel()])
+    wanted = project(ideal)
+    inside = ((wanted >= 0.0) & (wanted <= (width, height))).all(axis=1)
+    ideal, wanted = ideal[inside], wanted[inside]
+    rays = np.column_stack([ideal, np.ones(len(ideal))])
+
+    def lens_of(free: FloatArray) -> Intrinsics:
+        fx, fy, cx, cy = free[:4] * focal
+        params = (fx, fy, cx, cy, *free[4:8], free[8], 0.0, 0.0, 0.0)
+        return Intrinsics("FULL_OPENCV", width, height, tuple(float(value) for value in params))
+
+    def residuals(free: FloatArray) -> FloatArray:
+        pixels = lens_of(free).project(rays)
+        return np.nan_to_num(pixels - wanted, nan=float(width)).ravel()
+
+    start = np.array([1.0, 1.0, width / 2 / focal, height / 2 / focal, *np.zeros(5)])
+    solution = least_squares(residuals, start, x_scale="jac", method="lm")
+    error = np.abs(residuals(solution.x)).max() if len(ideal) > len(start) else np.inf
+    return lens_of(solution.x), float(error)

@@ -1,0 +1,105 @@
+"""Cameras of nerfstudio, instant-ngp and other programs for radiance fields: `transforms.json`.
+
+The matrix of a frame is from the camera to the World frame, with x right, y up, z backward.
+Parameters of the lens are in pixels, with the names of OpenCV, for the file or for each frame
+(nerfstudio documentation, "Data conventions").
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.io.photos.own_cameras.frames import Candidate
+from vomstudio.io.photos.own_cameras.json_fields import JsonFields
+from vomstudio.io.photos.own_cameras.photo_sizes import (
+    Size,
+    lens_without_size,
+    read_sizes,
+    unknown_sizes,
+)
+from vomstudio.io.photos.own_cameras.result import (
+    MAX_ROTATION_DEVIATION,
+    from_centre,
+    unknown_lens,
+)
+
+NAMES = ("transforms.json",)
+_AXES = np.diag([1.0, -1.0, -1.0])
+"""From a camera with y up and z backward to one with y down and z forward."""
+_KNOWN_MODELS = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "PERSPECTIVE")
+
+
+def is_nerfstudio(data: Any) -> bool:
+    """Return whether the content of a JSON file is a list of frames with matrices."""
+    if not isinstance(data, dict) or not isinstance(data.get("frames"), list):
+        return False
+    return any(isinstance(row, dict) and "transform_matrix" in row for row in data["frames"])
+
+
+def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
+    """Read the cameras. Raises InputError with the field.
+
+    The candidates are the frame of the file, and the one before the transform that nerfstudio
+    applied, which is that of a model from COLMAP.
+    """
+    fields = JsonFields(path, "transforms.json")
+    names = [
+        str(fields.get(f"frames/{number}", row, "file_path")).replace("\\", "/").removeprefix("./")
+        for number, row in enumerate(data["frames"])
+    ]
+    has_sizes = all({"w", "h"} <= {**data, **row}.keys() for row in data["frames"])
+    sizes = {} if has_sizes else read_sizes(path, names)
+    views = list[View]()
+    unknown_models = Counter[str]()
+    for number, (name, row) in enumerate(zip(names, data["frames"], strict=True)):
+        field = f"frames/{number}"
+        matrix = fields.numbers(field, row, "transform_matrix", 4, 4)
+        lens, unknown = fields.call(field, _lens, {**data, **row}, sizes.get(name))
+        if unknown is not None:
+            unknown_models[unknown] += 1
+        rotation = (matrix[:3, :3] @ _AXES).T
+        views.append(fields.call(field, from_centre, name, lens, rotation, matrix[:3, 3]))
+    warnings: list[Finding] = [] if has_sizes else unknown_sizes(sizes, names)
+    warnings += [unknown_lens(name, count) for name, count in unknown_models.items()]
+    candidates = [Candidate(tr("the file"), views, tuple(warnings))]
+    if "applied_transform" in data:
+        applied = fields.numbers("", data, "applied_transform", 3, 4)
+        back = applied[:, :3].T
+        if np.abs(back @ back.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION:
+            raise fields.damaged("applied_transform", tr("the matrix of the pose is no rotation"))
+        before = [view.moved(1.0, back, -back @ applied[:, 3]) for view in views]
+        candidates.append(Candidate(tr("the frame before the transform"), before, tuple(warnings)))
+    return candidates
+
+
+def _lens(row: Mapping[str, Any], size: Size | None) -> tuple[Intrinsics, str | None]:
+    if size is None and not {"w", "h"} <= row.keys():
+        return lens_without_size(), None
+    width, height = size or (int(row["w"]), int(row["h"]))
+    if "fl_x" in row or "fl_y" in row:
+        fx = float(row.get("fl_x", row.get("fl_y")))
+        fy = float(row.get("fl_y", fx))
+    elif "camera_angle_x" in row:
+        fx = fy = width / 2.0 / float(np.tan(float(row["camera_angle_x"]) / 2.0))
+    else:
+        raise KeyError("fl_x")
+    cx, cy = float(row.get("cx", width / 2.0)), float(row.get("cy", height / 2.0))
+    if not (fx > 0 and fy > 0 and width > 0 and height > 0 and np.isfinite([cx, cy]).all()):
+        raise ValueError(tr("the focal length is missing or not positive"))
+    k1, k2, k3, k4, p1, p2 = (
+        float(row.get(key, 0.0)) for key in ("k1", "k2", "k3", "k4", "p1", "p2")
+    )
+    model = str(row.get("camera_model", "OPENCV"))
+    if model == "OPENCV_FISHEYE" or row.get("is_fisheye"):
+        return Intrinsics("OPENCV_FISHEYE", width, height, (fx, fy, cx, cy, k1, k2, k3, k4)), None
+    params = (fx, fy, cx, cy, k1, k2, p1, p2, k3, 0.0, 0.0, 0.0)
+    lens = Intrinsics("FULL_OPENCV", width, height, params)
+    return lens, None if model in _KNOWN_MODELS else model

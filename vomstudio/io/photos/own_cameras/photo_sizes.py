@@ -1,0 +1,39 @@
+"""Sizes of the photos of a camera file that does not state them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.geometry.cameras import Intrinsics
+from vomstudio.io.photos.own_cameras.photos import find_photos
+from vomstudio.io.photos.own_cameras.result import pinhole_lens
+from vomstudio.io.photos.pixels import open_photo
+
+Size = tuple[int, int]
+"""Width and height, pixels, as stored in the file."""
+
+
+def read_sizes(path: Path, names: Sequence[str]) -> dict[str, Size]:
+    """Return the sizes of the photos that are found near the camera file `path`, by name."""
+    sizes = {}
+    for name, photo in find_photos(path, names).items():
+        try:
+            with open_photo(photo) as image:
+                sizes[name] = image.size
+        except InputError:
+            continue
+    return sizes
+
+
+def unknown_sizes(sizes: dict[str, Size], names: Sequence[str]) -> list[Finding]:
+    """Return the finding about photos of unknown size, in a list that may be empty."""
+    missing = [name for name in names if name not in sizes]
+    return [Finding("cameras.sizes-unknown", photos=missing, count=len(missing))] if missing else []
+
+
+def lens_without_size() -> Intrinsics:
+    """Return a lens that stands for an unknown one: only the position and attitude can be used."""
+    return pinhole_lens(2, 2, 2.0)

@@ -1,0 +1,110 @@
+"""Cameras of RealityCapture and RealityScan: tables "Internal/External camera parameters".
+
+Positions are in the output coordinate system of the project, and angles in degrees. The rotation
+from the camera (x right, y up, z backward) to the World frame is a turn about z by minus the
+heading, then about x by the pitch, then about y by the roll. Focal length and principal point are
+in units of 35 mm film and of the longer side of the photo. The table states no sizes of photos.
+The convention is that of nerfstudio's reader `realitycapture_utils`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.io.photos.own_cameras.fitted_lens import MAX_ERROR_PX, fit_lens
+from vomstudio.io.photos.own_cameras.frames import Candidate
+from vomstudio.io.photos.own_cameras.photo_sizes import (
+    Size,
+    lens_without_size,
+    read_sizes,
+    unknown_sizes,
+)
+from vomstudio.io.photos.own_cameras.result import from_centre, unknown_lens
+from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
+
+_ANGLES = (("heading", "yaw"), ("pitch",), ("roll",))
+_LENS = ("f", "px", "py", "k1", "k2", "k3", "k4", "t1", "t2")
+_FILM_MM = 36.0
+_AXES = np.diag([1.0, -1.0, -1.0])
+"""From a camera with y up and z backward to one with y down and z forward."""
+
+
+def is_reality_capture(table: NamedTable) -> bool:
+    """Return whether the columns of a table are those of RealityCapture."""
+    return table.has(("f",)) and all(table.has(column) for column in _ANGLES)
+
+
+def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
+    """Read the cameras. Raises InputError with line and column."""
+    names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
+    table.require_unique(names)
+    places = table.columns(WORLD, ("x", "y", "z"))
+    table.require_coordinates(places)
+    angles = table.columns(_ANGLES, ("heading", "pitch", "roll"))
+    columns = [name for name in _LENS if table.has((name,))]
+    values = table.columns([(name,) for name in columns], columns)
+    sizes = read_sizes(path, names)
+    views, inexact = list[View](), 0
+    for row, name in enumerate(names):
+        named = dict(zip(columns, values[row].tolist(), strict=True))
+        try:
+            lens, error_px = _lens(named, sizes.get(name))
+            views.append(from_centre(name, lens, _rotation(angles[row]), places[row]))
+        except (ValueError, GeometryError) as error:
+            finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
+            raise table.at(row, finding, "f") from error
+        inexact += error_px > MAX_ERROR_PX
+    warnings = unknown_sizes(sizes, names)
+    if inexact:
+        warnings.append(unknown_lens("RealityCapture", inexact))
+    return [Candidate(tr("the file"), views, tuple(warnings))]
+
+
+def _rotation(angles_deg: FloatArray) -> FloatArray:
+    """Return the rotation from the World frame to the camera."""
+    from scipy.spatial.transform import Rotation
+
+    heading, pitch, roll = angles_deg
+    to_world = Rotation.from_euler("ZXY", [-heading, pitch, roll], degrees=True).as_matrix()
+    return np.asarray((to_world @ _AXES).T, np.float64)
+
+
+def _lens(named: dict[str, float], size: Size | None) -> tuple[Intrinsics, float]:
+    """Return the lens and its error, pixels."""
+    if size is None:
+        return lens_without_size(), 0.0
+    width, height = size
+    side = float(max(size))
+    focal = named["f"] / _FILM_MM * side
+    if not (focal > 0 and np.isfinite(list(named.values())).all()):
+        raise ValueError(tr("the focal length is missing or not positive"))
+    cx = width / 2.0 + named.get("px", 0.0) * side
+    cy = height / 2.0 + named.get("py", 0.0) * side
+    k1, k2, k3, k4, p1, p2 = (named.get(key, 0.0) for key in ("k1", "k2", "k3", "k4", "t1", "t2"))
+    params = (focal, focal, cx, cy, k1, k2, p1, p2, k3, 0.0, 0.0, 0.0)
+    lens = Intrinsics("FULL_OPENCV", width, height, params)
+    if not k4:
+        return lens, 0.0
+
+    def project(ideal: FloatArray) -> FloatArray:
+        r2 = (ideal**2).sum(axis=1)[:, None]
+        x, y = ideal.T
+        tangential = _tangential(x, y, p1, p2)
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * k4)))
+        return np.asarray(focal * (ideal * radial + tangential) + (cx, cy), np.float64)
+
+    return fit_lens(width, height, focal, project)
+
+
+def _tangential(x: FloatArray, y: FloatArray, p1: float, p2: float) -> FloatArray:
+    r2 = x * x + y * y
+    return np.column_stack(
+        [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y]
+    )
