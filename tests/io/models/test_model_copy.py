@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.io.photos import camera_files
 from tests.messages import refused
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.mesh import Mesh
@@ -166,3 +167,25 @@ def test_cameras_that_cannot_be_read_do_not_keep_a_model_from_being_copied(model
     copy = copy_model(model, tmp_path / "p.vom" / "models", photos=True)
     assert copy.is_file()
     assert not copy.with_name("cameras.json").exists()
+
+
+def test_cameras_of_other_programs_are_taken_along_with_their_photos(model, tmp_path):
+    """In the frame of the model, under the names of the files."""
+    views = camera_files.ring(3)
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
+    turn, shift = np.eye(3), np.array([500.0, 0.0, 0.0])
+    cameras = camera_files.metashape_xml(
+        model.parent / "cameras.xml", views, 1.0, turn, shift, "LOCAL_CS[]"
+    )
+    for view in views:
+        photos = model.parent / "photos" / "day 1"
+        photos.mkdir(parents=True, exist_ok=True)
+        Image.new("L", (4, 3)).save(photos / view.name)
+    assert read_model(model).data.bounds == pytest.approx(corners)
+    assert photos_of(model, cameras)[0] == 3
+    copy = copy_model(model, tmp_path / "p.vom" / "models", cameras=cameras, photos=True)
+    taken = read_cameras(copy.with_name("cameras.json"))
+    assert [view.name for view in taken.views] == [view.name for view in views]
+    for there, view in zip(taken.views, views, strict=True):
+        np.testing.assert_allclose(there.centre + taken.origin, view.centre, atol=1e-6)
+        assert (find_photos(taken, copy.with_name("cameras.json")) / there.name).is_file()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -97,7 +98,7 @@ def copy_model(
     progress = progress or SilentProgress()
     base = model.parent.resolve()
     files = [(file, file.resolve().relative_to(base)) for file in (model, *companions(model))]
-    cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME))
+    cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME), model)
     if cameras_of_model is not None and photos and cameras_of_model.photos.is_dir():
         files += _photo_files(cameras_of_model)
         cameras_of_model = replace(cameras_of_model, photos=PHOTOS)
@@ -145,14 +146,41 @@ def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
     return len(files), sum(file.stat().st_size for file, _ in files)
 
 
-def _read_cameras(path: Path) -> Cameras | None:
-    """Return the cameras with the absolute folder of the photos, or None if unreadable."""
+def _read_cameras(path: Path, model: Path | None = None) -> Cameras | None:
+    """Return the cameras with the absolute folder of the photos, or None if unreadable.
+
+    Cameras of other programs are in one of several frames, which is found by the extent of `model`.
+    """
     try:
         cameras = read_cameras(path)
     except InputError:
-        return None
+        return _read_other_cameras(path, model)
     stored = path.parent / cameras.photos
     return replace(cameras, photos=(find_photos(cameras, path) or stored).resolve())
+
+
+def _read_other_cameras(path: Path, model: Path | None) -> Cameras | None:
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.io.photos.own_cameras import photos
+    from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+    from vomstudio.io.photos.own_cameras.result import local_cameras
+
+    try:
+        bounds = None if model is None else read_model(model).data.bounds
+        cameras = local_cameras(read_own_cameras(path, bounds))
+    except InputError:
+        return None
+    files = photos.find_photos(path, [view.name for view in cameras.views])
+    if not files:
+        return replace(cameras, photos=path.parent.resolve())
+    folder = Path(os.path.commonpath([file.resolve().parent for file in files.values()]))
+    # Names in other files may lack the ending.
+    names = {name: file.resolve().relative_to(folder) for name, file in files.items()}
+    views = tuple(
+        replace(view, name=names[view.name].as_posix()) if view.name in names else view
+        for view in cameras.views
+    )
+    return replace(cameras, views=views, photos=folder)
 
 
 def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
