@@ -294,7 +294,7 @@ def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
 def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
     key(opened, Qt.Key.Key_P)
     panel = driver.tool_panel(opened, PlanePanel)
-    press(panel.findChild(MoreSection).toggle)
+    click(panel.findChild(MoreSection).toggle, QPoint(12, 8))
     radius = panel.radius
     press(radius)
     radius.selectAll()
@@ -331,7 +331,8 @@ def test_every_field_of_every_panel_hands_the_keyboard_back(opened):
 
 # --- tables that are filled in by hand ---------------------------------------------------------
 def press_cell(table, row: int, column: int) -> None:
-    """Click a cell."""
+    """Scroll to a cell, and click it."""
+    table.scrollTo(table.model().index(row, column))
     at = table.visualRect(table.model().index(row, column)).center()
     QTest.mouseClick(table.viewport(), driver.LEFT, driver.NONE, at)
     wait(table.hasFocus, "the table's focus", 5.0)
@@ -374,7 +375,10 @@ def test_a_vertex_is_typed_and_deleted_in_its_row(opened):
     for dx, dy in ((-80, 10), (-30, -35), (20, 30), (75, -10)):
         click(opened.viewport, middle + QPoint(dx, dy))
     tool = opened.studio.tool_of(TraceTool)
-    table = driver.tool_panel(opened, TracePanel).findChild(VertexTable)
+    panel = driver.tool_panel(opened, TracePanel)
+    click(panel.findChild(MoreSection).toggle, QPoint(12, 8))
+    table = panel.findChild(VertexTable)
+    wait(table.isVisible, "the vertices")
     before, camera = tool.vertices, opened.viewport.moves.camera_state()
     height = float(table.item(1, 2).text()) + 0.125
     press_cell(table, 1, 2)
