@@ -346,7 +346,7 @@ def test_the_hooks_are_taken_back(own_folders):
     assert list(crashes.folder().iterdir()) == []
 
 
-def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
+def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot, tmp_path):
     words = (
         "import os; from vomstudio.core.failures import exception_hooks; "
         "exception_hooks.install('window'); os.abort()"
@@ -355,7 +355,10 @@ def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
     window = driver.make_window()
     notices = FailureNotices(window, window)
     try:
-        window.studio.recovery_found.emit([window.studio.project.folder])
+        left = tmp_path / "left.vom"
+        window.studio.save_as(left)
+        window.studio.new_project()
+        window.studio.recovery_found.emit([left])
         notices.begin()
         offers(window, "Restore", "Save report…")
         assert "crash" in window.messages.item(window.messages.count() - 1).text()
