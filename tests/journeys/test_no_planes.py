@@ -83,7 +83,7 @@ def test_each_click_is_a_station_and_numbers_go_on(opened):
     assert studio.selection.ids == (first.id,) or list(studio.selection.ids) == [first.id]
     window.properties.fields["notes"].setText("ripple marks")
     window.properties.fields["notes"].setModified(True)
-    window.properties.fields["notes"].editingFinished.emit()
+    window.properties.fields["notes"].finished.emit()
     assert studio.records[first.id].notes == "ripple marks"
     # It is moved by the same command as the others.
     window.actions_table.all["edit_feature"].trigger()

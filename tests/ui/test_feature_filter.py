@@ -141,3 +141,20 @@ def test_the_tree_is_filtered_by_the_same_words_and_says_how_many_are_left(windo
     window.tree.filter.clear()
     assert items["bedding"].text(0) == "Bedding (2)"
     assert not items["t1"].isHidden()
+
+
+@pytest.mark.parametrize("unit", ["m2", "m²", "cm2", " m²"])
+def test_areas_may_have_a_unit(unit):
+    class Row:
+        search_text = ""
+
+        def __init__(self, area_m2: float) -> None:
+            self.area_m2 = area_m2
+
+        def value(self, figure):
+            assert figure.unit == "m2"
+            return self.area_m2
+
+    size = 2.0 * (1e-4 if "cm" in unit else 1.0)
+    test = parse_filter(f'area>"2{unit}"')
+    assert (test(Row(0.9 * size)), test(Row(1.1 * size))) == (False, True)

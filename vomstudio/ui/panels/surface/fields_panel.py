@@ -79,6 +79,7 @@ class FieldsPanel(ModelPanel):
         )
         self._fields = studio.fields
         self._form_model_id = ""
+        self._form_field: object = None
         self._plane_id = ""
         self._make_parts()
         self._arrange()
@@ -158,8 +159,11 @@ class FieldsPanel(ModelPanel):
         """Show the current model, selection and job."""
         super().show_now()
         studio, model = self._studio, self._model
-        if model is not None and model.id in studio.models and self._form_model_id != model.id:
-            self._set_model(model)
+        if model is not None and model.id in studio.models:
+            # The field of an opened project is shown after its model.
+            field = self._fields.shown.get(model.id)
+            if self._form_model_id != model.id or field is not self._form_field:
+                self._set_model(model)
         metric = model is None or model.frame.has_metres
         for spin in (self.radius, self.measurable.length):
             spin.setSuffix(" m" if metric else tr(" units"))
@@ -172,7 +176,7 @@ class FieldsPanel(ModelPanel):
     def _set_model(self, model: Model) -> None:
         """Show the field of a model, or the default radius and length for that model."""
         self._form_model_id = model.id
-        field = self._fields.shown.get(model.id)
+        self._form_field = field = self._fields.shown.get(model.id)
         radius = 0.0 if field is None else field.wanted.radius_m
         is_plane_field = field is not None and field.wanted.kind in (MEASURABLE, EXPECTED)
         with QSignalBlocker(self.radius):
