@@ -17,7 +17,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/first_steps.md", "docs/cli.md", "docs/api.md")
+PAGES = (
+    "README.md",
+    "docs/first_steps.md",
+    "docs/worked_example.md",
+    "docs/cli.md",
+    "docs/api.md",
+)
 # `packaging/test` is the run that this test belongs to.
 NOT_RUN = {"packaging/test"}
 CONTINUED = re.compile(r"\\\n *")
