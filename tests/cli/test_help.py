@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from vomstudio.cli.common.entry import _parser
-from vomstudio.cli.common.help_pages import (
+from vomstudio.cli.common.command_help import (
     EXAMPLES,
     GENERAL,
     OWN_FILES,
