@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from vomstudio.cli.common.entry import _parser
 from vomstudio.cli.common.command_help import (
     EXAMPLES,
     GENERAL,
@@ -19,6 +18,7 @@ from vomstudio.cli.common.command_help import (
     group_of,
     grouped,
 )
+from vomstudio.cli.common.entry import _parser
 
 ROOT = Path(__file__).resolve().parents[2]
 

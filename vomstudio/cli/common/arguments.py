@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from vomstudio.cli.common.first_word import nearest_word
 from vomstudio.cli.common.command_help import examples_text, grouped
+from vomstudio.cli.common.first_word import nearest_word
 from vomstudio.cli.common.reporting import NoReport, Reporter
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding

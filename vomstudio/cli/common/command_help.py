@@ -242,7 +242,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         f"{_PROJECT} register points.csv --model sample --crs EPSG:32633 --click-sigma 0.01",
     ),
     "project add-picks": (
-        f"{_PROJECT} add-picks resources/outcrop/picks.csv --by trace --type bedding --model sample",
+        f"{_PROJECT} add-picks resources/outcrop/picks.csv --by trace --type bedding",
         f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type joint --model sample",
     ),
     "project import": (
