@@ -27,7 +27,17 @@ _FILES = {"FILE", "TABLE", "MODEL", "FACETS", "POINTS", "DRAWING", "PHOTO", "POL
 
 
 def group_of(action: argparse.Action) -> str:
-    """Return the group of the help in which an argument is listed."""
+    """Return the group of the help in which an argument is listed.
+
+    Parameters
+    ----------
+    action : argparse.Action
+
+    Returns
+    -------
+    str
+        One of `GROUPS`.
+    """
     if isinstance(action, argparse._SubParsersAction):
         return COMMANDS
     if not action.option_strings:
@@ -45,28 +55,59 @@ def group_of(action: argparse.Action) -> str:
 
 
 def grouped(actions: Iterable[argparse.Action]) -> dict[str, list[argparse.Action]]:
-    """Return the arguments by their group, in the order of the groups."""
+    """Return the arguments by their group, in the order of the groups.
+
+    Parameters
+    ----------
+    actions : iterable of argparse.Action
+
+    Returns
+    -------
+    dict of list
+        Groups without arguments are left out.
+    """
     listed = list(actions)
     groups = {group: [each for each in listed if group_of(each) == group] for group in GROUPS}
     return {group: members for group, members in groups.items() if members}
 
 
 def examples_of(program: str) -> tuple[str, ...]:
-    """Return the examples of a command, such as "vomstudio project PROJECT undo"."""
+    """Return the examples of a command.
+
+    Parameters
+    ----------
+    program : str
+        Name of its parser, such as "vomstudio project PROJECT undo".
+
+    Returns
+    -------
+    tuple of str
+        Empty for the program itself.
+    """
     return EXAMPLES.get(program.removeprefix("vomstudio").replace(" PROJECT", "").strip(), ())
 
 
 def examples_text(program: str) -> str:
-    """Return the section of the examples of a command, and how to make the files they read."""
+    """Return the section of the examples of a command, and how to make the files they read.
+
+    Parameters
+    ----------
+    program : str
+        Name of its parser.
+
+    Returns
+    -------
+    str
+    """
     examples = examples_of(program)
     if not examples:
         return ""
     lines = [tr("examples, in the folder of the program:"), *(f"  {each}" for each in examples)]
-    own = {name for each in examples for name in re.findall(r" -o (\S+)", each)}
+    outputs = {name for each in examples for name in re.findall(r" -o (\S+)", each)}
     words = {word for each in examples for word in each.split()[1:]}
     for name, source in SOURCES.items():
         is_read = any(word == name or word.startswith(f"{name}/") for word in words)
-        if is_read and name not in own:
+        if is_read and name not in outputs:
             lines.append("  " + tr("{file}: written by {command}", file=name, command=source))
     lines += [f"  {name}: {tr(text)}" for name, text in OWN_FILES.items() if name in words]
     return "\n".join(lines) + "\n"
