@@ -283,24 +283,25 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         f"{_PROJECT} register points.csv --model sample --crs EPSG:32633 --click-sigma 0.01",
     ),
     "project add-picks": (
-        f"{_PROJECT} add-picks resources/outcrop/picks.csv --by trace --type bedding",
         f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type joint --model sample",
+        f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type bedding --set west"
+        " --model sample",
     ),
     "project import": (
-        f"{_PROJECT} import stations.csv",
         f"{_PROJECT} import stations.csv --model sample",
+        f"{_PROJECT} import stations.csv --model sample --json",
     ),
     "project accept": (
-        f"{_PROJECT} accept facets --type joint --quality good --min-area 0.5",
-        f"{_PROJECT} accept traces --type bedding --max-lines 10",
+        f"{_PROJECT} accept facets --type joint --min-area 0.5 --model sample",
+        f"{_PROJECT} accept traces --type bedding --max-lines 10 --model sample",
     ),
     "project accept facets": (
-        f"{_PROJECT} accept facets --type joint",
-        f"{_PROJECT} accept facets --type joint --quality good --min-area 0.5",
+        f"{_PROJECT} accept facets --type joint --model sample",
+        f"{_PROJECT} accept facets --type joint --min-area 0.5 --model sample",
     ),
     "project accept traces": (
-        f"{_PROJECT} accept traces --type bedding",
-        f"{_PROJECT} accept traces --type bedding --max-lines 10",
+        f"{_PROJECT} accept traces --type bedding --model sample",
+        f"{_PROJECT} accept traces --type bedding --max-lines 10 --model sample",
     ),
     "project set": (
         f"{_PROJECT} set B01 B02 --set upper",
