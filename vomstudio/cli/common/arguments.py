@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from vomstudio.cli.common.command_help import examples_text, grouped
 from vomstudio.cli.common.first_word import nearest_word
 from vomstudio.cli.common.reporting import NoReport, Reporter
 from vomstudio.core.errors import UsageError
@@ -34,6 +35,19 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*args, **kwargs)
         # Such a word is not an option: -5,3,2 are coordinates.
         self._negative_number_matcher = re.compile(r"^-\.?\d[-+\d.,eE]*$")
+
+    def format_help(self) -> str:
+        """Return the help: usage, arguments by group, examples."""
+        formatter = self._get_formatter()
+        formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
+        formatter.add_text(self.description)
+        for title, actions in grouped(self._actions).items():
+            formatter.start_section(tr(title))
+            formatter.add_arguments(actions)
+            formatter.end_section()
+        formatter.add_text(self.epilog)
+        examples = examples_text(self.prog)
+        return formatter.format_help() + (f"\n{examples}" if examples else "")
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
         # An empty word results from an unset variable in a script. As a path, it would mean the

@@ -23,7 +23,7 @@ class AlignmentDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, folder: Path) -> None:
         super().__init__(parent)
-        explain(self, "photos.md#what-a-model-rests-on")
+        explain(self, "photos.md#inspect-an-alignment")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.setWindowTitle(tr("Alignment of {folder}", folder=folder.name))

@@ -86,7 +86,7 @@ class PhotosPanel(QWidget):
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()
-        explain(self, "photos.md#what-the-survey-check-looks-at")
+        explain(self, "photos.md#the-survey-check")
         self._survey, self._actions = survey, actions
         self.quality = ComboBox()
         self.quality.setObjectName("quality")

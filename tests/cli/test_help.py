@@ -1,0 +1,75 @@
+"""The help of every command has groups, and two examples that its parser accepts."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from vomstudio.cli.common.command_help import (
+    EXAMPLES,
+    GENERAL,
+    OWN_FILES,
+    SOURCES,
+    examples_of,
+    group_of,
+    grouped,
+)
+from vomstudio.cli.common.entry import _parser
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def parsers() -> Iterator[argparse.ArgumentParser]:
+    pending: list[argparse.ArgumentParser] = [_parser(())]
+    while pending:
+        parser = pending.pop()
+        for action in parser._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                pending += action.choices.values()
+                yield from action.choices.values()
+
+
+PARSERS = {parser.prog: parser for parser in parsers()}
+
+
+def test_every_command_and_action_has_two_examples_and_no_other_has() -> None:
+    assert all(len(set(examples_of(program))) == 2 for program in PARSERS)
+    assert len(EXAMPLES) == len(PARSERS)
+
+
+@pytest.mark.parametrize("program", PARSERS)
+def test_the_parser_of_a_command_accepts_its_examples(program: str) -> None:
+    for example in examples_of(program):
+        name, *words = shlex.split(example)
+        assert name == "vomstudio"
+        if program != "vomstudio project":
+            command = program.replace("vomstudio ", "").replace("PROJECT ", "")
+            action = [word for word in words if word != "results/sample.vom"]
+            assert action[: len(command.split())] == command.split() or "ridge.vom" in words
+        _parser(words).parse_args(words)
+
+
+@pytest.mark.parametrize("program", PARSERS)
+def test_the_help_shows_the_examples_and_where_their_files_come_from(program: str) -> None:
+    shown = PARSERS[program].format_help()
+    for example in examples_of(program):
+        assert example in shown
+        for word in shlex.split(example):
+            written = f" -o {word}" in example
+            if word.startswith("resources/"):
+                assert (ROOT / word).exists()
+            elif (word in SOURCES or word in OWN_FILES) and not written:
+                assert f"{word}: " in shown or any(f" -o {word}" in e for e in examples_of(program))
+
+
+@pytest.mark.parametrize("program", PARSERS)
+def test_every_argument_is_in_one_group_and_general_options_come_last(program: str) -> None:
+    actions = PARSERS[program]._actions
+    groups = grouped(actions)
+    assert sum(map(len, groups.values())) == len(actions)
+    assert [*groups][-1] == GENERAL
+    assert {group_of(a) for a in actions if "--json" in a.option_strings} <= {GENERAL}

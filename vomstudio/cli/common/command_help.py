@@ -1,0 +1,321 @@
+"""Groups and examples in the help of the commands."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable
+
+from vomstudio.core.words import to_translate, tr
+
+INPUT = to_translate("input")
+METHOD = to_translate("method")
+COORDINATES = to_translate("coordinates")
+FIGURE = to_translate("style of the figure")
+OUTPUT = to_translate("output")
+GENERAL = to_translate("general")
+COMMANDS = to_translate("commands")
+GROUPS = (COMMANDS, INPUT, METHOD, COORDINATES, FIGURE, OUTPUT, GENERAL)
+
+_GENERAL = {"--help", "--json", "--progress", "--quiet", "--version"}
+_GENERAL |= {"--install-desktop", "--uninstall-desktop"}
+_COORDINATES = {"--up", "--unit", "--crs", "--to-crs", "--project"}
+_OUTPUT = {"--output", "--force", "--plot", "--labels", "--sheet", "--draw", "--show", "--paint"}
+_OUTPUT |= {"--profiles", "--hillshade", "--slope", "--aspect", "--contours", "--into"}
+_FIGURE = {"--font", "--font-size", "--line-width", "--grey", "--symbol-size", "--size", "--color"}
+_FILES = {"FILE", "TABLE", "MODEL", "FACETS", "POINTS", "DRAWING", "PHOTO", "POLYGON", "LINE"}
+
+
+def group_of(action: argparse.Action) -> str:
+    """Return the group of the help in which an argument is listed.
+
+    Parameters
+    ----------
+    action : argparse.Action
+
+    Returns
+    -------
+    str
+        One of `GROUPS`.
+    """
+    if isinstance(action, argparse._SubParsersAction):
+        return COMMANDS
+    if not action.option_strings:
+        return INPUT
+    flag = action.option_strings[-1]
+    for group, flags in (
+        (GENERAL, _GENERAL),
+        (COORDINATES, _COORDINATES),
+        (OUTPUT, _OUTPUT),
+        (FIGURE, _FIGURE),
+    ):
+        if flag in flags:
+            return group
+    return INPUT if action.metavar in _FILES else METHOD
+
+
+def grouped(actions: Iterable[argparse.Action]) -> dict[str, list[argparse.Action]]:
+    """Return the arguments by their group, in the order of the groups.
+
+    Parameters
+    ----------
+    actions : iterable of argparse.Action
+
+    Returns
+    -------
+    dict of list
+        Groups without arguments are left out.
+    """
+    listed = list(actions)
+    groups = {group: [each for each in listed if group_of(each) == group] for group in GROUPS}
+    return {group: members for group, members in groups.items() if members}
+
+
+def examples_of(program: str) -> tuple[str, ...]:
+    """Return the examples of a command.
+
+    Parameters
+    ----------
+    program : str
+        Name of its parser, such as "vomstudio project PROJECT undo".
+
+    Returns
+    -------
+    tuple of str
+        Empty for the program itself.
+    """
+    return EXAMPLES.get(program.removeprefix("vomstudio").replace(" PROJECT", "").strip(), ())
+
+
+def examples_text(program: str) -> str:
+    """Return the section of the examples of a command, and how to make the files they read.
+
+    Parameters
+    ----------
+    program : str
+        Name of its parser.
+
+    Returns
+    -------
+    str
+    """
+    examples = examples_of(program)
+    if not examples:
+        return ""
+    lines = [tr("examples, in the folder of the program:"), *(f"  {each}" for each in examples)]
+    outputs = {name for each in examples for name in re.findall(r" -o (\S+)", each)}
+    words = {word for each in examples for word in each.split()[1:]}
+    for name, source in SOURCES.items():
+        is_read = any(word == name or word.startswith(f"{name}/") for word in words)
+        if is_read and name not in outputs:
+            lines.append("  " + tr("{file}: written by {command}", file=name, command=source))
+    lines += [f"  {name}: {tr(text)}" for name, text in OWN_FILES.items() if name in words]
+    return "\n".join(lines) + "\n"
+
+
+_SAMPLE = "resources/sample/sample.obj"
+_PROJECT = "vomstudio project results/sample.vom"
+
+SOURCES = {
+    "planes.csv": "vomstudio fit resources/sample/picks.csv --by pick -o planes.csv",
+    "facets.csv": f"vomstudio facets {_SAMPLE} --labels facets.ply -o facets.csv",
+    "facets.ply": f"vomstudio facets {_SAMPLE} --labels facets.ply -o facets.csv",
+    "results": "vomstudio demo --without-photos -o results",
+    "model": "vomstudio reconstruct resources/sample/photos -o model",
+}
+"""Files that examples read, with the command that writes them."""
+
+OWN_FILES = {
+    "walk.mp4": to_translate("a film of the outcrop"),
+    "cliff.ply": to_translate("a model of yours"),
+    "seam.csv": to_translate("a table with x, y, z"),
+    "boundaries.csv": to_translate("a table with x, y, z, lithology"),
+    "faults.csv": to_translate("a table with strike, dip, rake, sense"),
+    "pairs.csv": to_translate("a table with hanging_x, _y, _z and footwall_x, _y, _z"),
+    "repeated.csv": to_translate("a table with strike, dip, bed"),
+    "points.csv": to_translate("a table with label, model_x, model_y, model_z, x, y, z"),
+    "way_points.csv": to_translate("a table with x, y, z along a contact"),
+    "stations.csv": to_translate("a table with name, x, y, z"),
+}
+"""Files that the user of an example brings."""
+
+EXAMPLES: dict[str, tuple[str, str]] = {
+    "demo": (
+        "vomstudio demo --without-photos -o results",
+        "vomstudio demo -o results_with_photos",
+    ),
+    "info": (
+        f"vomstudio info {_SAMPLE}",
+        "vomstudio info resources/sample/photos --json",
+    ),
+    "convert": (
+        f"vomstudio convert {_SAMPLE} cliff.glb",
+        f"vomstudio convert {_SAMPLE} cliff.ply --to-crs EPSG:25833",
+    ),
+    "fit": (
+        "vomstudio fit resources/sample/picks.csv --by pick -o planes.csv",
+        "vomstudio fit resources/outcrop/picks.csv --by trace --profile textbook --plot shapes.svg",
+    ),
+    "stats": (
+        "vomstudio stats planes.csv --by set",
+        "vomstudio stats planes.csv --by kind --weights error --json",
+    ),
+    "fold": (
+        "vomstudio fold planes.csv",
+        "vomstudio fold planes.csv --quality good --json",
+    ),
+    "sets": (
+        "vomstudio sets planes.csv -o sets.csv",
+        "vomstudio sets planes.csv --exactly 3 -o three_sets.csv",
+    ),
+    "repeats": (
+        "vomstudio repeats repeated.csv --by bed",
+        "vomstudio repeats results/sample.vom",
+    ),
+    "stereonet": (
+        "vomstudio stereonet planes.csv --by kind --contour kamb -o net.svg",
+        "vomstudio stereonet planes.csv --fold --errors -o fold.pdf",
+    ),
+    "rose": (
+        "vomstudio rose planes.csv --by kind -o rose.svg",
+        "vomstudio rose planes.csv --of dip --bin 15 -o dips.pdf",
+    ),
+    "slope": (
+        "vomstudio slope planes.csv --face 310/75 --friction 35",
+        "vomstudio slope planes.csv --facets facets.csv --friction 35 -o slopes.csv",
+    ),
+    "slip": (
+        "vomstudio slip faults.csv",
+        "vomstudio slip faults.csv --plot slip.svg",
+    ),
+    "fractures": (
+        "vomstudio fractures results/ortho_drawing.gpkg --layer traces",
+        "vomstudio fractures results/ortho_drawing.gpkg --layer traces --plot fractures.svg",
+    ),
+    "displacement": (
+        "vomstudio displacement pairs.csv --fault 90/60 --sigma 0.1",
+        "vomstudio displacement pairs.csv --fault 90/60 --bed 270/20 --rake 90",
+    ),
+    "threepoint": (
+        "vomstudio threepoint seam.csv",
+        "vomstudio threepoint seam.csv --sigma 5 --json",
+    ),
+    "log": (
+        "vomstudio log boundaries.csv --bed 90/30 --plot log.svg",
+        "vomstudio log boundaries.csv --bed 90/30 --bed-error 2 -o log.csv",
+    ),
+    "ortho": (
+        f"vomstudio ortho {_SAMPLE} --fold planes.csv -o profile.tif",
+        f"vomstudio ortho {_SAMPLE} --plane 211/79 --gsd 0.02 --sheet face.pdf -o face.tif",
+    ),
+    "dem": (
+        f"vomstudio dem {_SAMPLE} --gsd 0.05 -o heights.tif",
+        f"vomstudio dem {_SAMPLE} --plane 211/79 --gsd 0.05 --hillshade -o relief.tif",
+    ),
+    "section": (
+        f"vomstudio section {_SAMPLE} --plane 211/79 --through 364534,4721859.5,852 -o cut.svg",
+        f"vomstudio section {_SAMPLE} --plane 121/90 --through 364534,4721859.5,852 -o cut.csv",
+    ),
+    "extend": (
+        f"vomstudio extend {_SAMPLE} --plane 315/38 --through 364521.66,4721864.89,850.38"
+        " --error 1 -o extended.csv",
+        f"vomstudio extend {_SAMPLE} --plane 315/38 --through 364521.66,4721864.89,850.38"
+        " --error 1 --thickness 0.5 -o beds.gpkg",
+    ),
+    "surface": (
+        f"vomstudio surface {_SAMPLE} --around 364530,4721860,850,3 -o deviations.tif",
+        f"vomstudio surface {_SAMPLE} --around 364530,4721860,850,3 --profiles lines.csv"
+        " -o deviations.ply",
+    ),
+    "measurable": (
+        f"vomstudio measurable {_SAMPLE} --plane 315/38 --length 4",
+        f"vomstudio measurable {_SAMPLE} --mean planes.csv --length 4 -o measurable.tif",
+    ),
+    "facets": (
+        f"vomstudio facets {_SAMPLE} -o facets.csv",
+        f"vomstudio facets {_SAMPLE} --propose-sets --labels facets.ply -o facets.csv",
+    ),
+    "trace": (
+        "vomstudio trace resources/outcrop/outcrop.obj --propose -o proposals.csv",
+        f"vomstudio trace {_SAMPLE} --through way_points.csv -o trace.csv",
+    ),
+    "plan": (
+        "vomstudio plan --camera 'DJI FC3582' --distance 30 --width 80 --height 25 --manner drone",
+        "vomstudio plan --camera 23.5x15.6,35,6000x4000 --gsd 0.005 --width 40 --height 15"
+        " -o plan.pdf",
+    ),
+    "check": (
+        "vomstudio check resources/sample/photos",
+        "vomstudio check resources/sample/photos --distance 20 --json",
+    ),
+    "frames": (
+        "vomstudio frames walk.mp4 -o frames",
+        "vomstudio frames walk.mp4 --fps 1 -o frames",
+    ),
+    "reconstruct": (
+        "vomstudio reconstruct resources/sample/photos --quality preview -o model",
+        "vomstudio reconstruct resources/sample/photos --gcp resources/sample/control.csv -o model",
+    ),
+    "register": (
+        "vomstudio register - --pairs points.csv",
+        "vomstudio register cliff.ply --pairs points.csv --crs EPSG:32633 -o placed.ply",
+    ),
+    "compare": (
+        f"vomstudio compare model/model.obj {_SAMPLE}",
+        f"vomstudio compare model/model.obj {_SAMPLE} --m3c2 0.2 -o distances.ply",
+    ),
+    "export": (
+        "vomstudio export results/sample.vom --to gpkg -o layers.gpkg",
+        "vomstudio export results/sample.vom --to stereonet -o planes.txt",
+    ),
+    "project": (f"{_PROJECT} list", f"{_PROJECT} fit --json"),
+    "project create": (
+        "vomstudio project ridge.vom create",
+        "vomstudio project ridge.vom create --json",
+    ),
+    "project list": (f"{_PROJECT} list", f"{_PROJECT} list --json"),
+    "project add-model": (
+        f"{_PROJECT} add-model resources/outcrop/outcrop.obj",
+        f"{_PROJECT} add-model resources/outcrop/outcrop.obj --crs EPSG:32633",
+    ),
+    "project register": (
+        f"{_PROJECT} register points.csv --model sample --crs EPSG:32633",
+        f"{_PROJECT} register points.csv --model sample --crs EPSG:32633 --click-sigma 0.01",
+    ),
+    "project add-picks": (
+        f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type joint --model sample",
+        f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type bedding --set west"
+        " --model sample",
+    ),
+    "project import": (
+        f"{_PROJECT} import stations.csv --model sample",
+        f"{_PROJECT} import stations.csv --model sample --json",
+    ),
+    "project accept": (
+        f"{_PROJECT} accept facets --type joint --min-area 0.5 --model sample",
+        f"{_PROJECT} accept traces --type bedding --max-lines 10 --model sample",
+    ),
+    "project accept facets": (
+        f"{_PROJECT} accept facets --type joint --model sample",
+        f"{_PROJECT} accept facets --type joint --min-area 0.5 --model sample",
+    ),
+    "project accept traces": (
+        f"{_PROJECT} accept traces --type bedding --model sample",
+        f"{_PROJECT} accept traces --type bedding --max-lines 10 --model sample",
+    ),
+    "project set": (
+        f"{_PROJECT} set B01 B02 --set upper",
+        f"{_PROJECT} set B01 --name base",
+    ),
+    "project delete": (f"{_PROJECT} delete B01", f"{_PROJECT} delete B02 B03"),
+    "project fit": (f"{_PROJECT} fit", f"{_PROJECT} fit B01 B02 --json"),
+    "project coverage": (f"{_PROJECT} coverage", f"{_PROJECT} coverage --json"),
+    "project profile": (f"{_PROJECT} profile textbook", f"{_PROJECT} profile error"),
+    "project update": (f"{_PROJECT} update", f"{_PROJECT} update --json"),
+    "project undo": (f"{_PROJECT} undo", f"{_PROJECT} undo --json"),
+    "project redo": (f"{_PROJECT} redo", f"{_PROJECT} redo --json"),
+    "project verify": (f"{_PROJECT} verify", f"{_PROJECT} verify --json"),
+    "project repair": (f"{_PROJECT} repair", f"{_PROJECT} repair --json"),
+    "project compact": (f"{_PROJECT} compact --dry-run", f"{_PROJECT} compact"),
+}
+"""Two examples of each command; they run in the folder of the program with the sample."""
