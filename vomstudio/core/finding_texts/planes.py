@@ -233,8 +233,8 @@ TEXTS: dict[str, Entry] = {
     "plane.bowed": (
         "warning",
         to_translate(
-            "The face continues as a curved surface, so the extent of this patch depends on the"
-            " thresholds. Use its plane only if the face looks planar."
+            "The face continues as a curved surface, so this patch depends on the thresholds. Use"
+            " its plane only where the face looks planar."
         ),
     ),
     "plane.earlier-rule": (
