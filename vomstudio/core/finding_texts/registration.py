@@ -65,8 +65,8 @@ TEXTS: dict[str, Entry] = {
     "registration.photo-upright": (
         "info",
         to_translate(
-            "The photos were probably held upright, which is used as an observation of the"
-            " vertical, ± {sigma_deg:g}° (1 sigma)."
+            "The way the photos were held is used as an observation of the vertical, ±"
+            " {sigma_deg:g}° (1 sigma)."
         ),
     ),
     "registration.which-end-up": (
@@ -446,8 +446,8 @@ TEXTS: dict[str, Entry] = {
     "attitude.from-drone": (
         "warning",
         to_translate(
-            "The yaws of {photos} photos come from a drone's gimbal. They are read from true"
-            " north, with the error of a compass."
+            "The yaws of {photos} photos come from a drone's gimbal. True north and the error of"
+            " a compass are assumed."
         ),
     ),
     "attitude.north-assumed": (
@@ -922,8 +922,8 @@ TEXTS: dict[str, Entry] = {
     "registration.with-reference": (
         "info",
         to_translate(
-            "With the registration of the other model it may be turned by "
-            "{rotation95_deg:.2f}° (95 %)."
+            "Including the registration of the other model, it may be rotated by"
+            " {rotation95_deg:.2f}° (95 %)."
         ),
     ),
     "registration.reference-undeclared": (
