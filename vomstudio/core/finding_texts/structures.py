@@ -345,8 +345,8 @@ TEXTS: dict[str, Entry] = {
     "fold.one-dip": (
         "warning",
         to_translate(
-            "The planes have a single dip: their poles scatter by {spread_deg:.1f}° (RMS) about"
-            " the mean. Every direction in the bed shows true thickness, such as its strike."
+            "The planes share one dip: poles scatter by {spread_deg:.1f}° (RMS) about the mean."
+            " Every direction in the bed shows true thickness, such as its strike."
         ),
     ),
     "fold.conical": (

@@ -367,7 +367,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.placed": (
         "info",
-        to_translate("{model} has been registered. {facts}."),
+        to_translate("Registration of {model}: {facts}."),
     ),
     "model.moved": (
         "warning",

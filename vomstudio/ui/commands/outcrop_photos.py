@@ -69,7 +69,7 @@ def commands(
             show_panel,
             icon="image-search-outline",
             shortcut="Ctrl+Shift+P",
-            tip=tr("The photos in which the selection is visible, with the features on them."),
+            tip=tr("Show the photos that contain the selection, with features drawn."),
             why_not=no_model,
         ),
         Command(
@@ -77,7 +77,7 @@ def commands(
             tr("Open &cameras…"),
             open_cameras,
             icon="camera-outline",
-            tip=tr("Open the cameras.json of the reconstruction of the model."),
+            tip=tr("Open the cameras.json of the model's reconstruction."),
             why_not=no_model,
         ),
         Command(
@@ -85,7 +85,7 @@ def commands(
             tr("&Locate photos…"),
             find_photos,
             icon="folder-search-outline",
-            tip=tr("Choose the folder in which the photos of the model are now."),
+            tip=tr("Choose the folder that contains the photos of the model."),
             why_not=lambda: None if links.models() else Finding("action.no-cameras"),
         ),
         Command(
