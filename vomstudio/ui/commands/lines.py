@@ -59,7 +59,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         ),
         Command(
             "import_listed",
-            tr("Import field &objects…"),
+            tr("Import &stations…"),
             lists.choose,
             icon="map-marker-plus",
             tip=tr("Import stations, samples, contact lines and rock areas from exported files."),

@@ -33,7 +33,7 @@ class ListedImport(QObject):
         """Ask for a file and import its features."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
-            tr("Import field objects"),
+            tr("Import stations, contact lines and rock areas"),
             start_folder(self._studio),
             file_filters.layers_and_tables(),
         )
